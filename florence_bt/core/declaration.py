@@ -1,0 +1,135 @@
+"""What a skill says about itself, once, in code: the linter, the schema, the docs and the mocks read it.
+
+Every skill folder has a ``declaration.py`` with its :class:`SkillDeclaration` values and nothing heavy, so
+that ``florence check`` can read them all without numpy, ROS or a device.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from florence_bt.core.geometry import Pose2
+
+
+class Kind(enum.Enum):
+    """The types that flow between missions and skills; inside the system always SI units."""
+
+    TEXT = "text"
+    BOOLEAN = "boolean"
+    INTEGER = "integer"
+    NUMBER = "number"
+    LENGTH = "length"
+    """float, metres"""
+    ANGLE = "angle"
+    """float, radians"""
+    DURATION = "duration"
+    """float, seconds"""
+    SPEED = "speed"
+    """float, metres per second"""
+    POSE = "pose"
+    """:class:`Pose2` in the map frame"""
+
+    @property
+    def python_types(self) -> tuple[type, ...]:
+        """The types that a value of this kind may have."""
+        match self:
+            case Kind.TEXT:
+                return (str,)
+            case Kind.BOOLEAN:
+                return (bool,)
+            case Kind.INTEGER:
+                return (int,)
+            case Kind.POSE:
+                return (Pose2,)
+            case _:
+                return (float, int)
+
+
+REQUIRED: Any = object()
+"""The default of a port that must be given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """An input or output by name.
+
+    Attributes:
+        kind: The type.
+        description: One sentence for people.
+        default: The value when none is given; :data:`REQUIRED` when one must be given.
+        minimum: Smallest value allowed, or None.
+        maximum: Largest value allowed, or None.
+    """
+
+    kind: Kind
+    description: str
+    default: Any = REQUIRED
+    minimum: float | None = None
+    maximum: float | None = None
+
+    @property
+    def required(self) -> bool:
+        """Whether a value must be given."""
+        return self.default is REQUIRED
+
+    def problem_with(self, value: Any) -> str | None:
+        """Why a value (in SI units) does not fit, or None when it does."""
+        wrong_type = not isinstance(value, self.kind.python_types) or (
+            isinstance(value, bool) and self.kind is not Kind.BOOLEAN
+        )
+        if wrong_type:
+            return f"a value of type {self.kind.value} is needed, not {value!r}"
+        if isinstance(value, Pose2):
+            return None if value.is_finite() else f"{value!r} is not finite"
+        if isinstance(value, float) and not math.isfinite(value):
+            return f"{value!r} is not finite"
+        if self.minimum is not None and value < self.minimum:
+            return f"{value!r} is below the minimum of {self.minimum!r}"
+        if self.maximum is not None and value > self.maximum:
+            return f"{value!r} is above the maximum of {self.maximum!r}"
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class SkillDeclaration:
+    """A skill as missions see it.
+
+    Attributes:
+        name: verb_noun, unique among all skills.
+        summary: What it does, one sentence.
+        inputs: Ports by name.
+        outputs: Ports by name; written to the tree's keys on success.
+        failures: Code -> what it means; the codes of :data:`florence_bt.core.outcome.COMMON_CODES` come on top.
+        resources: What only one skill at a time may use, e.g. ``base``.
+        deadline_s: Seconds after which a run is ended with the code ``timed_out``.
+        instant: Whether a run is over as soon as it starts (a condition or a look-up).
+    """
+
+    name: str
+    summary: str
+    inputs: Mapping[str, Port] = field(default_factory=dict)
+    outputs: Mapping[str, Port] = field(default_factory=dict)
+    failures: Mapping[str, str] = field(default_factory=dict)
+    resources: frozenset[str] = frozenset()
+    deadline_s: float = 60.0
+    instant: bool = False
+
+    def problems_with(self, inputs: Mapping[str, Any]) -> list[str]:
+        """Everything that is wrong with a set of inputs (SI units); empty when they fit."""
+        problems = [f"{self.name} has no input {name!r}" for name in inputs if name not in self.inputs]
+        for name, port in self.inputs.items():
+            if name in inputs:
+                problem = port.problem_with(inputs[name])
+                if problem:
+                    problems.append(f"{name}: {problem}")
+            elif port.required:
+                problems.append(f"{name} is missing")
+        return problems
+
+    def complete(self, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """The inputs with the defaults of those that were not given."""
+        return {name: inputs.get(name, port.default) for name, port in self.inputs.items()}

@@ -1,0 +1,114 @@
+"""The errors of Florence. Each carries its data, and its message says what would have worked.
+
+Expected failures of a skill are values (:class:`florence_bt.core.outcome.Result`); exceptions are for
+wrong configuration, broken protocols, lost devices and bugs.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class FlorenceError(Exception):
+    """Base class of every error that Florence raises on purpose."""
+
+
+class ConfigError(FlorenceError):
+    """A file or a parameter that a person wrote is wrong.
+
+    Attributes:
+        problem: What is wrong, in one sentence.
+        file: The file, or None when the value came from elsewhere (a service call, the command line).
+        line: 1-based line, or None.
+        column: 1-based column, or None.
+        valid: What would have worked, most likely first.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        valid: Iterable[str] = (),
+    ) -> None:
+        self.problem = problem
+        self.file = str(file) if file is not None else None
+        self.line = line
+        self.column = column
+        self.valid = tuple(valid)
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        """Format as ``file:line:column: problem (would have worked: ...)``."""
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+        text = f"{place}: {self.problem}" if place else self.problem
+        return f"{text} (would have worked: {', '.join(self.valid)})" if self.valid else text
+
+
+class ProtocolError(FlorenceError):
+    """Bytes from a device do not follow its protocol."""
+
+
+class FrameError(ProtocolError):
+    """A frame has the wrong length, header or layout."""
+
+
+class ChecksumError(ProtocolError):
+    """A frame's checksum does not fit its bytes."""
+
+
+class DeviceError(FlorenceError):
+    """A device does not work as it should."""
+
+
+class DeviceLost(DeviceError):
+    """The device went away: its port vanished or was closed by the other side."""
+
+
+class DeviceTimeout(DeviceError, TimeoutError):
+    """The device did not answer in time."""
+
+
+class CommandRejected(DeviceError):
+    """The device answered that it will not do what was asked.
+
+    Attributes:
+        command: The command as sent.
+        status: The device's own status text or code.
+    """
+
+    def __init__(self, command: str, status: str, explanation: str = "") -> None:
+        self.command = command
+        self.status = status
+        super().__init__(f"{command!r} was refused with status {status!r}" + (f": {explanation}" if explanation else ""))
+
+
+class TreeError(FlorenceError):
+    """A behaviour tree is broken at one node.
+
+    Attributes:
+        path: The node's path from the root, names joined with ``/``.
+    """
+
+    def __init__(self, path: str, problem: str) -> None:
+        self.path = path
+        self.problem = problem
+        super().__init__(f"{path}: {problem}")
+
+
+def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Order the names that exist, those that look like ``wanted`` first.
+
+    Args:
+        wanted: The name that was not found.
+        names: All names that exist.
+
+    Returns:
+        The close matches, best first, or all names in alphabetical order when none is close.
+    """
+    known = sorted(names)
+    return tuple(difflib.get_close_matches(wanted, known, n=3, cutoff=0.6)) or tuple(known)

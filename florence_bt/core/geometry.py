@@ -1,0 +1,101 @@
+"""Plane geometry in pure Python: angles, poses and velocities.
+
+Axes as in REP-103: x forward, y left, yaw counter-clockwise positive; metres and radians.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+def normalize_angle(angle: float) -> float:
+    """Wrap an angle in radians to (-pi, pi]."""
+    wrapped = math.remainder(angle, math.tau)
+    return math.pi if wrapped == -math.pi else wrapped
+
+
+def angle_difference(to: float, start: float) -> float:
+    """The shortest turn from ``start`` to ``to``, in (-pi, pi], counter-clockwise positive."""
+    return normalize_angle(to - start)
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2:
+    """A pose in the plane; also the transform from the body frame to the frame it is given in.
+
+    Attributes:
+        x: Position in metres.
+        y: Position in metres.
+        yaw: Heading in radians, not necessarily wrapped.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    def __matmul__(self, other: Pose2) -> Pose2:
+        """Compose: ``pose_a_in_w @ pose_b_in_a`` is b in w, with the yaw wrapped to (-pi, pi]."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            normalize_angle(self.yaw + other.yaw),
+        )
+
+    def inverse(self) -> Pose2:
+        """The transform the other way round."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, normalize_angle(-self.yaw))
+
+    def apply(self, x: float, y: float) -> tuple[float, float]:
+        """Take a point from the body frame to the frame this pose is given in."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return self.x + c * x - s * y, self.y + s * x + c * y
+
+    def distance_to(self, other: Pose2) -> float:
+        """Straight distance between the two positions in metres."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+    def bearing_to(self, x: float, y: float) -> float:
+        """Direction of a point as seen from here, relative to the heading, in (-pi, pi]."""
+        return normalize_angle(math.atan2(y - self.y, x - self.x) - self.yaw)
+
+    def is_finite(self) -> bool:
+        """Whether no number of the pose is NaN or infinite."""
+        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class Twist2:
+    """A velocity in the plane, in the body frame of a differential drive.
+
+    Attributes:
+        linear: Forward speed in m/s.
+        angular: Turning speed in rad/s, counter-clockwise positive.
+    """
+
+    linear: float = 0.0
+    angular: float = 0.0
+
+    def is_zero(self) -> bool:
+        """Whether this is exactly standstill."""
+        return self.linear == 0.0 and self.angular == 0.0
+
+
+STANDSTILL = Twist2()
+
+
+def integrate_twist(pose: Pose2, twist: Twist2, duration: float) -> Pose2:
+    """Drive with a constant twist for a while (exact arc).
+
+    Args:
+        pose: Where the motion starts.
+        twist: The constant velocity.
+        duration: Seconds.
+    """
+    turn = twist.angular * duration
+    if abs(turn) < 1e-9:
+        return pose @ Pose2(twist.linear * duration, 0.0, turn)
+    radius = twist.linear / twist.angular
+    return pose @ Pose2(radius * math.sin(turn), radius * (1.0 - math.cos(turn)), turn)

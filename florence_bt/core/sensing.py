@@ -1,0 +1,179 @@
+"""What sensors and maps say, as plain values: the same in the rig, behind ROS messages and in tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2, Twist2
+
+FloatArray = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class LaserScan:
+    """One turn of a laser scanner; the fields of sensor_msgs/LaserScan.
+
+    Attributes:
+        stamp: Time of the first beam in seconds.
+        frame_id: Frame whose x axis is angle zero and whose z axis the angles turn about.
+        angle_min: Angle of the first beam in radians.
+        angle_increment: Angle between beams in radians.
+        time_increment: Seconds between beams.
+        scan_time: Seconds between scans.
+        range_min: Smaller ranges are not measurements, in metres.
+        range_max: Ranges from here on are not measurements, in metres.
+        ranges: Shape (n,), float32, metres; NaN and infinities as in REP-117.
+        intensities: Shape (n,) or (0,), device units.
+    """
+
+    stamp: float
+    frame_id: str
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: FloatArray
+    time_increment: float = 0.0
+    scan_time: float = 0.1
+    intensities: FloatArray = field(default_factory=lambda: np.empty(0, np.float32))
+
+    @property
+    def angle_max(self) -> float:
+        """Angle of the last beam in radians."""
+        return self.angle_min + self.angle_increment * (len(self.ranges) - 1)
+
+    def angles(self) -> NDArray[np.float64]:
+        """Angle of every beam, shape (n,), radians."""
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+
+    def valid(self) -> NDArray[np.bool_]:
+        """Which ranges are measurements: finite and range_min <= r < range_max, shape (n,)."""
+        return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges < self.range_max)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraModel:
+    """A pinhole camera without distortion; a point is ((u - cx) z / fx, (v - cy) z / fy, z).
+
+    Attributes:
+        width: Columns.
+        height: Rows.
+        fx: Focal length in pixels.
+        fy: Focal length in pixels.
+        cx: Column of the optical axis.
+        cy: Row of the optical axis.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+
+@dataclass(frozen=True, slots=True)
+class DepthImage:
+    """A depth picture.
+
+    Attributes:
+        stamp: Seconds.
+        frame_id: Optical frame: z forward, x right, y down.
+        camera: The camera model.
+        depth: Shape (height, width), float32, metres along z; NaN where nothing was measured.
+    """
+
+    stamp: float
+    frame_id: str
+    camera: CameraModel
+    depth: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class ColourImage:
+    """A colour picture.
+
+    Attributes:
+        stamp: Seconds.
+        frame_id: Optical frame.
+        camera: The camera model.
+        pixels: Shape (height, width, 3), uint8, red green blue.
+    """
+
+    stamp: float
+    frame_id: str
+    camera: CameraModel
+    pixels: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """Where the base believes to be, dead-reckoned.
+
+    Attributes:
+        stamp: Seconds.
+        pose: base_footprint in the odom frame.
+        twist: Velocity in the body frame.
+    """
+
+    stamp: float
+    pose: Pose2
+    twist: Twist2 = Twist2()
+
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyGrid:
+    """A grid map; the fields of nav_msgs/OccupancyGrid.
+
+    Attributes:
+        resolution: Metres per cell.
+        origin: Pose of the outer corner of cell [0, 0] in the map frame; its yaw is zero in all our maps.
+        cells: Shape (rows, columns), int8; row 0 has the lowest y. 0 free, 100 occupied, -1 unknown.
+    """
+
+    resolution: float
+    origin: Pose2
+    cells: NDArray[np.int8]
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int]:
+        """(row, column) of a point in the map frame; may lie outside the grid."""
+        return (
+            int(np.floor((y - self.origin.y) / self.resolution)),
+            int(np.floor((x - self.origin.x) / self.resolution)),
+        )
+
+    def centre_of(self, row: int, column: int) -> tuple[float, float]:
+        """(x, y) of a cell's centre in the map frame."""
+        return (
+            self.origin.x + (column + 0.5) * self.resolution,
+            self.origin.y + (row + 0.5) * self.resolution,
+        )
+
+    def contains(self, row: int, column: int) -> bool:
+        """Whether the cell lies in the grid."""
+        return 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackedUser:
+    """A person that the tracker follows.
+
+    Attributes:
+        user_id: Persistent id (document, section 4.1.2).
+        device_id: Id of the detector, without memory (``user_ids_ni`` in the document).
+        x: Position in metres in the frame the tracker was asked for.
+        y: Position in metres.
+        distance: Horizontal distance from the camera in metres.
+    """
+
+    user_id: int
+    device_id: int
+    x: float
+    y: float
+    distance: float

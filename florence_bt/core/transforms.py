@@ -1,0 +1,226 @@
+"""Rigid transforms in space and a buffer of them over time (a small tf2)."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.geometry import Pose2, normalize_angle
+
+
+class TransformUnavailable(FlorenceError):
+    """Two frames are not connected, or not at the time asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Transform3:
+    """A rigid transform; applied to points of the child frame it gives points of the parent frame.
+
+    Attributes:
+        rotation: Shape (3, 3).
+        translation: Shape (3,), metres.
+    """
+
+    rotation: NDArray[np.float64]
+    translation: NDArray[np.float64]
+
+    @staticmethod
+    def identity() -> Transform3:
+        """The transform that changes nothing."""
+        return Transform3(np.eye(3), np.zeros(3))
+
+    @staticmethod
+    def from_xyz_rpy(xyz: Iterable[float], rpy: Iterable[float]) -> Transform3:
+        """From an offset and fixed-axis roll, pitch, yaw, as in URDF."""
+        roll, pitch, yaw = rpy
+        cr, sr = math.cos(roll), math.sin(roll)
+        cp, sp = math.cos(pitch), math.sin(pitch)
+        cy, sy = math.cos(yaw), math.sin(yaw)
+        rotation = np.array(
+            [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ]
+        )
+        return Transform3(rotation, np.array(list(xyz), float))
+
+    @staticmethod
+    def from_quaternion(xyz: Iterable[float], quaternion: tuple[float, float, float, float]) -> Transform3:
+        """From an offset and a quaternion (x, y, z, w) of any length but zero."""
+        x, y, z, w = np.array(quaternion, float) / math.sqrt(sum(q * q for q in quaternion))
+        rotation = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        return Transform3(rotation, np.array(list(xyz), float))
+
+    @staticmethod
+    def from_pose2(pose: Pose2) -> Transform3:
+        """A motion in the plane z = 0."""
+        return Transform3.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
+
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """The rotation as a unit quaternion (x, y, z, w) with w >= 0."""
+        m = self.rotation
+        # The largest of the four squares keeps the division well conditioned (Shepperd's method).
+        squares = np.array(
+            [
+                1 + m[0, 0] - m[1, 1] - m[2, 2],
+                1 - m[0, 0] + m[1, 1] - m[2, 2],
+                1 - m[0, 0] - m[1, 1] + m[2, 2],
+                1 + m[0, 0] + m[1, 1] + m[2, 2],
+            ]
+        )
+        best = int(np.argmax(squares))
+        rows = np.array(
+            [
+                [squares[0], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
+                [m[0, 1] + m[1, 0], squares[1], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
+                [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[2], m[1, 0] - m[0, 1]],
+                [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], squares[3]],
+            ]
+        )
+        q = rows[best] / np.linalg.norm(rows[best])
+        q = -q if q[3] < 0 else q
+        return float(q[0]), float(q[1]), float(q[2]), float(q[3])
+
+    def __matmul__(self, other: Transform3) -> Transform3:
+        """Compose: ``a_from_b @ b_from_c`` is a from c."""
+        return Transform3(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+
+    def inverse(self) -> Transform3:
+        """The transform the other way round."""
+        return Transform3(self.rotation.T, -self.rotation.T @ self.translation)
+
+    def apply(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Take points of shape (..., 3) from the child to the parent frame."""
+        return points @ self.rotation.T + self.translation
+
+    def to_pose2(self) -> Pose2:
+        """The part in the plane: x, y and the heading of the child's x axis."""
+        return Pose2(
+            float(self.translation[0]),
+            float(self.translation[1]),
+            math.atan2(self.rotation[1, 0], self.rotation[0, 0]),
+        )
+
+
+class TransformBuffer:
+    """Remembers transforms between frames and answers for any pair and moment.
+
+    Static transforms hold at every time. Moving ones are kept for ``keep`` seconds; between two samples the
+    planar part is interpolated (everything that moves on this robot moves in the plane).
+    """
+
+    def __init__(self, keep: float = 10.0) -> None:
+        self._keep = keep
+        self._static: dict[str, tuple[str, Transform3]] = {}
+        self._moving: dict[str, tuple[str, deque[tuple[float, Pose2]]]] = {}
+
+    def set_static(self, parent: str, child: str, transform: Transform3) -> None:
+        """Tell where a child frame sits for ever."""
+        self._static[child] = (parent, transform)
+
+    def set_moving(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
+        """Tell where a child frame was at a moment. Samples that come late are sorted in."""
+        known = self._moving.get(child)
+        if known is None or known[0] != parent:
+            known = self._moving[child] = (parent, deque())
+        samples = known[1]
+        if samples and stamp <= samples[-1][0]:
+            ordered = [sample for sample in samples if sample[0] != stamp] + [(stamp, pose)]
+            ordered.sort(key=lambda sample: sample[0])
+            samples.clear()
+            samples.extend(ordered)
+        else:
+            samples.append((stamp, pose))
+        while samples[-1][0] - samples[0][0] > self._keep:
+            samples.popleft()
+
+    def latest_stamp(self, child: str) -> float | None:
+        """The time of the newest sample of a moving frame, None when it was never seen."""
+        known = self._moving.get(child)
+        return known[1][-1][0] if known else None
+
+    def frames(self) -> tuple[str, ...]:
+        """The names of all child frames."""
+        return tuple(sorted({*self._static, *self._moving}))
+
+    def lookup(self, target: str, source: str, stamp: float | None = None) -> Transform3:
+        """The transform that takes points of ``source`` to ``target``.
+
+        Args:
+            target: The frame to express points in.
+            source: The frame the points are in.
+            stamp: The moment in seconds; None takes the newest sample of every link.
+
+        Raises:
+            TransformUnavailable: No chain of frames connects the two, or a moving link has no sample near
+                the moment (before its first one, or more than 0.5 s after its last one).
+        """
+        up_source = self._chain(source, stamp)
+        up_target = self._chain(target, stamp)
+        for root, source_to_root in up_source.items():
+            if root in up_target:
+                return up_target[root].inverse() @ source_to_root
+        raise TransformUnavailable(
+            f"no transform from {source!r} to {target!r}; known frames: {', '.join(self.frames()) or 'none'}"
+        )
+
+    def lookup_pose(self, target: str, source: str, stamp: float | None = None) -> Pose2:
+        """As :meth:`lookup`, the planar part only."""
+        return self.lookup(target, source, stamp).to_pose2()
+
+    def _chain(self, frame: str, stamp: float | None) -> dict[str, Transform3]:
+        """Every ancestor of a frame with the transform to it, nearest first."""
+        chain = {frame: Transform3.identity()}
+        here, so_far = frame, Transform3.identity()
+        while True:
+            if here in self._static:
+                parent, link = self._static[here]
+            elif here in self._moving:
+                parent, samples = self._moving[here]
+                link = Transform3.from_pose2(_sample_at(samples, stamp, here))
+            else:
+                return chain
+            if parent in chain:
+                raise TransformUnavailable(f"the frames {parent!r} and {here!r} form a loop")
+            so_far = link @ so_far
+            chain[parent] = so_far
+            here = parent
+
+
+EXTRAPOLATION_LIMIT_S = 0.5
+
+
+def _sample_at(samples: deque[tuple[float, Pose2]], stamp: float | None, frame: str) -> Pose2:
+    if stamp is None or stamp == samples[-1][0]:
+        return samples[-1][1]
+    if stamp > samples[-1][0]:
+        if stamp - samples[-1][0] > EXTRAPOLATION_LIMIT_S:
+            raise TransformUnavailable(f"{frame!r} is {stamp - samples[-1][0]:.2f} s older than asked for")
+        return samples[-1][1]
+    index = bisect.bisect_left(samples, stamp, key=lambda sample: sample[0])
+    after_stamp, after = samples[index]
+    if after_stamp == stamp:
+        return after
+    if index == 0:
+        raise TransformUnavailable(f"{frame!r} is known only from {samples[0][0]:.2f} s on, asked for {stamp:.2f} s")
+    before_stamp, before = samples[index - 1]
+    part = (stamp - before_stamp) / (after_stamp - before_stamp)
+    return Pose2(
+        before.x + part * (after.x - before.x),
+        before.y + part * (after.y - before.y),
+        normalize_angle(before.yaw + part * normalize_angle(after.yaw - before.yaw)),
+    )
