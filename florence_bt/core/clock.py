@@ -67,8 +67,12 @@ class _Periodic:
     def _fire(self) -> None:
         if self._cancelled:
             return
-        # A late clock skips what it missed instead of calling in a burst.
         behind = self._clock.now() - self._next
+        if behind < -self._period:
+            # A simulation that starts over sets the clock back; the series goes on from there.
+            self._next += behind
+            behind = 0.0
+        # A late clock skips what it missed instead of calling in a burst.
         self._next += self._period * (1 + max(0, int(behind / self._period)))
         self._timer = self._clock.call_at(self._next, self._fire)
         self._callback()

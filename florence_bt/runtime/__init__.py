@@ -1,0 +1,1 @@
+"""Runs missions: takes triggers, arbitrates, ticks the tree when something happened, records and explains."""

@@ -1,0 +1,252 @@
+"""Nodes about time and repetition: time-out, retry, repeat, wait.
+
+They use the clock of the context and wake the executor themselves, so nobody has to tick a waiting tree. (The
+timers of py_trees read the clock of the operating system and are not used.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.decorators import PreparedDecorator
+from florence_bt.behaviours.keys import MissingKey, resolve
+from florence_bt.behaviours.why import Why, explain
+from florence_bt.core.clock import Timer
+from florence_bt.core.outcome import Result, failure
+
+
+class _Alarm:
+    """A moment on the clock that stays passed once it has come, and wakes the executor when it comes.
+
+    The callback counts, not a second look at the clock: a timer that fires a hair early must not be lost.
+    """
+
+    def __init__(self, context: TreeContext) -> None:
+        self.passed = False
+        self._context = context
+        self._timer: Timer | None = None
+
+    def set(self, seconds: float) -> None:
+        self.clear()
+        self.passed = False
+        clock = self._context.clock
+        self._timer = clock.call_at(clock.now() + seconds, self._ring)
+
+    def clear(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _ring(self) -> None:
+        self.passed = True
+        self._context.wake()
+
+
+class Wait(Behaviour):
+    """Succeeds after a pause.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        duration: Seconds, or a value source that gives them.
+    """
+
+    def __init__(self, name: str, context: TreeContext, duration: Any) -> None:
+        super().__init__(name)
+        self.result: Result | None = None
+        self._context = context
+        self._duration = duration
+        self._alarm = _Alarm(context)
+
+    def initialise(self) -> None:
+        """Begin the pause."""
+        self.feedback_message = ""
+        self.result = None
+        try:
+            duration = resolve(self._duration, self._context.keys)
+        except MissingKey as error:
+            self.result = error.as_result()
+            return
+        self.result = _bad_duration(duration)
+        if self.result is None:
+            self._alarm.set(duration)
+
+    def update(self) -> Status:
+        """RUNNING until the pause is over."""
+        if self.result is not None:
+            self.feedback_message = self.result.reason
+            return Status.FAILURE
+        return Status.SUCCESS if self._alarm.passed else Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Forget the timer."""
+        self._alarm.clear()
+
+
+class Timeout(PreparedDecorator):
+    """Stops its child and fails when the child takes too long.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is limited.
+        context: What the tree shares.
+        duration: Seconds, or a value source that gives them.
+    """
+
+    def __init__(self, name: str, child: Behaviour, context: TreeContext, duration: Any) -> None:
+        super().__init__(name, child)
+        self._context = context
+        self._duration = duration
+        self._seconds = 0.0
+        self._alarm = _Alarm(context)
+
+    def prepare(self) -> Result | None:
+        """Look up the duration."""
+        self._seconds = resolve(self._duration, self._context.keys)
+        return _bad_duration(self._seconds)
+
+    def initialise(self) -> None:
+        """Start the timer."""
+        self._alarm.set(self._seconds)
+
+    def update(self) -> Status:
+        """The child's status, or FAILURE when the time is over and it still runs."""
+        if self.decorated.status is Status.RUNNING and self._alarm.passed:
+            tip = self.decorated.tip() or self.decorated
+            doing = f": {tip.feedback_message}" if tip.feedback_message else ""
+            reason = (
+                f"{self.decorated.name} was not done within {self._seconds:g} s (it was at {tip.name}{doing})"
+            )
+            self.result = failure("timed_out", reason)
+            self.feedback_message = reason
+            return Status.FAILURE
+        return self.decorated.status
+
+    def terminate(self, new_status: Status) -> None:
+        """Forget the timer."""
+        self._alarm.clear()
+
+
+class _Counting(PreparedDecorator):
+    """What retry and repeat share: a number of rounds, and the number of the round in a key."""
+
+    def __init__(
+        self, name: str, child: Behaviour, context: TreeContext, rounds: Any, round_key: str | None = None
+    ) -> None:
+        super().__init__(name, child)
+        self.rounds = 0
+        self.round = 0
+        self._context = context
+        self._rounds = rounds
+        self._round_key = round_key
+
+    def prepare(self) -> Result | None:
+        """Look up the number of rounds."""
+        self.rounds = resolve(self._rounds, self._context.keys)
+        if isinstance(self.rounds, bool) or not isinstance(self.rounds, int) or self.rounds < 1:
+            return failure(
+                "bad_input", f"{self.name} needs a whole number of at least 1, not {self.rounds!r}"
+            )
+        return None
+
+    def initialise(self) -> None:
+        """Begin with round 1."""
+        self._enter(1)
+
+    def _enter(self, number: int) -> None:
+        self.round = number
+        if self._round_key is not None:
+            self._context.keys.write(self._round_key, number)
+
+    def _again(self) -> Status:
+        """Go to the next round: the executor ticks once more, which starts the child anew."""
+        self._enter(self.round + 1)
+        self._context.wake()
+        return Status.RUNNING
+
+
+class Retry(_Counting):
+    """Starts its child again when it fails.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is tried.
+        context: What the tree shares.
+        attempts: How often at most, or a value source that says so.
+        on: The codes that are worth another attempt; every code when empty.
+        attempt_key: The key that receives the number of the attempt, beginning with 1.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        context: TreeContext,
+        attempts: Any,
+        on: Collection[str] = (),
+        attempt_key: str | None = None,
+    ) -> None:
+        super().__init__(name, child, context, attempts, attempt_key)
+        self._on = frozenset(on)
+        self._exhausted = False
+
+    def initialise(self) -> None:
+        """Begin with the first attempt."""
+        super().initialise()
+        self._exhausted = False
+
+    def update(self) -> Status:
+        """The child's status; RUNNING after a failure that is worth another attempt."""
+        if self.decorated.status is not Status.FAILURE:
+            return self.decorated.status
+        why = explain(self.decorated)
+        assert why is not None  # the child's status is FAILURE
+        if self._on and why.code not in self._on:
+            return Status.FAILURE
+        if self.round >= self.rounds:
+            self._exhausted = True
+            return Status.FAILURE
+        self.feedback_message = (
+            f"attempt {self.round + 1} of {self.rounds}; the last one failed: {why.reason}"
+        )
+        return self._again()
+
+    def retell(self, why: Why) -> Why:
+        """Say how many attempts there were, when they were used up."""
+        if not self._exhausted:
+            return why
+        return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
+
+
+class Repeat(_Counting):
+    """Starts its child again when it succeeds, until it has succeeded a number of times.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is repeated.
+        context: What the tree shares.
+        rounds: How often, or a value source that says so.
+    """
+
+    def update(self) -> Status:
+        """The child's status; RUNNING after a success that was not the last."""
+        if self.decorated.status is not Status.SUCCESS or self.round >= self.rounds:
+            return self.decorated.status
+        self.feedback_message = f"round {self.round + 1} of {self.rounds}"
+        return self._again()
+
+
+def _bad_duration(duration: Any) -> Result | None:
+    if (
+        isinstance(duration, (int, float))
+        and not isinstance(duration, bool)
+        and 0.0 <= duration < float("inf")
+    ):
+        return None
+    return failure("bad_input", f"a duration of zero or more seconds is needed, not {duration!r}")

@@ -1,0 +1,129 @@
+"""The one adapter between a skill and a tree: starts it, looks at its run, cancels it when it is left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.context import OpenRun, TreeContext
+from florence_bt.behaviours.keys import MissingKey, resolve
+from florence_bt.behaviours.why import path_of
+from florence_bt.core.clock import Timer
+from florence_bt.core.errors import closest_first
+from florence_bt.core.outcome import Outcome, Result, failure
+
+
+class RunSkill(Behaviour):
+    """Runs a skill.
+
+    RUNNING while the run goes on, SUCCESS with its outputs written to keys, FAILURE with the result in
+    :attr:`result`. Nothing is started when an input is missing or outside what the skill declares. A run that
+    takes longer than the declaration allows is cancelled and fails with ``timed_out``.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        skill: The name of the skill, one of the context's declarations.
+        inputs: Values in SI units or value sources, by input name.
+        outputs: Output name -> key that receives it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: TreeContext,
+        skill: str,
+        inputs: Mapping[str, Any] | None = None,
+        outputs: Mapping[str, str] | None = None,
+    ) -> None:
+        super().__init__(name)
+        self.skill = skill
+        self.inputs = dict(inputs or {})
+        self.outputs = dict(outputs or {})
+        self.result: Result | None = None
+        self._context = context
+        self._declaration = context.declarations[skill]
+        self._entry: OpenRun | None = None
+        self._deadline: Timer | None = None
+        self._deadline_passed = False
+
+    def initialise(self) -> None:
+        """Check the inputs and start the skill."""
+        self.result = None
+        self.feedback_message = ""
+        self._deadline_passed = False
+        try:
+            inputs = {name: resolve(value, self._context.keys) for name, value in self.inputs.items()}
+        except MissingKey as error:
+            self.result = error.as_result()
+            return
+        self.result = self._refusal(inputs)
+        if self.result is not None:
+            return
+        complete = self._declaration.complete(inputs)
+        self._entry = self._context.start(path_of(self), self.skill, complete)
+        if self._context.poll(self._entry) is None:
+            when = self._context.clock.now() + self._declaration.deadline_s
+            self._deadline = self._context.clock.call_at(when, self._on_deadline)
+
+    def update(self) -> Status:
+        """Look at the run."""
+        if self._entry is not None:
+            result = self._context.poll(self._entry)
+            if result is None and not self._deadline_passed:
+                self.feedback_message = self._entry.run.feedback
+                return Status.RUNNING
+            self.result = self._too_late() if result is None else self._checked(result)
+        assert self.result is not None
+        self.feedback_message = self.result.reason
+        if not self.result.succeeded:
+            return Status.FAILURE
+        for output, key in self.outputs.items():
+            self._context.keys.write(key, self.result.outputs[output])
+        return Status.SUCCESS
+
+    def terminate(self, new_status: Status) -> None:
+        """Leave no run behind, also when its goal was not accepted yet."""
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+        entry, self._entry = self._entry, None
+        if entry is not None and entry in self._context.runs:
+            self._context.leave(entry)
+
+    def _on_deadline(self) -> None:
+        self._deadline_passed = True
+        self._context.wake()
+
+    def _refusal(self, inputs: Mapping[str, Any]) -> Result | None:
+        if self.skill not in self._context.skills:
+            has = ", ".join(closest_first(self.skill, self._context.skills)) or "none"
+            return failure("no_skill", f"this robot has no skill {self.skill} (it has: {has})")
+        problems = self._declaration.problems_with(inputs)
+        return failure("bad_input", "; ".join(problems)) if problems else None
+
+    def _too_late(self) -> Result:
+        doing = f", at the end: {self.feedback_message}" if self.feedback_message else ""
+        return failure(
+            "timed_out", f"{self.skill} was not done within {self._declaration.deadline_s:g} s{doing}"
+        )
+
+    def _checked(self, result: Result) -> Result:
+        """Make a result keep its promises: a code and a reason on failure, outputs on success."""
+        if result.outcome is Outcome.CANCELLED:
+            return failure("cancelled", result.reason or f"{self.skill} was cancelled by its own side")
+        if not result.succeeded:
+            return (
+                result if result.reason else failure(result.code, f"{self.skill} failed with {result.code}")
+            )
+        for output in self.outputs:
+            port = self._declaration.outputs.get(output)
+            if output not in result.outputs or port is None:
+                return failure("bad_output", f"{self.skill} gave no output {output!r} although it succeeded")
+            problem = port.problem_with(result.outputs[output])
+            if problem:
+                return failure("bad_output", f"the output {output!r} of {self.skill} is wrong: {problem}")
+        return result

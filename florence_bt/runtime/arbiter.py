@@ -1,0 +1,56 @@
+"""Decides what becomes of a trigger while another mission runs. Pure: two requests in, a decision out."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from florence_bt.runtime.run import MissionRun, Policy, Request
+
+
+class Verdict(enum.Enum):
+    """What to do with a request."""
+
+    START = "start"
+    QUEUE = "queue"
+    PREEMPT = "preempt"
+    REJECT = "reject"
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A verdict and its reason for the caller."""
+
+    verdict: Verdict
+    reason: str
+
+
+def decide(request: Request, current: MissionRun | None, blocked_by: str | None = None) -> Decision:
+    """Decide about a request.
+
+    Args:
+        request: The new trigger.
+        current: The run that is not over yet, if there is one.
+        blocked_by: Why no mission may start at all, if that is so.
+
+    Returns:
+        The decision. ``preempt`` needs a priority at least that of the current run.
+    """
+    if blocked_by is not None:
+        return Decision(Verdict.REJECT, blocked_by)
+    if current is None:
+        return Decision(Verdict.START, f"{request.mission} starts")
+    busy = f"{current.mission} is running (run {current.run_id}, priority {current.request.priority})"
+    match request.policy:
+        case Policy.QUEUE:
+            return Decision(Verdict.QUEUE, f"waits because {busy}")
+        case Policy.PREEMPT if request.priority >= current.request.priority:
+            return Decision(Verdict.PREEMPT, f"replaces {current.run_id}")
+        case Policy.PREEMPT:
+            return Decision(
+                Verdict.REJECT,
+                f"{busy}, above the priority {request.priority} of this request; wait, stop it, or ask with "
+                f"priority {current.request.priority} or more",
+            )
+        case _:
+            return Decision(Verdict.REJECT, f"{busy}; stop it first or ask with policy 'queue' or 'preempt'")

@@ -1,0 +1,87 @@
+"""What happens in a run, as records: the source of the journal, the live view and the topics."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, is_dataclass
+from typing import Any
+
+import py_trees
+from py_trees.common import Status
+
+from florence_bt.behaviours.why import path_of
+
+
+class EventKind(enum.Enum):
+    """The kinds of events."""
+
+    QUEUED = "queued"
+    STARTED = "started"
+    NODE = "node"
+    """A node's status changed."""
+    SKILL_STARTED = "skill_started"
+    SKILL_ENDED = "skill_ended"
+    STOP_ASKED = "stop_asked"
+    ENDED = "ended"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One record.
+
+    Attributes:
+        time: Seconds on the run's clock.
+        run_id: The run it belongs to.
+        kind: What happened.
+        data: Details, by name; plain values and small dataclasses.
+    """
+
+    time: float
+    run_id: str
+    kind: EventKind
+    data: Mapping[str, Any]
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain JSON values."""
+        return {"time": round(self.time, 6), "run": self.run_id, "event": self.kind.value, **plain(self.data)}
+
+
+def plain(value: Any) -> Any:
+    """Turn a value into what JSON can hold; what it cannot hold becomes text."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+def node_changes(root: py_trees.behaviour.Behaviour, known: dict[Any, Status]) -> Iterator[dict[str, Any]]:
+    """Every node whose status differs from what was known, in the order of the tree.
+
+    Args:
+        root: The tree, just ticked.
+        known: Status by node id as of the last call; brought up to date here.
+    """
+    for node in root.iterate(direct_descendants=False):
+        before = known.get(node.id, Status.INVALID)
+        if node.status is not before:
+            known[node.id] = node.status
+            yield {
+                "node": path_of(node),
+                "old": before.name,
+                "new": node.status.name,
+                "reason": node.feedback_message,
+            }
+
+
+def seconds_text(start: float | None, end: float | None) -> str:
+    """A duration for people; empty when one end is missing."""
+    if start is None or end is None:
+        return ""
+    seconds = end - start
+    return f"{seconds:.1f} s" if seconds < 120 else f"{int(seconds // 60)} min {seconds % 60:.0f} s"

@@ -1,0 +1,299 @@
+"""The mission server on ROS: triggers in; status, tree and run state out. Thin: convert, call the executor.
+
+Names live under ``florence_bt/`` (ARCHITECTURE.md, ROS surface).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from florence_interfaces.action import ExecuteMission
+from florence_interfaces.msg import RunState
+from florence_interfaces.srv import CheckMission, ListMissions, MissionStatus, RunMission, StopMission
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome
+from florence_bt.core.skill import Skill
+from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.action_server import SingleGoalServer
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.tf import TransformListener
+from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.recorder import RunRecord, RunRecorder
+from florence_bt.runtime.run import MissionRun, Policy, Request, RunIds, RunStatus
+from florence_bt.runtime.status import RUN_STATES, status_text
+from florence_bt.trees.lint import check
+from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.report import report_text
+
+
+@dataclass(frozen=True, slots=True)
+class MissionNodeParameters:
+    """Parameters of the mission server.
+
+    Attributes:
+        runs_folder: Where the folders of the runs go.
+        mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
+        base_frame: The robot's frame whose path is recorded.
+    """
+
+    runs_folder: str = "runs"
+    mission_folders: tuple[str, ...] = ()
+    base_frame: str = "base_link"
+
+
+class MissionNode(FlorenceNode):
+    """Serves the missions.
+
+    Args:
+        make_skills: Builds the skills by name over this node.
+        declarations: What the skills say about themselves.
+        on_recorded: Called when the files of a run are written.
+        parameters: Overrides of the node's parameters.
+    """
+
+    def __init__(
+        self,
+        make_skills: Callable[[FlorenceNode], Mapping[str, Skill]],
+        declarations: Mapping[str, SkillDeclaration],
+        *,
+        on_recorded: Callable[[RunRecord], None] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__("florence_bt", parameters=parameters)
+        self._parameters = self.read_parameters(MissionNodeParameters)
+        self._declarations = declarations
+        library = MissionLibrary.load([Path(folder) for folder in self._parameters.mission_folders])
+        self._tf = TransformListener(self)
+        self._executor = Executor(
+            library,
+            make_skills(self),
+            declarations,
+            self.timebase,
+            RunIds(datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")),
+            call_soon=self.call_soon,
+        )
+        recorder = RunRecorder(
+            self._executor, Path(self._parameters.runs_folder), self.timebase, self._robot_pose, on_recorded
+        )
+        self.on_close(recorder.close)
+        self._executor.add_listener(self._on_event)
+        self._tree_topic = self.create_publisher(String, "florence_bt/tree", LATCHED)
+        self._state_topic = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+        self._tree_due = False
+        self._action_run: str | None = None
+        self._create_services()
+        self._state_topic.publish(RunState(state="IDLE"))
+
+    def close(self) -> None:
+        """Stop what runs; the skills' cancels go out before the node is destroyed."""
+        self._executor.blocked_by = "the mission server is shutting down"
+        self._executor.stop_all("the mission server is shutting down")
+
+    # ---- services -------------------------------------------------------------------------------------
+
+    def _create_services(self) -> None:
+        self.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission)
+        self.create_service(StopMission, "florence_bt/stop", self._on_stop)
+        self.create_service(MissionStatus, "florence_bt/status", self._on_status)
+        self.create_service(ListMissions, "florence_bt/list_missions", self._on_list)
+        self.create_service(CheckMission, "florence_bt/check_mission", self._on_check)
+        self._action = SingleGoalServer(
+            self,
+            ExecuteMission,
+            "florence_bt/execute_mission",
+            on_goal=self._on_action_goal,
+            on_cancel=self._on_action_cancel,
+        )
+        for mission in self._executor.library.missions():
+            if not mission.required_inputs():
+                self.create_service(
+                    Trigger,
+                    f"florence_bt/missions/{mission.name}",
+                    lambda request, response, name=mission.name: self._on_trigger(name, response),
+                )
+
+    def _on_run_mission(
+        self, request: RunMission.Request, response: RunMission.Response
+    ) -> RunMission.Response:
+        accepted, run_id, message = self._start(
+            request.mission,
+            request.input_names,
+            request.input_values,
+            request.caller or "run_mission service",
+            request.policy,
+            request.priority,
+        )
+        response.accepted, response.run_id, response.message = accepted, run_id, message
+        return response
+
+    def _on_trigger(self, mission: str, response: Trigger.Response) -> Trigger.Response:
+        accepted, run_id, message = self._start(mission, (), (), f"missions/{mission} service", "", 0)
+        response.success = accepted
+        response.message = f"{message} (run {run_id})" if accepted else message
+        return response
+
+    def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
+        run = self._executor.stop(request.reason or "stop asked by service", request.run_id or None)
+        response.success = run is not None
+        if run is not None:
+            response.message = f"{run.run_id} stops"
+        elif request.run_id:
+            response.message = f"no run {request.run_id!r} is running or queued"
+        else:
+            response.message = "no mission is running"
+        return response
+
+    def _on_status(
+        self, request: MissionStatus.Request, response: MissionStatus.Response
+    ) -> MissionStatus.Response:
+        run = self._executor.find(request.run_id or None)
+        if run is None:
+            response.tree = (
+                f"no run {request.run_id!r} is known here" if request.run_id else "no mission has run yet"
+            )
+            return response
+        response.found = True
+        response.run_id, response.mission = run.run_id, run.mission
+        response.state, response.code, response.reason = run.status.value, run.code, run.reason
+        tree = self._executor.render(run, colour=request.colour)
+        response.tree = status_text(run, tree, self.timebase.now())
+        return response
+
+    def _on_list(
+        self, request: ListMissions.Request, response: ListMissions.Response
+    ) -> ListMissions.Response:
+        missions = list(self._executor.library.missions())
+        response.names = [mission.name for mission in missions]
+        response.descriptions = [mission.description for mission in missions]
+        return response
+
+    def _on_check(
+        self, request: CheckMission.Request, response: CheckMission.Response
+    ) -> CheckMission.Response:
+        try:
+            mission = self._executor.library.get(request.mission)
+        except ConfigError as error:
+            response.report = str(error)
+            return response
+        findings = check([mission], self._executor.library, self._declarations, None)
+        response.ok = not any(finding.severity == "error" for finding in findings)
+        response.report = report_text(findings) if findings else f"{mission.name}: no problem found"
+        return response
+
+    # ---- the action -----------------------------------------------------------------------------------
+
+    def _on_action_goal(self, goal: ExecuteMission.Goal) -> str | None:
+        accepted, run_id, message = self._start(
+            goal.mission,
+            goal.input_names,
+            goal.input_values,
+            "execute_mission action",
+            goal.policy,
+            goal.priority,
+        )
+        if not accepted:
+            return message
+        self._action_run = run_id
+        return None
+
+    def _on_action_cancel(self) -> None:
+        if self._action_run is not None:
+            self._executor.stop("cancelled by the action client", self._action_run)
+
+    def _finish_action(self, run: MissionRun) -> None:
+        self._action_run = None
+        result = ExecuteMission.Result(
+            run_id=run.run_id, state=run.status.value, code=run.code, reason=run.reason, tree=run.tree
+        )
+        outcome = {
+            RunStatus.SUCCEEDED: Outcome.SUCCEEDED,
+            RunStatus.STOPPED: Outcome.CANCELLED,
+        }.get(run.status, Outcome.FAILED)
+        self._action.finish(result, outcome)
+
+    # ---- inside ---------------------------------------------------------------------------------------
+
+    def _start(
+        self, mission: str, names: Any, values: Any, caller: str, policy: str, priority: int
+    ) -> tuple[bool, str, str]:
+        """Trigger a mission: (accepted, run id, message). Nothing that a caller sends raises from here."""
+        try:
+            request = Request(mission, _pair_inputs(names, values), caller, _policy(policy), priority)
+            run = self._executor.trigger(request)
+        except FlorenceError as error:
+            self.get_logger().warning(f"{mission!r} asked by {caller} was refused: {error}")
+            return False, "", str(error)
+        self.get_logger().info(f"{run.run_id} {run.status.value.lower()}, asked by {caller}")
+        word = "starts" if run.status is RunStatus.RUNNING else "waits for its turn"
+        return True, run.run_id, f"{mission} {word}"
+
+    def _on_event(self, run: MissionRun, event: Event) -> None:
+        if event.kind in (EventKind.STARTED, EventKind.QUEUED):
+            self._publish_state(run)
+        elif event.kind is EventKind.ENDED:
+            self._publish_state(run)
+            self._tree_topic.publish(String(data=status_text(run, run.tree, self.timebase.now())))
+            self.get_logger().info(f"{run.run_id} {run.status.value}: {run.reason or 'ok'}")
+            if run.run_id == self._action_run:
+                self._finish_action(run)
+        elif not self._tree_due:
+            # One tick changes many nodes; the tree goes out once, after it.
+            self._tree_due = True
+            self.call_soon(self._publish_tree)
+
+    def _publish_state(self, run: MissionRun) -> None:
+        self._state_topic.publish(
+            RunState(
+                run_id=run.run_id,
+                mission=run.mission,
+                state=RUN_STATES[run.status],
+                code=run.code,
+                reason=run.reason,
+            )
+        )
+
+    def _publish_tree(self) -> None:
+        self._tree_due = False
+        run = self._executor.current
+        if run is None:
+            return
+        tree = self._executor.render(run)
+        self._tree_topic.publish(String(data=status_text(run, tree, self.timebase.now())))
+        if run.run_id == self._action_run:
+            self._action.publish_feedback(
+                ExecuteMission.Feedback(run_id=run.run_id, tip=run.mission, tree=tree)
+            )
+
+    def _robot_pose(self) -> Pose2 | None:
+        try:
+            return self._tf.buffer.lookup_pose("map", self._parameters.base_frame)
+        except TransformUnavailable:
+            return None
+
+
+def _pair_inputs(names: Any, values: Any) -> dict[str, str]:
+    if len(names) != len(values):
+        raise ConfigError(
+            f"{len(names)} input names came with {len(values)} values", valid=["as many values as names"]
+        )
+    return dict(zip(names, values, strict=True))
+
+
+def _policy(text: str) -> Policy:
+    if not text:
+        return Policy.REJECT
+    try:
+        return Policy(text)
+    except ValueError:
+        raise ConfigError(f"unknown policy {text!r}", valid=[policy.value for policy in Policy]) from None

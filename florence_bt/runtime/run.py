@@ -1,0 +1,114 @@
+"""One run of one mission: what was asked, where it stands, how it ended. Data only; the executor acts on it."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from florence_bt.behaviours.why import Why
+
+
+class RunStatus(enum.Enum):
+    """Where a run stands."""
+
+    QUEUED = "QUEUED"
+    RUNNING = "RUNNING"
+    ENDING = "ENDING"
+    """The tree has ended or was stopped; skills that were cancelled have not all reported their end."""
+    SUCCEEDED = "SUCCEEDED"
+    FAILED = "FAILED"
+    STOPPED = "STOPPED"
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing can change any more."""
+        return self in (RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.STOPPED)
+
+
+class Policy(enum.Enum):
+    """What a caller wants when another mission is running (ARCHITECTURE.md, ROS surface)."""
+
+    REJECT = "reject"
+    QUEUE = "queue"
+    PREEMPT = "preempt"
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A trigger.
+
+    Attributes:
+        mission: Name of the mission.
+        inputs: Inputs by name, as given by the caller (texts are read like in a mission file).
+        caller: Who asks, for the records.
+        policy: What to do when another mission is running.
+        priority: A higher number may preempt or overtake a lower one, never the other way round.
+    """
+
+    mission: str
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    caller: str = "unknown"
+    policy: Policy = Policy.REJECT
+    priority: int = 0
+
+
+@dataclass(slots=True)
+class MissionRun:
+    """The life of one run.
+
+    Attributes:
+        run_id: Unique name, sorts by time.
+        request: What was asked.
+        inputs: The inputs in SI units with defaults filled in.
+        status: Where the run stands.
+        started: Clock time of the first tick, None before.
+        ended: Clock time of the end, None before.
+        why: Cause of a failure or a stop.
+        outputs: The mission's outputs, once it has succeeded.
+        tree: ASCII tree as of the last change; of a stopped run as it was just before the stop.
+        ticks: Ticks so far.
+    """
+
+    run_id: str
+    request: Request
+    inputs: Mapping[str, Any]
+    status: RunStatus = RunStatus.QUEUED
+    started: float | None = None
+    ended: float | None = None
+    why: Why | None = None
+    outputs: Mapping[str, Any] = field(default_factory=dict)
+    tree: str = ""
+    ticks: int = 0
+
+    @property
+    def mission(self) -> str:
+        """Name of the mission."""
+        return self.request.mission
+
+    @property
+    def reason(self) -> str:
+        """The reason of the end in one sentence, empty after success and while running."""
+        return self.why.reason if self.why else ""
+
+    @property
+    def code(self) -> str:
+        """The short code of the end: ``ok`` after success, empty while running."""
+        if self.status is RunStatus.SUCCEEDED:
+            return "ok"
+        return self.why.code if self.why and self.status.final else ""
+
+
+class RunIds:
+    """Makes run ids: start time and a counter, so that they sort and never repeat within a process."""
+
+    def __init__(self, stamp: str) -> None:
+        """Store the time stamp text that the ids of this process begin with."""
+        self._stamp = stamp
+        self._count = 0
+
+    def next(self, mission: str) -> str:
+        """The id of the next run."""
+        self._count += 1
+        return f"{self._stamp}-{self._count:03d}-{mission}"

@@ -1,0 +1,39 @@
+"""Where the checks put down what they find in one mission."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from florence_bt.core.errors import closest_first
+from florence_bt.trees.findings import ERROR, WARNING, Finding
+from florence_bt.trees.model import Mission
+from florence_bt.trees.source import Position
+
+
+class Notes:
+    """The findings of one mission.
+
+    Args:
+        mission: The mission.
+    """
+
+    def __init__(self, mission: Mission) -> None:
+        self.findings: list[Finding] = []
+        self._file = str(mission.file)
+
+    def error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Note an error."""
+        self._add(position, ERROR, message, valid)
+
+    def warning(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Note a warning."""
+        self._add(position, WARNING, message, valid)
+
+    def unknown(self, position: Position, message: str, name: str, names: Iterable[str]) -> None:
+        """Note a name that does not exist, with those that look like it."""
+        self.error(position, message, closest_first(name, names))
+
+    def _add(self, position: Position, severity: str, message: str, valid: Iterable[str]) -> None:
+        self.findings.append(
+            Finding(self._file, position.line, position.column, severity, message, tuple(valid))
+        )

@@ -1,0 +1,157 @@
+"""Small steps of the parser: each takes a piece of the source, notes what is wrong with it, and goes on."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from florence_bt.core.errors import closest_first
+from florence_bt.trees.findings import ERROR, Finding
+from florence_bt.trees.kinds import IDENTIFIER
+from florence_bt.trees.model import Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.source import Listing, Position, Source, Table, Text
+
+_DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
+
+
+class Reader:
+    """Collects what is wrong with a file while it is read.
+
+    Args:
+        file: The file, named in the findings.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.findings: list[Finding] = []
+        self._file = str(file)
+
+    def problem(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Note an error."""
+        self.findings.append(
+            Finding(self._file, position.line, position.column, ERROR, message, tuple(valid))
+        )
+
+    def unknown(self, position: Position, what: str, name: str, names: Iterable[str]) -> None:
+        """Note a name that does not exist, with those that look like it."""
+        self.problem(position, f"unknown {what} {name!r}", closest_first(name, names))
+
+    def table(self, source: Source | None, what: str) -> Table | None:
+        """A table, or nothing (noted, unless nothing was written)."""
+        if isinstance(source, Table):
+            return source
+        if source is not None and not (isinstance(source, Text) and source.empty):
+            self.problem(source.position, f"{what} must be a table (key: value)")
+        return None
+
+    def text(self, source: Source, what: str) -> str | None:
+        """A text that is not empty."""
+        if isinstance(source, Text) and not source.empty and source.text.strip():
+            return source.text.strip()
+        self.problem(source.position, f"{what} must be a text")
+        return None
+
+    def identifier(self, source: Source, what: str) -> Literal | None:
+        """A name in lower case."""
+        if isinstance(source, Text) and IDENTIFIER.fullmatch(source.text):
+            return Literal(source.text, True, source.position)
+        written = f", not {source.text!r}" if isinstance(source, Text) and not source.empty else ""
+        self.problem(
+            source.position, f"{what} must be a name of lower-case letters, digits and underscores{written}"
+        )
+        return None
+
+    def choice(self, source: Source, what: str, choices: Iterable[str], default: str) -> str:
+        """One of a few words."""
+        choices = tuple(choices)
+        if isinstance(source, Text) and source.text in choices:
+            return source.text
+        written = source.text if isinstance(source, Text) else "this"
+        self.problem(source.position, f"{what} cannot be {written!r}", choices)
+        return default
+
+    def identifiers(self, source: Source, what: str) -> tuple[Literal, ...]:
+        """A list of names, or a single one."""
+        items = source.items if isinstance(source, Listing) else (source,)
+        return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
+
+    def values(self, source: Source | None, what: str) -> tuple[tuple[Literal, Value], ...]:
+        """A table of names and values."""
+        table = self.table(source, what)
+        pairs = []
+        for key, item in table.entries if table else ():
+            name = self.identifier(key, f"a name in {what}")
+            value = self.value(item, f"{key.text!r}")
+            if name is not None and value is not None:
+                pairs.append((name, value))
+        return tuple(pairs)
+
+    def keys(self, source: Source | None) -> tuple[tuple[Literal, Literal], ...]:
+        """``out``: a table of outputs and the keys that receive them."""
+        table = self.table(source, "out")
+        pairs = []
+        for key, item in table.entries if table else ():
+            output = self.identifier(key, "an output")
+            target = self.identifier(_without_dollar(item), "a key")
+            if output is not None and target is not None:
+                pairs.append((output, target))
+        return tuple(pairs)
+
+    def value(self, source: Source, what: str) -> Value | None:
+        """A literal, a reference, a text with keys, or a pose."""
+        if isinstance(source, Table):
+            return self._pose(source, what)
+        if isinstance(source, Listing):
+            self.problem(source.position, f"{what} cannot be a list")
+            return None
+        if source.empty:
+            self.problem(source.position, f"{what} has no value")
+            return None
+        return self._scalar(source)
+
+    def _scalar(self, source: Text) -> Value | None:
+        parts: list[str | Reference] = []
+        end = 0
+        for match in _DOLLAR.finditer(source.text):
+            parts.append(source.text[end : match.start()])
+            end = match.end()
+            key = match["key"] or match["braced"]
+            if key:
+                parts.append(Reference(key, source.position))
+            elif match["dollar"]:
+                parts.append("$")
+            else:
+                self.problem(
+                    source.position, f"a lone $ in {source.text!r}", ["$key", "$$ for a dollar sign"]
+                )
+                return None
+        parts.append(source.text[end:])
+        parts = [part for part in parts if part != ""]
+        if len(parts) == 1 and isinstance(parts[0], Reference):
+            return parts[0]
+        if any(isinstance(part, Reference) for part in parts):
+            return Template(tuple(parts), source.position)
+        return Literal("".join(str(part) for part in parts), source.quoted, source.position)
+
+    def _pose(self, table: Table, what: str) -> PoseParts | None:
+        parts: dict[str, Value] = {}
+        for key, item in table.entries:
+            if key.text not in ("x", "y", "yaw"):
+                self.unknown(key.position, "part of a pose", key.text, ("x", "y", "yaw"))
+            elif (value := self.value(item, f"{key.text} of the pose")) is not None:
+                parts[key.text] = value
+        missing = [name for name in ("x", "y", "yaw") if table.key(name) is None]
+        if missing:
+            self.problem(
+                table.position,
+                f"{what}: the pose lacks {', '.join(missing)}",
+                ["{x: 1 m, y: 2 m, yaw: 90 deg}"],
+            )
+        return PoseParts(parts["x"], parts["y"], parts["yaw"], table.position) if len(parts) == 3 else None
+
+
+def _without_dollar(source: Source) -> Source:
+    """``out: {pose: $goal}`` means the key ``goal`` as well."""
+    if isinstance(source, Text) and source.text.startswith("$"):
+        return Text(source.text[1:], source.quoted, source.position)
+    return source

@@ -1,0 +1,53 @@
+"""What the checks of a mission file report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError
+
+ERROR = "error"
+"""The mission cannot run."""
+WARNING = "warning"
+"""The mission can run but probably does not do what was meant."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One problem in a mission file.
+
+    Attributes:
+        file: The file.
+        line: 1-based.
+        column: 1-based.
+        severity: ``error`` or ``warning``.
+        message: What is wrong, one sentence.
+        valid: What would have worked, most likely first.
+    """
+
+    file: str
+    line: int
+    column: int
+    severity: str
+    message: str
+    valid: tuple[str, ...] = ()
+
+    def as_error(self) -> ConfigError:
+        """The same as an exception."""
+        return ConfigError(self.message, file=self.file, line=self.line, column=self.column, valid=self.valid)
+
+
+def finding_from_error(error: ConfigError) -> Finding:
+    """A configuration error as a finding."""
+    return Finding(error.file or "", error.line or 1, error.column or 1, ERROR, error.problem, error.valid)
+
+
+def sort_findings(findings: Iterable[Finding]) -> list[Finding]:
+    """Order findings by file and place, each once."""
+    return sorted(set(findings), key=lambda f: (f.file, f.line, f.column, f.severity, f.message))
+
+
+def has_errors(findings: Iterable[Finding]) -> bool:
+    """Whether any finding keeps a mission from running."""
+    return any(finding.severity == ERROR for finding in findings)

@@ -1,0 +1,150 @@
+"""A mission file: from the source to the model. What a mission refers to is checked elsewhere (``lint``)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.declaration import REQUIRED, Kind, Port
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees._parse_nodes import NodeParser
+from florence_bt.trees._reader import Reader
+from florence_bt.trees.kinds import IDENTIFIER, INPUT_KEYS, MISSION_KEYS, ON_RESTART, OUTPUT_KEYS
+from florence_bt.trees.model import Mission
+from florence_bt.trees.quantities import NUMERIC_KINDS, example_of, out_of_range, read_value
+from florence_bt.trees.source import Position, Source, Table, Text, parse_source, read_source
+
+
+def read_mission(path: Path) -> Mission:
+    """Read a mission file.
+
+    Returns:
+        The mission; what is wrong with the file's form is in its findings.
+
+    Raises:
+        ConfigError: The file cannot be read or is no YAML of the plain kind.
+    """
+    return _parse(read_source(path), path)
+
+
+def parse_mission(text: str, path: Path) -> Mission:
+    """Parse the text of a mission file; ``path`` names it.
+
+    Raises:
+        ConfigError: As :func:`read_mission`.
+    """
+    return _parse(parse_source(text.encode(), path), path)
+
+
+def _parse(source: Source, path: Path) -> Mission:
+    reader = Reader(path)
+    if not isinstance(source, Table):
+        reader.problem(source.position, "a mission file must be a table", MISSION_KEYS)
+        return Mission(path.stem, "", path, findings=tuple(reader.findings))
+    for key, _ in source.entries:
+        if key.text not in MISSION_KEYS:
+            reader.unknown(key.position, "key of a mission", key.text, MISSION_KEYS)
+    description = source.get("description")
+    restart = source.get("on_restart")
+    inputs, input_positions = _ports(reader, source.get("inputs"), "an input", INPUT_KEYS)
+    outputs, output_positions = _ports(reader, source.get("outputs"), "an output", OUTPUT_KEYS)
+    tree = source.get("tree")
+    if tree is None:
+        reader.problem(source.position, "the mission has no tree", ["tree: {a node}"])
+    return Mission(
+        name=_name(reader, source, path),
+        description=(reader.text(description, "description") or "") if description is not None else "",
+        file=path,
+        inputs=inputs,
+        outputs=outputs,
+        on_restart=reader.choice(restart, "on_restart", ON_RESTART, "abort")
+        if restart is not None
+        else "abort",
+        tree=NodeParser(reader).node(tree) if tree is not None else None,
+        positions={**output_positions, **input_positions},
+        findings=tuple(reader.findings),
+    )
+
+
+def _name(reader: Reader, table: Table, path: Path) -> str:
+    source = table.get("mission")
+    if source is None:
+        reader.problem(table.position, "the mission has no name", [f"mission: {path.stem}"])
+        return path.stem
+    name = reader.identifier(source, "mission")
+    if name is None:
+        return path.stem
+    if name.text != path.stem:
+        valid = [path.stem] if IDENTIFIER.fullmatch(path.stem) else []
+        reader.problem(
+            name.position, f"the mission is called {name.text!r} but its file is {path.name}", valid
+        )
+    return name.text
+
+
+def _ports(
+    reader: Reader, source: Source | None, what: str, keys: tuple[str, ...]
+) -> tuple[dict[str, Port], dict[str, Position]]:
+    ports, positions = {}, {}
+    table = reader.table(source, what.split()[1] + "s")
+    for key, item in table.entries if table else ():
+        name = reader.identifier(key, what)
+        fields = reader.table(item, f"{what} {key.text!r}")
+        if fields is None:
+            reader.problem(
+                key.position, f"{what} needs a type", ["{type: " + "|".join(k.value for k in Kind) + "}"]
+            )
+        elif name is not None:
+            positions[name.text] = name.position
+            ports[name.text] = _port(reader, name.text, fields, keys)
+    return ports, positions
+
+
+def _port(reader: Reader, name: str, fields: Table, keys: tuple[str, ...]) -> Port:
+    for key, _ in fields.entries:
+        if key.text not in keys:
+            reader.unknown(key.position, f"key of {name!r}", key.text, keys)
+    kind = _kind(reader, name, fields)
+    description = fields.get("description")
+    text = reader.text(description, "description") if description is not None else None
+    minimum, maximum = (_limit(reader, fields, key, kind) for key in ("min", "max"))
+    port = Port(kind, text or "", REQUIRED, minimum, maximum)
+    if minimum is not None and maximum is not None and minimum > maximum:
+        reader.problem(fields.position, f"the minimum of {name!r} is above its maximum")
+    default = fields.get("default")
+    if default is None or "default" not in keys:
+        return port
+    value = _literal(reader, default, kind, f"the default of {name!r}")
+    problem = out_of_range(value, port) if value is not None else None
+    if problem:
+        reader.problem(default.position, f"the default of {name!r}: {problem}")
+    return Port(kind, text or "", value, minimum, maximum)
+
+
+def _kind(reader: Reader, name: str, fields: Table) -> Kind:
+    source = fields.get("type")
+    if source is None:
+        reader.problem(fields.position, f"{name!r} needs a type", [kind.value for kind in Kind])
+        return Kind.TEXT
+    return Kind(reader.choice(source, f"the type of {name!r}", [kind.value for kind in Kind], "text"))
+
+
+def _limit(reader: Reader, fields: Table, key: str, kind: Kind) -> Any:
+    source = fields.get(key)
+    if source is None:
+        return None
+    if kind not in NUMERIC_KINDS:
+        reader.problem(source.position, f"a {kind.value} has no {key}")
+        return None
+    return _literal(reader, source, kind, key)
+
+
+def _literal(reader: Reader, source: Source, kind: Kind, what: str) -> Any:
+    if not isinstance(source, Text) or (source.empty and kind is not Kind.TEXT):
+        reader.problem(source.position, f"{what} must be a single {kind.value}", [example_of(kind)])
+        return None
+    try:
+        return read_value(source.text, kind)
+    except ConfigError as error:
+        reader.problem(source.position, f"{what}: {error.problem}", error.valid)
+        return None

@@ -1,0 +1,140 @@
+"""Values as people write them (``30 s``, ``45 deg``, ``0.3 m/s``) to SI numbers, and back."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2
+
+UNITS: dict[Kind, dict[str, float]] = {
+    Kind.LENGTH: {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0},
+    Kind.ANGLE: {"deg": math.pi / 180.0, "°": math.pi / 180.0, "rad": 1.0},
+    Kind.DURATION: {"s": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0},
+    Kind.SPEED: {"m/s": 1.0, "cm/s": 0.01, "km/h": 1.0 / 3.6},
+}
+"""Kind -> unit -> its size in the SI unit."""
+
+NUMERIC_KINDS = frozenset(UNITS) | {Kind.NUMBER, Kind.INTEGER}
+
+_EXAMPLES = {
+    Kind.LENGTH: "0.5 m",
+    Kind.ANGLE: "45 deg",
+    Kind.DURATION: "30 s",
+    Kind.SPEED: "0.3 m/s",
+    Kind.NUMBER: "2.5",
+    Kind.INTEGER: "3",
+    Kind.TEXT: "kitchen",
+    Kind.BOOLEAN: "true",
+    Kind.POSE: "{x: 1 m, y: 2 m, yaw: 90 deg}",
+}
+_QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)")
+
+
+def example_of(kind: Kind) -> str:
+    """How a value of a kind is written."""
+    return _EXAMPLES[kind]
+
+
+def read_value(text: str, kind: Kind) -> Any:
+    """Read a literal of a kind.
+
+    Args:
+        text: As written in a mission file, on the command line or in a service call.
+        kind: What it must be. A pose cannot be written as a single text.
+
+    Returns:
+        The value in SI units.
+
+    Raises:
+        ConfigError: The text is no value of that kind; the error says what would have worked.
+    """
+    text = text.strip() if kind is not Kind.TEXT else text
+    match kind:
+        case Kind.TEXT:
+            return text
+        case Kind.BOOLEAN:
+            return _read_boolean(text)
+        case Kind.POSE:
+            raise ConfigError(f"a pose is needed, not {text!r}", valid=[_EXAMPLES[kind], "$key"])
+        case Kind.INTEGER:
+            if not re.fullmatch(r"[+-]?\d{1,18}", text):
+                raise ConfigError(f"a whole number is needed, not {text!r}", valid=[_EXAMPLES[kind]])
+            return int(text)
+        case _:
+            return _read_quantity(text, kind)
+
+
+def guess_value(text: str) -> tuple[Kind, Any]:
+    """The kind and value of a literal where nothing says what it must be: ``30 s`` is a duration."""
+    if text in ("true", "false"):
+        return Kind.BOOLEAN, text == "true"
+    if re.fullmatch(r"[+-]?\d{1,18}", text):
+        return Kind.INTEGER, int(text)
+    for kind in (Kind.NUMBER, *UNITS):
+        match = _QUANTITY.fullmatch(text)
+        if match and (match[2] in UNITS.get(kind, {}) or (kind is Kind.NUMBER and not match[2])):
+            return kind, _read_quantity(text, kind)
+    return Kind.TEXT, text
+
+
+def format_value(value: Any, kind: Kind) -> str:
+    """Write a value (SI units) as people would: the inverse of :func:`read_value` up to rounding."""
+    match kind:
+        case Kind.BOOLEAN:
+            return "true" if value else "false"
+        case Kind.LENGTH | Kind.DURATION | Kind.SPEED:
+            return f"{value:g} {next(iter(UNITS[kind]))}"
+        case Kind.ANGLE:
+            return f"{math.degrees(value):g} deg"
+        case Kind.NUMBER:
+            return f"{value:g}"
+        case Kind.POSE if isinstance(value, Pose2):
+            return f"{{x: {value.x:g} m, y: {value.y:g} m, yaw: {math.degrees(value.yaw):g} deg}}"
+        case _:
+            return str(value)
+
+
+def out_of_range(value: Any, port: Port) -> str | None:
+    """Why a value of the right kind is outside the limits of a port, or None when it is inside."""
+    shown = format_value(value, port.kind)
+    if port.minimum is not None and value < port.minimum:
+        return f"{shown} is below the minimum of {format_value(port.minimum, port.kind)}"
+    if port.maximum is not None and value > port.maximum:
+        return f"{shown} is above the maximum of {format_value(port.maximum, port.kind)}"
+    return None
+
+
+def _read_boolean(text: str) -> bool:
+    if text not in ("true", "false"):
+        meant = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(text.lower())
+        raise ConfigError(
+            f"true or false is needed, not {text!r}", valid=[meant] if meant else ["true", "false"]
+        )
+    return text == "true"
+
+
+def _read_quantity(text: str, kind: Kind) -> float:
+    match = _QUANTITY.fullmatch(text)
+    units = UNITS.get(kind, {})
+    what = f"a {kind.value}" if kind is not Kind.ANGLE else "an angle"
+    if match is None:
+        raise ConfigError(f"{what} is needed, not {text!r}", valid=[_EXAMPLES[kind]])
+    number, unit = float(match[1]), match[2]
+    if not math.isfinite(number):
+        raise ConfigError(f"{text!r} is too large")
+    if unit in units:
+        return number * units[unit]
+    if not unit and (kind is Kind.NUMBER or number == 0.0):
+        return number
+    if not unit:
+        raise ConfigError(f"{what} needs a unit: {text!r}", valid=[f"{match[1]} {name}" for name in units])
+    if kind is Kind.NUMBER:
+        raise ConfigError(f"a plain number is needed, not {text!r}", valid=[match[1]])
+    names = (*closest_first(unit, units), *units)
+    raise ConfigError(
+        f"{unit!r} is no unit of {what}", valid=[f"{match[1]} {name}" for name in dict.fromkeys(names)]
+    )

@@ -1,0 +1,1 @@
+"""The only place that chooses real, simulated or mocked parts, and that starts and ends processes."""

@@ -1,0 +1,167 @@
+"""Talks to a running system from the command line: triggers, status, the live tree."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from florence_interfaces.msg import RunState
+from florence_interfaces.srv import GetXYPhi, MissionStatus, RunMission, StopMission
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
+
+from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.executor import SpinLoop
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
+
+ANSWER_BUDGET_S = 5.0
+"""Wall seconds to wait for the answer of a service that is there."""
+ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
+SERVICES = ("florence_bt/run_mission", "florenceLocator/getRobotPosXYPhi", "approach_user/propose")
+"""What the shipped missions need; the system is ready when all of it is served."""
+
+
+class SystemNotThere(FlorenceError):
+    """No running system answers."""
+
+
+class MissionClient:
+    """A client of the mission server. Use as a context manager.
+
+    Args:
+        name: Node name of this client.
+    """
+
+    def __init__(self, name: str = "florence_client") -> None:
+        stay_on_this_machine()
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = FlorenceNode(name, context=self._context)
+        self._loop = SpinLoop(self._context)
+        self._loop.add(self.node)
+        self.tree = ""
+        self.state = RunState(state="IDLE")
+        self.truth: Mapping[str, Any] = {}
+        self.node.create_subscription(String, "florence_bt/tree", self._on_tree, LATCHED)
+        self.node.create_subscription(RunState, "florence_bt/run_state", self._on_state, LATCHED)
+
+    def __enter__(self) -> MissionClient:
+        """The client itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave ROS."""
+        self.close()
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self.node.shut_down()
+        self._loop.close()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    def follow_truth(self) -> None:
+        """Keep ``truth`` up to date with what the simulator says is really so."""
+        self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)
+
+    def spin_until(
+        self, done: Callable[[], bool], budget_s: float, *, watch: Callable[[], None] | None = None
+    ) -> bool:
+        """Serve callbacks until a condition holds.
+
+        Args:
+            done: The condition.
+            budget_s: Wall seconds at most.
+            watch: Called between callbacks, e.g. to raise when a process has died.
+
+        Returns:
+            Whether the condition holds.
+        """
+        end = time.monotonic() + budget_s
+        while not done():
+            if watch is not None:
+                watch()
+            if time.monotonic() > end:
+                return False
+            self._loop.spin_once(0.05)
+        return True
+
+    def call(self, service_type: Any, name: str, request: Any, budget_s: float = ANSWER_BUDGET_S) -> Any:
+        """Call a service and wait for the answer.
+
+        Raises:
+            SystemNotThere: Nobody serves it.
+            DeviceTimeout: It does not answer.
+        """
+        with self._client(service_type, name) as client:
+            if not self.spin_until(client.service_is_ready, budget_s):
+                raise SystemNotThere(
+                    f"nobody serves {name}; is the system up? Start it with: florence up --sim"
+                )
+            future = client.call_async(request)
+            if not self.spin_until(future.done, budget_s):
+                raise DeviceTimeout(f"{name} did not answer within {budget_s:.0f} s")
+            return future.result()
+
+    def missing(self) -> list[str]:
+        """The servers that are not there yet, by name."""
+        names = {name for name, _ in self.node.get_service_names_and_types()}
+        needed = {f"/{action}/_action/send_goal": action for action in ACTIONS}
+        needed |= {f"/{service}": service for service in SERVICES}
+        return [shown for name, shown in needed.items() if name not in names]
+
+    def is_ready(self) -> bool:
+        """Whether every server is there and the robot knows where it is."""
+        if self.missing():
+            return False
+        return bool(self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", GetXYPhi.Request()).valid)
+
+    def run(
+        self, mission: str, inputs: Mapping[str, str], *, caller: str, policy: str = "", priority: int = 0
+    ) -> Any:
+        """Trigger a mission; the answer has accepted, run_id and message."""
+        request = RunMission.Request(
+            mission=mission,
+            input_names=list(inputs),
+            input_values=list(inputs.values()),
+            caller=caller,
+            policy=policy,
+            priority=priority,
+        )
+        return self.call(RunMission, "florence_bt/run_mission", request)
+
+    def status(self, run_id: str = "", *, colour: bool = False) -> Any:
+        """The status of a run, or of the current or last one."""
+        return self.call(
+            MissionStatus, "florence_bt/status", MissionStatus.Request(run_id=run_id, colour=colour)
+        )
+
+    def stop(self, reason: str, run_id: str = "") -> Any:
+        """Stop a run, or the current one."""
+        return self.call(StopMission, "florence_bt/stop", StopMission.Request(run_id=run_id, reason=reason))
+
+    def _on_tree(self, message: String) -> None:
+        self.tree = message.data
+
+    def _on_state(self, message: RunState) -> None:
+        self.state = message
+
+    def _on_truth(self, message: String) -> None:
+        self.truth = json.loads(message.data)
+
+    @contextmanager
+    def _client(self, service_type: Any, name: str) -> Iterator[Any]:
+        client = self.node.create_client(service_type, name)
+        try:
+            yield client
+        finally:
+            self.node.destroy_client(client)

@@ -1,0 +1,70 @@
+"""The robot's configuration: parameters per node from one YAML file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.paths import find_data
+
+Parameters = dict[str, Any]
+
+
+def load_config(file: Path | None = None) -> dict[str, Parameters]:
+    """Read a configuration.
+
+    Args:
+        file: The file; ``config/robot.yaml`` of this package when not given.
+
+    Returns:
+        Node name -> parameter name -> value.
+
+    Raises:
+        ConfigError: The file cannot be read or has another form.
+    """
+    path = file if file is not None else find_data("config", "robot.yaml")
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(
+            f"cannot be read: {error.strerror}", file=path, valid=["a readable YAML file"]
+        ) from error
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        raise ConfigError(
+            f"is not YAML: {getattr(error, 'problem', None) or error}",
+            file=path,
+            line=mark.line + 1 if mark else None,
+            column=mark.column + 1 if mark else None,
+        ) from error
+    if not isinstance(content, Mapping):
+        raise ConfigError("must map node names to their parameters", file=path, valid=["navigate: {...}"])
+    for node, parameters in content.items():
+        if not isinstance(parameters, Mapping):
+            raise ConfigError(
+                f"{node} must map parameter names to values", file=path, valid=[f"{node}: {{...}}"]
+            )
+    return {str(node): dict(parameters) for node, parameters in content.items()}
+
+
+def section(config: Mapping[str, Parameters], node: str, **overrides: Any) -> Parameters:
+    """The parameters of one node, with overrides that are not None."""
+    return {
+        **config.get(node, {}),
+        **{name: value for name, value in overrides.items() if value is not None},
+    }
+
+
+def refuse_unknown_nodes(config: Mapping[str, Parameters], known: set[str], file: str) -> None:
+    """Raise when the file configures nodes that do not exist.
+
+    Raises:
+        ConfigError: With the names that look alike.
+    """
+    for node in config:
+        if node not in known:
+            raise ConfigError(f"unknown node {node!r}", file=file, valid=closest_first(node, known))

@@ -1,0 +1,135 @@
+"""``florence demo``: the simulated flat, one mission from trigger to end, and what came out of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from florence_bt.core.errors import DeviceTimeout
+from florence_bt.core.geometry import Pose2
+from florence_bt.simulation.server import Closeness, closeness, closeness_text
+from florence_bt.wiring.live import Display, make_display, styled
+from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.system import System
+
+MISSION = "goto_user"
+MISSION_BUDGET_S = 600.0
+"""Simulated seconds after which a demo is given up; the mission's own deadlines are shorter."""
+ACTIVE_STATES = ("PENDING", "ACTIVE")
+
+
+@dataclass(frozen=True, slots=True)
+class DemoResult:
+    """How a demo ended.
+
+    Attributes:
+        succeeded: Whether the mission succeeded.
+        reason: Why not, empty after success.
+        duration: Simulated seconds from trigger to end.
+        tree: The final tree with head line and reason.
+        run_folder: Where the run's files are.
+        closeness: How the robot really stands to the person, None when nobody is at home.
+        contacts: What the robot touched, by name.
+    """
+
+    succeeded: bool
+    reason: str
+    duration: float
+    tree: str
+    run_folder: Path
+    closeness: Closeness | None
+    contacts: tuple[str, ...]
+
+
+def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResult:
+    """Bring the simulated flat up, run the mission and take everything down again.
+
+    Args:
+        options: The bring-up; must be simulated.
+        console: Where to print.
+        headless: Plain log lines instead of the live tree.
+
+    Raises:
+        FlorenceError: The system did not come up, or a process died.
+    """
+    with System(options) as system:
+        display = make_display(console, headless=headless)
+        try:
+            seconds = system.wait_ready(display.say)
+            display.say(f"ready after {seconds:.1f} s; calling the mission service for {MISSION}")
+            return _run_mission(system, display)
+        finally:
+            display.close()
+
+
+def _run_mission(system: System, display: Display) -> DemoResult:
+    client = system.client
+    client.follow_truth()
+    client.spin_until(lambda: bool(client.truth), 5.0, watch=system.check)
+    start = float(client.truth["time"])
+    answer = client.run(MISSION, {}, caller="florence demo")
+    if not answer.accepted:
+        raise DeviceTimeout(f"{MISSION} was refused: {answer.message}")
+
+    def watch() -> None:
+        system.check()
+        display.show(client.tree)
+
+    def over() -> bool:
+        return client.state.run_id == answer.run_id and client.state.state not in ACTIVE_STATES
+
+    wall_budget = MISSION_BUDGET_S / min(system.options.speed, 1.0)
+    if not client.spin_until(over, wall_budget, watch=watch):
+        client.stop("the demo's time is over")
+        raise DeviceTimeout(f"{MISSION} did not end within {MISSION_BUDGET_S:.0f} s; it was stopped")
+    end = float(client.truth["time"])
+    # The base coasts to a halt behind its filters; the truth is read when it stands.
+    client.spin_until(lambda: float(client.truth["time"]) > end + 1.0, 10.0, watch=system.check)
+    status = client.status(answer.run_id)
+    return DemoResult(
+        succeeded=status.state == "SUCCEEDED",
+        reason=status.reason,
+        duration=end - start,
+        tree=status.tree,
+        run_folder=system.options.runs / answer.run_id,
+        closeness=_closeness(client.truth),
+        contacts=tuple(contact["name"] for contact in client.truth["contacts"]),
+    )
+
+
+def _closeness(truth: dict[str, object] | object) -> Closeness | None:
+    assert isinstance(truth, dict)
+    people = list(truth["people"].values())
+    return closeness(Pose2(*truth["robot"]), Pose2(*people[0])) if people else None
+
+
+def print_result(result: DemoResult, console: Console) -> None:
+    """Tell how it ended, for people."""
+    console.print()
+    console.print(styled(result.tree), soft_wrap=True)
+    console.print()
+    word = "[green]succeeded[/]" if result.succeeded else "[red]failed[/]"
+    console.print(f"The mission {word} after {result.duration:.0f} s.", highlight=False)
+    if result.reason:
+        console.print(f"Reason: {result.reason}", highlight=False, markup=False)
+    if result.closeness is not None:
+        console.print(f"The robot stands {closeness_text(result.closeness)}.", highlight=False)
+    else:
+        console.print("Nobody is at home.")
+    touched = (
+        f"The robot touched: {', '.join(result.contacts)}."
+        if result.contacts
+        else "The robot touched nothing."
+    )
+    console.print(touched, highlight=False)
+    console.print(f"The run's folder: {result.run_folder}", soft_wrap=True, highlight=False)
+
+
+def polite(result: DemoResult) -> bool:
+    """Whether the robot really stands as the mission promises: 0.5 m +- 0.1, facing within 15 degrees, no contact."""
+    if result.closeness is None or result.contacts:
+        return False
+    return abs(result.closeness.distance - 0.5) <= 0.1 and result.closeness.facing <= math.radians(15.0)

@@ -1,0 +1,76 @@
+"""What a bring-up is asked for, in one value that travels to every process as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+
+ABSENT = "absent"
+"""The value of ``person`` that means nobody is at home."""
+
+
+@dataclass(frozen=True, slots=True)
+class BringUp:
+    """One bring-up of the whole system.
+
+    Attributes:
+        folder: Holds the logs, the simulated ports and the runs of this bring-up.
+        simulated: Whether the hardware is the simulated flat; otherwise the ports of the configuration.
+        config_file: The robot's configuration, None for the one of the package.
+        map_file: Map of the flat, None for the one of the package.
+        hotspots_file: Hotspots of the flat, None for the one of the package.
+        person: Simulated only: the room the person is in, None for a random one, ``absent`` for nobody.
+        user_room: Room in which the user was last seen; None takes the person's room.
+        start: Pose of the robot at the start in the map frame, None for the flat's own.
+        seed: Start of every random generator.
+        speed: Simulated seconds per wall second aimed at.
+        runs_folder: Where the folders of the runs go; None puts them into ``folder``.
+    """
+
+    folder: str
+    simulated: bool = True
+    config_file: str | None = None
+    map_file: str | None = None
+    hotspots_file: str | None = None
+    person: str | None = None
+    user_room: str | None = None
+    start: tuple[float, float, float] | None = None
+    seed: int = 0
+    speed: float = 1.0
+    runs_folder: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not 0.05 <= self.speed <= 100.0:
+            raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
+        if self.seed < 0:
+            raise ConfigError(f"seed is {self.seed}", valid=["0 or a positive whole number"])
+
+    @property
+    def runs(self) -> Path:
+        """Parent of the folders of the runs."""
+        return Path(self.runs_folder) if self.runs_folder else Path(self.folder) / "runs"
+
+    @property
+    def start_pose(self) -> Pose2 | None:
+        """The start as a pose."""
+        return Pose2(*self.start) if self.start else None
+
+    def write(self) -> Path:
+        """Write to ``options.json`` in the folder and return that file."""
+        file = Path(self.folder) / "options.json"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
+        return file
+
+    @staticmethod
+    def read(file: Path) -> BringUp:
+        """Read what :meth:`write` wrote."""
+        values = json.loads(file.read_text(encoding="utf-8"))
+        if values["start"] is not None:
+            values["start"] = tuple(values["start"])
+        return BringUp(**values)

@@ -1,0 +1,39 @@
+"""One process of a bring-up: ``python -m florence_bt.wiring.process GROUP OPTIONS``. Started by the supervisor."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import sys
+from pathlib import Path
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.ros.process import run_nodes
+from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.topology import factories
+
+PR_SET_PDEATHSIG = 1
+"""prctl(2): the signal that the kernel sends when the parent process ends."""
+
+
+def main(group: str, options_file: Path) -> int:
+    """Run the nodes of one group until asked to end.
+
+    Args:
+        group: A name of :data:`florence_bt.wiring.topology.GROUPS`.
+        options_file: JSON file of a :class:`BringUp`.
+
+    Returns:
+        The exit code: 0 for an asked end, 1 for an error.
+    """
+    # Should the supervisor be killed, its children must not drive on alone.
+    ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    try:
+        return run_nodes(factories(group, BringUp.read(options_file)))
+    except FlorenceError as error:
+        print(f"florence {group}: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], Path(sys.argv[2])))

@@ -1,0 +1,71 @@
+"""What a simulated bring-up adds: who is at home, where the robot starts, where the ports are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.transforms import TransformBuffer
+from florence_bt.simulation.flat import Flat, load_flat
+from florence_bt.simulation.people import PersonSpec, place_person
+from florence_bt.simulation.server import HardwareMounts, HardwareSettings
+from florence_bt.skills.describe_robot.description import load_description
+from florence_bt.wiring.options import ABSENT, BringUp
+
+LASER_FRAME = "base_laser_round_link"
+CAMERA_FRAME = "camera_depth_optical_frame"
+
+
+def robot_frames() -> TransformBuffer:
+    """The static frames of the robot's description."""
+    buffer = TransformBuffer()
+    load_description().fill(buffer)
+    return buffer
+
+
+def hardware_mounts() -> HardwareMounts:
+    """Where the robot's description puts the sensors."""
+    frames = robot_frames()
+    return HardwareMounts(
+        laser=frames.lookup("base_footprint", LASER_FRAME),
+        camera=frames.lookup("base_footprint", CAMERA_FRAME),
+    )
+
+
+def hardware_settings(options: BringUp) -> HardwareSettings:
+    """Where the simulated ports of a bring-up are."""
+    return HardwareSettings(Path(options.folder) / "ports", seed=options.seed)
+
+
+def people_at_home(flat: Flat, options: BringUp) -> list[PersonSpec]:
+    """The person that the bring-up asks for: in a room, anywhere, or nobody.
+
+    Raises:
+        ConfigError: There is no such room.
+    """
+    if options.person == ABSENT:
+        return []
+    return [place_person(flat, options.person, np.random.default_rng(options.seed))]
+
+
+def start_of(options: BringUp) -> Pose2 | None:
+    """Where the robot starts, None when a real robot has to be told."""
+    if options.start_pose is not None or not options.simulated:
+        return options.start_pose
+    return load_flat().start
+
+
+def user_room(options: BringUp) -> str | None:
+    """The room in which the user was last seen, None to leave it to the configuration.
+
+    In the simulated flat it is the room the person is in, as presence sensors would tell; with nobody at
+    home it is the flat's first room.
+    """
+    if options.user_room is not None or not options.simulated:
+        return options.user_room
+    flat = load_flat()
+    people = people_at_home(flat, options)
+    room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
+    return room.name if room else None

@@ -1,0 +1,192 @@
+"""Which nodes run in which process, and with which parameters. Imports of a group happen in its process only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.paths import find_data
+from florence_bt.wiring.config import Parameters, load_config, refuse_unknown_nodes, section
+from florence_bt.wiring.options import BringUp
+
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.simulation.server import HardwareServer
+
+NODES: dict[str, tuple[str, ...]] = {
+    "simulator": ("simulator",),
+    "hardware": (
+        "turtlebot_node",
+        "hokuyo_node",
+        "kinect_node",
+        "kinect_laser",
+        "laser_combinator",
+        "laser_filter",
+        "velocity_filter",
+        "robot_description",
+    ),
+    "navigation": ("map_server", "localiser", "navigate"),
+    "people": ("user_tracker_ni_node", "florenceLocator", "approach_user"),
+    "missions": ("florence_bt",),
+}
+"""Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
+and the base is stopped by its driver before its port goes away."""
+
+Factory = Callable[[], "FlorenceNode"]
+
+
+def groups(options: BringUp) -> list[str]:
+    """The processes of a bring-up in the order of their start."""
+    return [group for group in NODES if options.simulated or group != "simulator"]
+
+
+def factories(group: str, options: BringUp) -> list[Factory]:
+    """How to build the nodes of one process.
+
+    Raises:
+        ConfigError: Unknown group, or a wrong configuration.
+    """
+    builders = {
+        "simulator": _simulator,
+        "hardware": _hardware,
+        "navigation": _navigation,
+        "people": _people,
+        "missions": _missions,
+    }
+    if group not in builders:
+        raise ConfigError(f"unknown group of nodes {group!r}", valid=closest_first(group, builders))
+    return builders[group](_Settings(options))
+
+
+class _Settings:
+    """The parameters of every node: the configuration with what this bring-up adds."""
+
+    def __init__(self, options: BringUp) -> None:
+        self.options = options
+        file = Path(options.config_file) if options.config_file else None
+        self.config = load_config(file)
+        known = {node for nodes in NODES.values() for node in nodes}
+        refuse_unknown_nodes(self.config, known, str(file or "config/robot.yaml"))
+
+    @property
+    def map_file(self) -> Path:
+        return Path(self.options.map_file) if self.options.map_file else find_data("maps", "flat.yaml")
+
+    @property
+    def hotspots_file(self) -> Path:
+        given = self.options.hotspots_file
+        return Path(given) if given else find_data("hotspots", "flat.yaml")
+
+    def of(self, node: str, **overrides: Any) -> Parameters:
+        """The parameters of a node; simulated ones follow the simulated time."""
+        return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
+
+
+# ---- simulated hardware ---------------------------------------------------------------------------------
+
+
+def _simulator(settings: _Settings) -> list[Factory]:
+    from florence_bt.simulation.node import SimulatorNode
+
+    options = settings.options
+    return [partial(SimulatorNode, partial(_make_server, options), parameters={"speed": options.speed})]
+
+
+def _make_server(options: BringUp) -> HardwareServer:
+    from florence_bt.simulation.flat import load_flat
+    from florence_bt.simulation.server import HardwareServer
+    from florence_bt.simulation.world import World
+    from florence_bt.wiring.simulated import hardware_mounts, hardware_settings, people_at_home
+
+    flat = load_flat()
+    world = World(flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed)
+    return HardwareServer(world, hardware_mounts(), hardware_settings(options))
+
+
+# ---- the robot ------------------------------------------------------------------------------------------
+
+
+def _hardware(settings: _Settings) -> list[Factory]:
+    from florence_bt.drivers.hokuyo.node import HokuyoNode
+    from florence_bt.drivers.kinect.node import KinectNode
+    from florence_bt.drivers.turtlebot.node import TurtlebotNode
+    from florence_bt.skills.combine_lasers.node import LaserCombinatorNode
+    from florence_bt.skills.describe_robot.node import RobotDescriptionNode
+    from florence_bt.skills.filter_laser.node import LaserFilterNode
+    from florence_bt.skills.filter_velocity.node import VelocityFilterNode
+    from florence_bt.skills.project_depth.node import FakeLaserNode
+
+    ports: dict[str, str | None] = {"base": None, "laser": None, "kinect": None}
+    if settings.options.simulated:
+        from florence_bt.wiring.simulated import hardware_settings
+
+        simulated = hardware_settings(settings.options)
+        ports = {
+            "base": str(simulated.base_port),
+            "laser": str(simulated.laser_port),
+            "kinect": str(simulated.kinect_socket),
+        }
+    return [
+        partial(TurtlebotNode, parameters=settings.of("turtlebot_node", port=ports["base"])),
+        partial(HokuyoNode, parameters=settings.of("hokuyo_node", port=ports["laser"])),
+        partial(KinectNode, parameters=settings.of("kinect_node", source=ports["kinect"])),
+        partial(FakeLaserNode, parameters=settings.of("kinect_laser")),
+        partial(LaserCombinatorNode, parameters=settings.of("laser_combinator")),
+        partial(LaserFilterNode, parameters=settings.of("laser_filter")),
+        partial(VelocityFilterNode, parameters=settings.of("velocity_filter")),
+        partial(RobotDescriptionNode, parameters=settings.of("robot_description")),
+    ]
+
+
+def _navigation(settings: _Settings) -> list[Factory]:
+    from florence_bt.skills.localise.node import LocaliserNode
+    from florence_bt.skills.navigate.node import NavigationNode
+    from florence_bt.skills.serve_map.node import MapServerNode
+    from florence_bt.wiring.simulated import start_of
+
+    start = start_of(settings.options)
+    initial = {} if start is None else {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
+    return [
+        partial(MapServerNode, parameters=settings.of("map_server", map_file=str(settings.map_file))),
+        partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
+        partial(NavigationNode, parameters=settings.of("navigate")),
+    ]
+
+
+def _people(settings: _Settings) -> list[Factory]:
+    from florence_bt.skills.approach_user.node import ApproachNode
+    from florence_bt.skills.locate.node import LocatorNode
+    from florence_bt.skills.track_users.node import UserTrackerNode
+    from florence_bt.wiring.simulated import user_room
+
+    locator = settings.of(
+        "florenceLocator",
+        hotspots_file=str(settings.hotspots_file),
+        initial_user_room=user_room(settings.options),
+    )
+    return [
+        partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
+        partial(LocatorNode, parameters=locator),
+        partial(ApproachNode, parameters=settings.of("approach_user")),
+    ]
+
+
+def _missions(settings: _Settings) -> list[Factory]:
+    from florence_bt.runtime.node import MissionNode
+    from florence_bt.trees.declarations import collect_declarations
+    from florence_bt.wiring.pictures import draw_in_background
+    from florence_bt.wiring.skills_ros import make_skills
+
+    parameters = settings.of("florence_bt", runs_folder=str(settings.options.runs))
+    return [
+        partial(
+            MissionNode,
+            make_skills,
+            collect_declarations(),
+            on_recorded=partial(draw_in_background, settings.map_file, settings.hotspots_file),
+            parameters=parameters,
+        )
+    ]

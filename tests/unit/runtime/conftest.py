@@ -1,0 +1,91 @@
+"""A mission library of three small missions and skills that follow scripts, on a manual clock."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import success
+from florence_bt.runtime.events import Event
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.run import MissionRun, RunIds
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.trees.loader import MissionLibrary
+
+DRIVE = SkillDeclaration(
+    "drive",
+    "Drive some way",
+    inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)},
+    failures={"blocked": "something is in the way"},
+    resources=frozenset({"base"}),
+)
+WORK = SkillDeclaration("work", "Work a while", outputs={"pay": Port(Kind.INTEGER, "what it gave")})
+
+MISSIONS = {
+    "drive_once": """
+        mission: drive_once
+        description: Drives once.
+        inputs:
+          way: {type: length, default: 1 m, min: 0 m, max: 5 m}
+        tree:
+          sequence:
+            - drive: {way: $way}
+    """,
+    "drive_and_work": """
+        mission: drive_and_work
+        description: Drives, then works.
+        outputs:
+          pay: {type: integer, description: what it gave}
+        tree:
+          sequence:
+            - drive: {way: 1 m}
+            - work:
+              out: {pay: pay}
+    """,
+    "work_with_limit": """
+        mission: work_with_limit
+        description: Works, but not for ever.
+        tree:
+          timeout: 3 s
+          do:
+            work:
+    """,
+}
+
+
+class Bench:
+    """An executor with everything around it."""
+
+    def __init__(self, folder: Path) -> None:
+        for name, text in MISSIONS.items():
+            (folder / f"{name}.yaml").write_text(
+                "\n".join(line[8:] for line in text.strip("\n").splitlines())
+            )
+        self.clock = ManualClock(100.0)
+        self.drive = ScriptedSkill(DRIVE, self.clock, [Step(after=2.0)])
+        self.work = ScriptedSkill(WORK, self.clock, [Step(success(pay=7), after=1.0)])
+        self.executor = Executor(
+            MissionLibrary.load([folder], built_in=False),
+            {"drive": self.drive, "work": self.work},
+            {"drive": DRIVE, "work": WORK},
+            self.clock,
+            RunIds("T"),
+        )
+        self.events: list[Event] = []
+        self.executor.add_listener(self._on_event)
+
+    def script(self, *steps: Step) -> None:
+        """Let drive follow other steps."""
+        self.drive = ScriptedSkill(DRIVE, self.clock, steps)
+        self.executor._skills = {"drive": self.drive, "work": self.work}  # type: ignore[dict-item]
+
+    def _on_event(self, run: MissionRun, event: Event) -> None:
+        self.events.append(event)
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)

@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.outcome import failure
+from florence_bt.runtime.events import EventKind
+from florence_bt.runtime.executor import RequestRefused
+from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.testing.mocks import Step
+
+# Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
+
+
+def test_a_mission_runs_to_its_end_and_gives_its_outputs(bench):
+    run = bench.executor.trigger(Request("drive_and_work", caller="test"))
+    assert run.status is RunStatus.RUNNING and not bench.drive.runs  # the first tick comes after the call
+    bench.clock.advance(2.9)
+    assert run.status is RunStatus.RUNNING
+    bench.clock.advance(0.2)
+    assert run.status is RunStatus.SUCCEEDED and run.code == "ok"
+    assert (run.started, run.ended) == (100.0, 103.0)
+    assert run.outputs == {"pay": 7}
+    assert bench.executor.current is None and bench.executor.last is run
+
+
+def test_it_ticks_only_when_something_happened(bench):
+    # Ticks: the start; drive's end (which also starts work); work's end.
+    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(0.0)
+    ticks = run.ticks
+    bench.clock.advance(1.9)
+    assert run.ticks == ticks
+    bench.clock.advance(10.0)
+    assert run.ticks <= 5
+
+
+def test_a_skill_starts_at_the_very_moment_the_one_before_ends(bench):
+    bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(10.0)
+    ended = next(e for e in bench.events if e.kind is EventKind.SKILL_ENDED and e.data["skill"] == "drive")
+    began = next(e for e in bench.events if e.kind is EventKind.SKILL_STARTED and e.data["skill"] == "work")
+    assert ended.time == began.time == 102.0
+
+
+def test_a_failure_carries_code_reason_and_leaf(bench):
+    bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0))
+    run = bench.executor.trigger(Request("drive_once"))
+    bench.clock.advance(5.0)
+    assert run.status is RunStatus.FAILED
+    assert (run.code, run.reason) == ("blocked", "a chair is in the way")
+    assert run.why is not None and run.why.path.startswith("drive_once/")
+    assert "[x]" in run.tree and "a chair is in the way" in run.tree
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        (Request("drive_ones"), "there is no mission 'drive_ones'.*drive_once"),
+        (Request("drive_once", {"way": "9 m"}), "way"),
+        (Request("drive_once", {"way": "9 s"}), "way"),
+        (Request("drive_once", {"weigh": "1 m"}), "no input 'weigh'.*way"),
+    ],
+)
+def test_a_bad_request_says_what_works_and_starts_nothing(bench, request_, message):
+    with pytest.raises(ConfigError, match=message):
+        bench.executor.trigger(request_)
+    bench.clock.advance(1.0)
+    assert bench.executor.current is None and not bench.drive.runs and not bench.events
+
+
+@pytest.mark.parametrize("moment", [0.0, 0.3, 1.0, 1.99])
+@pytest.mark.parametrize(("accept_after", "cancel_takes"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.7), (0.5, 0.7)])
+def test_a_stop_at_any_moment_ends_the_skill_before_the_run_is_over(
+    bench, moment, accept_after, cancel_takes
+):
+    bench.script(Step(after=2.0, accept_after=accept_after, cancel_takes=cancel_takes))
+    run = bench.executor.trigger(Request("drive_once"))
+    bench.clock.advance(moment)
+    assert bench.executor.stop("enough") is run
+    while not run.status.final:
+        assert run.status is RunStatus.ENDING
+        assert bench.clock.run_next()
+    assert bench.drive.active == 0
+    assert run.status is RunStatus.STOPPED and run.reason.startswith("enough")
+    assert bench.executor.current is None
+
+
+def test_a_stop_before_the_first_tick_starts_no_skill(bench):
+    run = bench.executor.trigger(Request("drive_once"))
+    bench.executor.stop("at once")
+    bench.clock.advance(5.0)
+    assert run.status is RunStatus.STOPPED and not bench.drive.runs
+
+
+def test_the_tree_of_a_stopped_run_shows_where_it_was(bench):
+    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(2.5)
+    bench.executor.stop("enough")
+    bench.clock.advance(1.0)
+    assert "[+] drive" in run.tree and "[>] work" in run.tree
+
+
+def test_a_second_trigger_is_refused_by_default(bench):
+    first = bench.executor.trigger(Request("drive_once"))
+    with pytest.raises(RequestRefused, match=f"drive_once is running.*{first.run_id}.*'queue' or 'preempt'"):
+        bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(5.0)
+    assert first.status is RunStatus.SUCCEEDED
+
+
+def test_a_queued_run_starts_when_the_first_is_over(bench):
+    first = bench.executor.trigger(Request("drive_once"))
+    second = bench.executor.trigger(Request("drive_and_work", policy=Policy.QUEUE))
+    assert second.status is RunStatus.QUEUED
+    bench.clock.advance(2.5)
+    assert first.status is RunStatus.SUCCEEDED and second.status is RunStatus.RUNNING
+    assert second.started == 102.0
+
+
+def test_the_queue_is_served_by_priority_and_then_in_order(bench):
+    bench.executor.trigger(Request("drive_once"))
+    names = [("low", 0), ("lower", 0), ("high", 5)]
+    runs = {
+        name: bench.executor.trigger(
+            Request("drive_once", policy=Policy.QUEUE, priority=priority, caller=name)
+        )
+        for name, priority in names
+    }
+    bench.clock.advance(60.0)
+    assert sorted(runs, key=lambda name: runs[name].started) == ["high", "low", "lower"]
+
+
+def test_preempting_waits_until_the_old_run_has_let_go(bench):
+    bench.script(Step(after=9.0, cancel_takes=0.5), Step(after=1.0))
+    first = bench.executor.trigger(Request("drive_once"))
+    bench.clock.advance(1.0)
+    second = bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, caller="boss"))
+    bench.clock.advance(0.4)
+    assert first.status is RunStatus.ENDING and second.status is RunStatus.QUEUED
+    assert len(bench.drive.runs) == 1
+    bench.clock.advance(0.2)
+    assert first.status is RunStatus.STOPPED and "preempted" in first.reason and "boss" in first.reason
+    assert second.status is RunStatus.RUNNING
+
+
+def test_a_lower_priority_cannot_preempt(bench):
+    bench.executor.trigger(Request("drive_once", priority=3))
+    with pytest.raises(RequestRefused, match="priority 3"):
+        bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, priority=2))
+
+
+def test_stop_by_id_takes_a_queued_run_out(bench):
+    bench.executor.trigger(Request("drive_once"))
+    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    assert bench.executor.stop("not needed", second.run_id) is second
+    bench.clock.advance(30.0)
+    assert second.status is RunStatus.STOPPED and len(bench.drive.runs) == 1
+    assert bench.executor.stop("nothing runs") is None
+    assert bench.executor.stop("no such run", "T-999-nothing") is None
+
+
+def test_a_timeout_cancels_the_skill_and_waits_for_its_end(bench):
+    bench.work._script = (Step(None, cancel_takes=0.5),)
+    run = bench.executor.trigger(Request("work_with_limit"))
+    bench.clock.advance(3.2)
+    assert run.status is RunStatus.ENDING and bench.work.active == 1
+    bench.clock.advance(0.5)
+    assert run.status is RunStatus.FAILED and run.code == "timed_out" and bench.work.active == 0
+
+
+def test_while_triggers_are_blocked_nothing_starts(bench):
+    bench.executor.blocked_by = "the manual override is on"
+    with pytest.raises(RequestRefused, match="manual override"):
+        bench.executor.trigger(Request("drive_once"))
+
+
+def test_stop_all_drops_the_queue_too(bench):
+    first = bench.executor.trigger(Request("drive_once"))
+    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    bench.executor.stop_all("shutting down")
+    bench.clock.advance(30.0)
+    assert (first.status, second.status) == (RunStatus.STOPPED, RunStatus.STOPPED)
+
+
+def test_a_tree_that_wakes_itself_for_ever_is_failed(bench):
+    run = bench.executor.trigger(Request("drive_once"))
+    bench.executor.add_listener(lambda run, event: bench.executor.wake())
+    original = bench.executor._emit_node_changes
+
+    def chatter(run, root):
+        original(run, root)
+        bench.executor.wake()
+
+    bench.executor._emit_node_changes = chatter
+    bench.clock.advance(0.5)
+    assert run.status is RunStatus.FAILED and run.code == "spinning" and bench.drive.active == 0
