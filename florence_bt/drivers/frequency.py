@@ -1,0 +1,42 @@
+"""How often something arrives, for the diagnostics of a driver; the time is given."""
+
+from __future__ import annotations
+
+from collections import deque
+
+
+class FrequencyMeter:
+    """Measures a rate over the last arrivals.
+
+    Args:
+        window_s: Arrivals older than this no longer count, in seconds.
+    """
+
+    def __init__(self, window_s: float = 3.0) -> None:
+        self._window_s = window_s
+        self._arrivals: deque[float] = deque()
+
+    def tick(self, now: float) -> None:
+        """Note an arrival."""
+        self._arrivals.append(now)
+        self._forget(now)
+
+    def rate(self, now: float) -> float:
+        """Arrivals a second; 0 when fewer than two lie in the window.
+
+        The mean distance between the arrivals counts, so that a steady 10 Hz reads 10.0 at any moment; a
+        gap since the last one longer than that mean pulls the rate down.
+        """
+        self._forget(now)
+        if len(self._arrivals) < 2:
+            return 0.0
+        gaps = len(self._arrivals) - 1
+        span = self._arrivals[-1] - self._arrivals[0]
+        if span <= 0.0:
+            return 0.0
+        silence = now - self._arrivals[-1]
+        return gaps / span if silence <= 2.0 * span / gaps else gaps / (span + silence)
+
+    def _forget(self, now: float) -> None:
+        while self._arrivals and now - self._arrivals[0] > self._window_s:
+            self._arrivals.popleft()

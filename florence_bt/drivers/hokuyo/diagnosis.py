@@ -1,0 +1,48 @@
+"""What the diagnostics say about the scanner. Source: REFERENCE 4.9."""
+
+from __future__ import annotations
+
+from florence_bt.drivers.diagnosis import Diagnosis, Level, is_off
+from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+
+
+def diagnose(
+    driver: HokuyoDriver, parameters: HokuyoParameters, port: str, port_problem: str, now: float
+) -> Diagnosis:
+    """Judge the scanner.
+
+    Args:
+        driver: The driver.
+        parameters: How it was told to measure.
+        port: The serial device.
+        port_problem: Why the port is not open; empty when it is.
+        now: The time.
+    """
+    status, rate = driver.status, driver.rate(now)
+    values = {
+        "Device Status": status.device_status,
+        "Port": port,
+        "Device ID": status.device.get("SERI", "unknown"),
+        "Vendor Name": status.device.get("VEND", "unknown"),
+        "Product Name": status.device.get("PROD", "unknown"),
+        "Firmware Version": status.device.get("FIRM", "unknown"),
+        "Protocol Version": status.device.get("PROT", "unknown"),
+        "Scan Thread Lost Count": str(status.lost),
+        "Corrupted Scan Count": str(status.corrupted),
+        "Scans": str(status.scans),
+        "Frequency": f"{rate:.2f}",
+        "Expected Frequency": f"{driver.expected_rate:.2f}",
+        "Computed Latency": f"{driver.latency:.4f}",
+        "User Time Offset": f"{parameters.time_offset:.4f}",
+    }
+    if port_problem:
+        return Diagnosis(Level.ERROR, port_problem, values)
+    if status.phase is not Phase.MEASURING:
+        level = Level.ERROR if status.problem else Level.WARN
+        return Diagnosis(level, status.problem or f"the driver is {status.phase.value}", values)
+    if is_off(rate, driver.expected_rate):
+        return Diagnosis(
+            Level.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values
+        )
+    return Diagnosis(Level.OK, "measuring", values)

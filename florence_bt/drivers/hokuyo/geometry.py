@@ -1,0 +1,132 @@
+"""Which direction a step of the sensor looks in, and how a row of distances becomes a laser scan.
+
+Angles are as the sensor gives them: counter-clockwise seen from its top, never negated. That a sensor hangs
+upside down is told by the transform of its frame (REFERENCE 4.11).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import FrameError
+from florence_bt.core.sensing import LaserScan
+
+
+@dataclass(frozen=True, slots=True)
+class SensorGeometry:
+    """The numbers of the PP reply.
+
+    Attributes:
+        minimum_mm: DMIN, the smallest distance that is a measurement.
+        maximum_mm: DMAX, the largest.
+        steps_per_turn: ARES, steps in a full circle.
+        first_step: AMIN, the first step that can be measured.
+        last_step: AMAX, the last one, inclusive.
+        front_step: AFRT, the step that looks along the x axis.
+        rpm: SCAN, turns a minute.
+
+    Source: REFERENCE 4.1, 4.5.
+    """
+
+    minimum_mm: int
+    maximum_mm: int
+    steps_per_turn: int
+    first_step: int
+    last_step: int
+    front_step: int
+    rpm: int
+
+    @staticmethod
+    def from_information(fields: Mapping[str, str]) -> SensorGeometry:
+        """Read the fields of a PP reply.
+
+        Raises:
+            FrameError: A field is missing, no number, or the numbers contradict each other.
+        """
+        tags = ("DMIN", "DMAX", "ARES", "AMIN", "AMAX", "AFRT", "SCAN")
+        missing = [tag for tag in tags if not fields.get(tag, "").isdecimal()]
+        if missing:
+            raise FrameError(f"the reply to PP has no number for {', '.join(missing)}")
+        geometry = SensorGeometry(*(int(fields[tag]) for tag in tags))
+        sane = (
+            geometry.minimum_mm < geometry.maximum_mm
+            and geometry.first_step <= geometry.front_step <= geometry.last_step
+            and geometry.steps_per_turn > 0
+            and geometry.rpm > 0
+        )
+        if not sane:
+            raise FrameError(f"the numbers of the PP reply contradict each other: {geometry}")
+        return geometry
+
+    @property
+    def step_angle(self) -> float:
+        """Radians between two steps."""
+        return 2.0 * math.pi / self.steps_per_turn
+
+    @property
+    def scan_period(self) -> float:
+        """Seconds a turn."""
+        return 60.0 / self.rpm
+
+    @property
+    def time_increment(self) -> float:
+        """Seconds between two steps."""
+        return self.scan_period / self.steps_per_turn
+
+    def angle_of(self, step: int) -> float:
+        """The direction of a step in radians, zero ahead."""
+        return (step - self.front_step) * self.step_angle
+
+    def step_at(self, angle: float) -> int:
+        """The step that looks nearest to an angle, clipped to what the sensor can measure."""
+        step = self.front_step + round(angle / self.step_angle)
+        return min(max(step, self.first_step), self.last_step)
+
+
+URG_04LX = SensorGeometry(20, 5600, 1024, 44, 725, 384, 600)
+"""Hokuyo URG-04LX (REFERENCE 4.1)."""
+
+
+def scan_from_distances(
+    distances_mm: NDArray[np.int32],
+    start_step: int,
+    cluster: int,
+    geometry: SensorGeometry,
+    stamp: float,
+    frame_id: str,
+    *,
+    skip: int = 0,
+) -> LaserScan:
+    """Make a laser scan of what the sensor measured.
+
+    Error codes (values below DMIN) pass through as a few millimetres, below ``range_min``, so that consumers
+    drop them as they drop every range that is too small.
+
+    Args:
+        distances_mm: Shape (n,), millimetres, one a cluster.
+        start_step: Step of the first value.
+        cluster: Steps a value stands for; 0 and 1 both mean one.
+        geometry: The sensor's numbers.
+        stamp: Time of the first beam in seconds.
+        frame_id: The sensor's frame.
+        skip: Turns left out between two scans.
+
+    Source: REFERENCE 4.8, 4.9.
+    """
+    steps = max(1, cluster)
+    return LaserScan(
+        stamp=stamp,
+        frame_id=frame_id,
+        angle_min=geometry.angle_of(start_step),
+        angle_increment=geometry.step_angle * steps,
+        range_min=geometry.minimum_mm / 1000.0,
+        range_max=geometry.maximum_mm / 1000.0,
+        ranges=np.asarray(distances_mm, np.float32) / np.float32(1000.0),
+        time_increment=geometry.time_increment * steps,
+        scan_time=geometry.scan_period * (skip + 1),
+    )

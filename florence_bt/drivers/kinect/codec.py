@@ -1,0 +1,106 @@
+"""Numbers of the Kinect v1: packed 11-bit depth, raw depth to metres and back. No camera, no port, no time.
+
+Source: REFERENCE 5.2, 5.3.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import FrameError
+
+RAW_VALUES = 2048
+NO_VALUE = 2047
+"""The raw depth that means "nothing measured"."""
+
+FARTHEST_MM = 10_000
+"""The millimetre formats end here."""
+
+_OFFSET, _SLOPE = 3.3309495161, 0.0030711016
+
+# Eight values in eleven bytes, most significant bit first. For each value of a group: the byte that its last
+# bit is in, and how far the 24 bits that end with this byte must be shifted right.
+_LAST_BYTE = [(11 * (index + 1) - 1) // 8 for index in range(8)]
+_SHIFT = [8 * (last + 1) - 11 * (index + 1) for index, last in enumerate(_LAST_BYTE)]
+
+
+def packed_size(values: int) -> int:
+    """Bytes that so many 11-bit values take, with the last byte filled up."""
+    return -(-11 * values // 8)
+
+
+def unpack_11_bit(packed: bytes, values: int) -> NDArray[np.uint16]:
+    """Unpack a big-endian stream of 11-bit values.
+
+    Args:
+        packed: Length ``packed_size(values)``.
+        values: How many values it holds.
+
+    Returns:
+        Shape (values,), 0..2047.
+
+    Raises:
+        FrameError: The length does not fit.
+    """
+    if len(packed) != packed_size(values):
+        raise FrameError(f"{values} values take {packed_size(values)} bytes, not {len(packed)}")
+    groups = -(-values // 8)
+    stream = np.frombuffer(packed, np.uint8)
+    if stream.size != 11 * groups:
+        stream = np.pad(stream, (0, 11 * groups - stream.size))
+    # Column by column: eleven long vectors are quicker than many short ones.
+    columns = np.ascontiguousarray(stream.reshape(groups, 11).T).astype(np.uint32)
+    unpacked = np.empty((groups, 8), np.uint16)
+    for index, (last, shift) in enumerate(zip(_LAST_BYTE, _SHIFT, strict=True)):
+        bits = columns[last] | (columns[last - 1] << 8)
+        if last >= 2:
+            bits |= columns[last - 2] << 16
+        unpacked[:, index] = (bits >> shift) & 0x7FF
+    return unpacked.reshape(-1)[:values]
+
+
+def pack_11_bit(values: NDArray[np.uint16]) -> bytes:
+    """Pack values of 0..2047 into a big-endian stream of 11 bits each, as :func:`unpack_11_bit` reads it."""
+    bits = (values.reshape(-1, 1) >> np.arange(10, -1, -1, dtype=np.uint16)) & 1
+    return np.packbits(bits.astype(np.uint8)).tobytes()
+
+
+def _metres_table() -> NDArray[np.float32]:
+    inverse = _OFFSET - _SLOPE * np.arange(RAW_VALUES)
+    metres = np.full(RAW_VALUES, np.nan)
+    np.divide(1.0, inverse, out=metres, where=inverse > 0.0)
+    metres[NO_VALUE] = np.nan
+    return metres.astype(np.float32)
+
+
+METRES_OF_RAW = _metres_table()
+"""Shape (2048,), float32: metres of each raw value by formula A; NaN where there is no distance."""
+METRES_OF_RAW.setflags(write=False)
+
+
+def metres_from_raw(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Distances along the optical axis of raw values 0..2047, any shape; NaN where nothing was measured."""
+    return METRES_OF_RAW[raw]
+
+
+def raw_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """The raw value that is nearest to each distance; 2047 for NaN, infinity and what no raw value means."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        raw = np.round((_OFFSET - 1.0 / np.asarray(metres, np.float64)) / _SLOPE)
+    known = np.isfinite(metres) & (raw >= 0) & (raw < NO_VALUE)
+    known[known] = np.isfinite(METRES_OF_RAW[raw[known].astype(np.uint16)])
+    return np.where(known, raw, NO_VALUE).astype(np.uint16)
+
+
+def millimetres_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Whole millimetres as in a 16UC1 picture; 0 for NaN, infinity and more than 10 m."""
+    millimetres = np.round(np.asarray(metres, np.float64) * 1000.0)
+    known = np.isfinite(millimetres) & (millimetres > 0.0) & (millimetres <= FARTHEST_MM)
+    return np.where(known, millimetres, 0.0).astype(np.uint16)
+
+
+def metres_from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Metres of a 16UC1 picture; NaN for 0 and for more than 10 m."""
+    known = (millimetres > 0) & (millimetres <= FARTHEST_MM)
+    return np.where(known, millimetres / np.float32(1000.0), np.float32(np.nan)).astype(np.float32)

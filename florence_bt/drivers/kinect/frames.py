@@ -1,0 +1,148 @@
+"""The frame format of the socket that stands in for the USB cable: bytes to frames, nothing else.
+
+The README of this folder describes the format. A frame counts only when its header is sane and its check sum
+fits; otherwise the parser looks for the next header, so that garbage costs no more than the frame it hit.
+"""
+
+from __future__ import annotations
+
+import enum
+import struct
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.drivers.kinect.codec import metres_from_raw, packed_size, unpack_11_bit
+
+MAGIC = b"FKF1"
+HEADER = struct.Struct(">4sBxHHdII")
+"""Magic, kind, width, height, time stamp, payload length, CRC-32 of header (with CRC 0) and payload."""
+
+LARGEST_SIDE = 2048
+_CRC = struct.Struct(">I")
+
+
+class FrameKind(enum.IntEnum):
+    """What a frame holds."""
+
+    DEPTH = 1
+    """Raw depth, 11 bits a pixel, packed."""
+    VIDEO = 2
+    """Colour, 8 bits each of red, green and blue."""
+
+    def payload_size(self, width: int, height: int) -> int:
+        """Bytes that a picture of this size takes."""
+        return packed_size(width * height) if self is FrameKind.DEPTH else 3 * width * height
+
+
+@dataclass(frozen=True, slots=True)
+class DepthFrame:
+    """A depth picture as it came, still packed: unpacking is left to who wants the picture.
+
+    Attributes:
+        width: Columns.
+        height: Rows.
+        timestamp: Seconds on the sender's clock.
+        payload: The packed raw values, row by row.
+    """
+
+    width: int
+    height: int
+    timestamp: float
+    payload: bytes
+
+    def raw(self) -> NDArray[np.uint16]:
+        """The raw values, shape (height, width)."""
+        return unpack_11_bit(self.payload, self.width * self.height).reshape(self.height, self.width)
+
+    def metres(self) -> NDArray[np.float32]:
+        """The distances, shape (height, width); NaN where nothing was measured."""
+        return metres_from_raw(self.raw())
+
+
+@dataclass(frozen=True, slots=True)
+class VideoFrame:
+    """A colour picture as it came.
+
+    Attributes:
+        width: Columns.
+        height: Rows.
+        timestamp: Seconds on the sender's clock.
+        payload: Red, green, blue bytes, row by row.
+    """
+
+    width: int
+    height: int
+    timestamp: float
+    payload: bytes
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """The picture, shape (height, width, 3), read-only."""
+        return np.frombuffer(self.payload, np.uint8).reshape(self.height, self.width, 3)
+
+
+Frame = DepthFrame | VideoFrame
+
+
+class FrameParser:
+    """Cuts a stream of bytes into frames; keeps what is not complete yet.
+
+    Attributes:
+        skipped: Bytes that belonged to no frame.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self.skipped = 0
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take the next bytes and return the frames that they complete."""
+        self._buffer += data
+        frames = []
+        while self._align():
+            kind, width, height, timestamp, length, crc = HEADER.unpack_from(self._buffer)[1:]
+            if len(self._buffer) < HEADER.size + length:
+                break
+            payload = bytes(self._buffer[HEADER.size : HEADER.size + length])
+            if zlib.crc32(payload, _header_crc(self._buffer)) != crc:
+                self._skip(1)
+                continue
+            del self._buffer[: HEADER.size + length]
+            make = DepthFrame if kind == FrameKind.DEPTH else VideoFrame
+            frames.append(make(width, height, timestamp, payload))
+        return frames
+
+    def _align(self) -> bool:
+        """Drop bytes until a sane header stands in front; False when more bytes are needed for that."""
+        while True:
+            start = self._buffer.find(MAGIC)
+            if start < 0:
+                # The first letters of a magic may have arrived already.
+                self._skip(max(0, len(self._buffer) - (len(MAGIC) - 1)))
+                return False
+            self._skip(start)
+            if len(self._buffer) < HEADER.size:
+                return False
+            if _is_sane(self._buffer):
+                return True
+            self._skip(1)
+
+    def _skip(self, count: int) -> None:
+        self.skipped += count
+        del self._buffer[:count]
+
+
+def _is_sane(header: bytearray) -> bool:
+    kind, width, height, _, length, _ = HEADER.unpack_from(header)[1:]
+    return (
+        kind in tuple(FrameKind)
+        and 0 < width <= LARGEST_SIDE
+        and 0 < height <= LARGEST_SIDE
+        and length == FrameKind(kind).payload_size(width, height)
+    )
+
+
+def _header_crc(buffer: bytearray) -> int:
+    return zlib.crc32(bytes(buffer[: HEADER.size - _CRC.size]) + bytes(_CRC.size))

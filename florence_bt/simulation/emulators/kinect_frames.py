@@ -1,0 +1,202 @@
+"""Sends the pictures of a simulated Kinect to whoever connects to a Unix socket.
+
+The format is described in ``drivers/kinect/README.md``; the writer here is made from that description and
+shares no code with the driver. Nothing blocks: a client that does not keep up misses frames.
+
+Source: REFERENCE 5.2, 5.3.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import stat
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+DEPTH, VIDEO = 1, 2
+NOTHING_MEASURED = 2047
+SEND_BUFFER = 1 << 20
+
+_HEAD = struct.Struct(">4sBxHHdI")
+
+
+def quantise(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Metres to raw values as the device has them: round((3.3309495161 - 1/z) / 0.0030711016).
+
+    NaN, infinity, zero and what lies nearer than raw value 0 (0.30 m) become 2047.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        raw = np.rint((3.3309495161 - 1.0 / depth_m) * (1.0 / 0.0030711016))
+        usable = np.isfinite(depth_m) & (depth_m > 0.0) & (raw >= 0.0) & (raw < 1084.0)
+    return np.where(usable, raw, NOTHING_MEASURED).astype(np.uint16)
+
+
+def pack_depth(raw: NDArray[np.uint16]) -> bytes:
+    """Write 11-bit values one after the other, most significant bit first; eight take eleven bytes."""
+    values = raw.reshape(-1)
+    size = -(-11 * values.size // 8)
+    v = np.pad(values, (0, -values.size % 8)).reshape(-1, 8).T
+    out = np.empty((11, v.shape[1]), np.uint16)
+    out[0] = v[0] >> 3
+    out[1] = (v[0] << 5) | (v[1] >> 6)
+    out[2] = (v[1] << 2) | (v[2] >> 9)
+    out[3] = v[2] >> 1
+    out[4] = (v[2] << 7) | (v[3] >> 4)
+    out[5] = (v[3] << 4) | (v[4] >> 7)
+    out[6] = (v[4] << 1) | (v[5] >> 10)
+    out[7] = v[5] >> 2
+    out[8] = (v[5] << 6) | (v[6] >> 5)
+    out[9] = (v[6] << 3) | (v[7] >> 8)
+    out[10] = v[7]
+    return out.T.astype(np.uint8).tobytes()[:size]  # the cast keeps the low eight bits
+
+
+def frame_bytes(kind: int, width: int, height: int, timestamp: float, payload: bytes) -> bytes:
+    """A whole frame: header with check sum, payload."""
+    head = _HEAD.pack(b"FKF1", kind, width, height, timestamp, len(payload))
+    crc = zlib.crc32(payload, zlib.crc32(head + bytes(4)))
+    return head + crc.to_bytes(4, "big") + payload
+
+
+@dataclass(slots=True)
+class KinectFaults:
+    """What goes wrong; set it at any time.
+
+    Attributes:
+        silent: No frame is sent, though the connection stays.
+        garbage: These bytes go out once, before the next frame.
+    """
+
+    silent: bool = False
+    garbage: bytes = b""
+
+
+@dataclass(slots=True)
+class _Client:
+    connection: socket.socket
+    pending: bytearray = field(default_factory=bytearray)
+
+
+class KinectFrameServer:
+    """A Unix socket that sends frames to all who are connected.
+
+    Call :meth:`poll` often, every 10 ms or so: it lets clients in and sends what did not fit before.
+
+    Args:
+        path: The socket file; a stale one is replaced.
+
+    Attributes:
+        faults: What shall go wrong.
+        dropped: Frames that slow clients missed, summed over the clients.
+
+    Raises:
+        OSError: The socket cannot be made there, or something else stands at that path.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.faults = KinectFaults()
+        self.dropped = 0
+        self._clients: list[_Client] = []
+        if self.path.exists() and stat.S_ISSOCK(os.stat(self.path).st_mode):
+            self.path.unlink()
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._listener.bind(str(self.path))
+            self._listener.listen()
+        except OSError:
+            self._listener.close()
+            raise
+        self._listener.setblocking(False)
+
+    @property
+    def client_count(self) -> int:
+        """How many are connected; pictures for nobody need not be rendered."""
+        return len(self._clients)
+
+    def poll(self) -> None:
+        """Let new clients in, send what is pending, forget clients that went."""
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                connection, _ = self._listener.accept()
+                connection.setblocking(False)
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+                self._clients.append(_Client(connection))
+        self._clients = [client for client in self._clients if self._flush(client)]
+
+    def send_depth(self, depth_m: NDArray[np.float32], timestamp: float) -> None:
+        """Send a depth picture.
+
+        Args:
+            depth_m: Shape (height, width), metres along the optical axis; NaN where nothing is measured.
+            timestamp: Seconds.
+        """
+        self.send_raw_depth(quantise(depth_m), timestamp)
+
+    def send_raw_depth(self, raw: NDArray[np.uint16], timestamp: float) -> None:
+        """Send a depth picture of a sensor that quantises by itself.
+
+        Args:
+            raw: Shape (height, width), 11-bit values, 2047 where nothing is measured.
+            timestamp: Seconds.
+        """
+        height, width = raw.shape
+        self._broadcast(lambda: frame_bytes(DEPTH, width, height, timestamp, pack_depth(raw)))
+
+    def send_colour(self, pixels: NDArray[np.uint8], timestamp: float) -> None:
+        """Send a colour picture.
+
+        Args:
+            pixels: Shape (height, width, 3), red green blue.
+            timestamp: Seconds.
+        """
+        height, width, _ = pixels.shape
+        self._broadcast(lambda: frame_bytes(VIDEO, width, height, timestamp, pixels.tobytes()))
+
+    def disconnect_all(self) -> None:
+        """Throw every client out, as when the plug is pulled; they may come back."""
+        for client in self._clients:
+            client.connection.close()
+        self._clients = []
+
+    def close(self) -> None:
+        """End the service and remove the socket file."""
+        self.disconnect_all()
+        self._listener.close()
+        self.path.unlink(missing_ok=True)
+
+    def _broadcast(self, make: Callable[[], bytes]) -> None:
+        self.poll()
+        if not self._clients or self.faults.silent:
+            return
+        garbage, self.faults.garbage = self.faults.garbage, b""
+        frame = make()
+        for client in self._clients:
+            if client.pending:
+                self.dropped += 1
+            else:
+                client.pending += garbage + frame
+        self.poll()
+
+    def _flush(self, client: _Client) -> bool:
+        """Send what is pending; False when the client is gone."""
+        try:
+            while client.pending:
+                del client.pending[: client.connection.send(client.pending)]
+            # Clients send nothing, so the only thing to read is the end of the connection.
+            alive = client.connection.recv(1024) != b""
+        except BlockingIOError:
+            alive = True
+        except OSError:
+            alive = False
+        if not alive:
+            client.connection.close()
+        return alive

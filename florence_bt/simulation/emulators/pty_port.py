@@ -1,0 +1,102 @@
+"""A pseudo-terminal that stands for a serial device: real drivers open its path like any port."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+import tty
+from pathlib import Path
+
+from florence_bt.core.errors import DeviceLost
+
+READ_SIZE = 4096
+
+
+class PseudoTerminal:
+    """The device's end of a serial line; nothing here ever waits.
+
+    The client's end is kept open here as well, so the line survives a client that closes and opens it again.
+
+    Attributes:
+        path: What the client opens: the link when one was asked for, otherwise the pty's own device file.
+        lost_bytes: Bytes that found no room because no client read them, as on a real line.
+    """
+
+    def __init__(self, link: Path | None = None) -> None:
+        """Open the line.
+
+        Args:
+            link: Where to put a symbolic link to the client's end; an old link there is replaced.
+
+        Raises:
+            DeviceLost: There is a file at the link's place, or no permission to make the link.
+        """
+        self._device, self._client = pty.openpty()
+        tty.setraw(self._client)
+        os.set_blocking(self._device, False)
+        self._link = link
+        self.path = os.ttyname(self._client)
+        self.lost_bytes = 0
+        if link is not None:
+            try:
+                _replace_link(link, self.path)
+            except OSError as error:
+                self._link = None
+                self.close()
+                raise DeviceLost(f"cannot link {link} to {self.path}: {error}") from error
+            self._target, self.path = self.path, str(link)
+
+    def fileno(self) -> int:
+        """The device end's file descriptor, for ``select``.
+
+        Raises:
+            DeviceLost: The line is closed.
+        """
+        if self._device < 0:
+            raise DeviceLost(f"{self.path} is closed")
+        return self._device
+
+    def read(self) -> bytes:
+        """What the client has sent since the last call, often nothing.
+
+        Raises:
+            DeviceLost: The line is closed.
+        """
+        pieces = []
+        with contextlib.suppress(BlockingIOError):
+            while piece := os.read(self.fileno(), READ_SIZE):
+                pieces.append(piece)
+        return b"".join(pieces)
+
+    def write(self, data: bytes) -> None:
+        """Send to the client; what finds no room is lost and counted.
+
+        Raises:
+            DeviceLost: The line is closed.
+        """
+        written = 0
+        with contextlib.suppress(BlockingIOError):
+            while written < len(data):
+                written += os.write(self.fileno(), data[written:])
+        self.lost_bytes += len(data) - written
+
+    def unplug(self) -> None:
+        """Pull the plug: the client's next read or write fails, and the path is gone."""
+        self.close()
+
+    def close(self) -> None:
+        """End the line and remove the link; harmless when it is closed already."""
+        if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == self._target:
+            self._link.unlink()
+        self._link = None
+        for descriptor in (self._device, self._client):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self._device = self._client = -1
+
+
+def _replace_link(link: Path, target: str) -> None:
+    if link.is_symlink():
+        link.unlink()
+    link.symlink_to(target)

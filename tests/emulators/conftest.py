@@ -1,0 +1,45 @@
+"""What the emulators' tests share."""
+
+import pytest
+
+
+class KinematicBase:
+    """A base that does at once what it is told; ``step`` moves it."""
+
+    separation = 0.26
+
+    def __init__(self) -> None:
+        self.wheels = (0.0, 0.0)
+        self.rolled = (0.0, 0.0)
+        self.pressed = (False, False)
+
+    def set_wheels(self, left_mps: float, right_mps: float) -> None:
+        self.wheels = (left_mps, right_mps)
+
+    def travel(self) -> tuple[float, float]:
+        return self.rolled
+
+    def yaw_rate(self) -> float:
+        return (self.wheels[1] - self.wheels[0]) / self.separation
+
+    def bumpers(self) -> tuple[bool, bool]:
+        return self.pressed
+
+    def step(self, seconds: float) -> None:
+        self.rolled = (
+            self.rolled[0] + self.wheels[0] * seconds,
+            self.rolled[1] + self.wheels[1] * seconds,
+        )
+
+    @property
+    def advanced(self) -> float:
+        return (self.rolled[0] + self.rolled[1]) / 2.0
+
+    @property
+    def turned(self) -> float:
+        return (self.rolled[1] - self.rolled[0]) / self.separation
+
+
+@pytest.fixture
+def base() -> KinematicBase:
+    return KinematicBase()

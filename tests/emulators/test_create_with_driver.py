@@ -1,0 +1,361 @@
+"""The real TurtleBot driver against the emulated Create, through bytes, with the time driven by hand."""
+
+import math
+from typing import Any
+
+import pytest
+
+from florence_bt.core.errors import ConfigError, DeviceTimeout
+from florence_bt.core.geometry import Twist2
+from florence_bt.drivers.turtlebot.codec import OiMode
+from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.hazards import StopReason
+from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
+from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
+from florence_bt.simulation.emulators.create import CreateEmulator, Mode
+
+STEP = 0.005
+
+
+class Bench:
+    """Driver and base on one line; bytes may arrive in pieces."""
+
+    def __init__(
+        self,
+        base: Any,
+        noise: BaseNoiseParameters | None = PERFECT_BASE,
+        *,
+        seed: int = 0,
+        piece: int = 4096,
+        header_in_checksum: bool = False,
+        **parameters: Any,
+    ) -> None:
+        self.base = base
+        self.create = CreateEmulator(
+            base, BaseSensors(base, seed, noise), header_in_checksum=header_in_checksum
+        )
+        self.driver = TurtlebotDriver(TurtlebotParameters(**parameters))
+        self.readings: list[Reading] = []
+        self.sent: list[tuple[float, bytes]] = []
+        self.now = 0.0
+        self._piece = piece
+        self.driver.start(0.0)
+
+    def run(self, seconds: float, twist: Twist2 | None = None) -> list[Reading]:
+        """Let time pass, with the same velocity command every 0.1 s; returns the readings of that time."""
+        before = len(self.readings)
+        for number in range(round(seconds / STEP)):
+            if twist is not None and number % 20 == 0:
+                self.driver.command(twist, self.now)
+            self._send(self.driver.poll(self.now))
+            self.base.step(STEP)
+            self.now += STEP
+            self._deliver(self.create.poll(self.now))
+        return self.readings[before:]
+
+    def _send(self, data: bytes) -> None:
+        if data:
+            self.sent.append((self.now, data))
+            self._deliver(self.create.receive(data, self.now))
+
+    def _deliver(self, data: bytes) -> None:
+        for start in range(0, len(data), self._piece):
+            self.readings += self.driver.receive(data[start : start + self._piece], self.now)
+
+    @property
+    def latest(self) -> Reading:
+        return self.readings[-1]
+
+
+def ready(base: Any, noise: BaseNoiseParameters | None = PERFECT_BASE, **how: Any) -> Bench:
+    """A bench whose base is awake and whose gyro has its rest offset."""
+    bench = Bench(base, noise, **how)
+    bench.run(3.0)
+    assert bench.latest.gyro is not None or not how.get("has_gyro", True)
+    return bench
+
+
+def test_start_up_sequence(base: Any) -> None:
+    bench = Bench(base, operation_mode=2)
+    bench.run(1.2)
+    stream = bytes([148, 29, *range(7, 15), *range(17, 36), 41, 42])
+    stop = bytes([145, 0, 0, 0, 0])
+    start, safe, rest, *drives = bench.sent
+    assert start == (0.0, bytes([128]))
+    assert safe == (pytest.approx(0.5), bytes([131]))
+    # The first speeds wait for the first frame, which tells the mode.
+    assert rest == (pytest.approx(1.0), bytes([147, 1]) + stream)
+    assert drives
+    assert {data for _, data in drives} == {stop}
+    assert bench.create.mode is Mode.SAFE
+    assert bench.create.digital_outputs == 1
+
+
+def test_full_mode_and_passive_mode(base: Any) -> None:
+    full = Bench(base)
+    full.run(1.1)
+    assert full.create.mode is Mode.FULL
+    passive = Bench(type(base)(), operation_mode=1)
+    readings = passive.run(1.1, Twist2(0.2, 0.0))
+    assert passive.create.mode is Mode.PASSIVE
+    assert readings[-1].stop_reason is None
+    assert not any(data[0] == 145 for _, data in passive.sent)
+
+
+def test_a_reading_every_15_ms(base: Any) -> None:
+    bench = ready(base)
+    readings = bench.run(3.0)
+    assert len(readings) == 200
+    assert bench.now - readings[-1].stamp < 0.015
+    assert bench.driver.decoder.noise_bytes == 0
+
+
+@pytest.mark.parametrize("how", [{}, {"piece": 1}, {"header_in_checksum": True}, {"has_gyro": False}])
+def test_drive_one_metre_and_turn_90_degrees(base: Any, how: dict[str, Any]) -> None:
+    bench = ready(base, **how)
+    bench.run(4.0, Twist2(0.25, 0.0))
+    bench.run(1.0)
+    pose = bench.latest.odometry.pose
+    assert base.advanced == pytest.approx(1.0, abs=0.16)  # drives on for the time-out of 0.6 s
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((base.advanced, 0.0, 0.0), abs=0.002)
+    bench.run(2.0, Twist2(0.0, math.pi / 4))
+    bench.run(1.0)
+    assert bench.latest.odometry.pose.yaw == pytest.approx(base.turned, abs=math.radians(1.1))
+    assert base.turned == pytest.approx(math.radians(90), abs=math.radians(30))
+
+
+def test_velocity_and_command_arrive(base: Any) -> None:
+    bench = ready(base)
+    bench.run(1.0, Twist2(0.2, 0.5))
+    assert base.wheels == (0.135, 0.265)
+    twist = bench.latest.odometry.twist
+    assert (twist.linear, twist.angular) == pytest.approx((0.2, 0.5), abs=0.02)
+    assert bench.latest.state.requested_right_velocity == pytest.approx(0.265)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_noise_the_gyro_keeps_the_heading(base: Any, seed: int) -> None:
+    bench = ready(base, None, seed=seed)
+    for _ in range(4):
+        bench.run(2.0, Twist2(0.2, 0.0))
+        bench.run(2.0, Twist2(0.0, math.pi / 4))
+    bench.run(1.0)
+    assert bench.latest.odometry.pose.yaw == pytest.approx(
+        math.remainder(base.turned, math.tau), abs=math.radians(4)
+    )
+    assert bench.latest.gyro is not None
+    assert bench.latest.gyro.offset == pytest.approx(512, abs=1)
+
+
+def test_the_base_stops_when_commands_stop(base: Any) -> None:
+    bench = ready(base)
+    bench.driver.command(Twist2(0.2, 0.0), bench.now)
+    bench.run(0.5)
+    assert base.wheels == (0.2, 0.2)
+    bench.run(0.15)
+    assert base.wheels == (0.0, 0.0)
+
+
+def test_silence_is_found_and_a_new_start_recovers(base: Any) -> None:
+    bench = ready(base)
+    bench.run(1.0, Twist2(0.2, 0.0))
+    bench.create.faults.silent = True
+    silent_from = bench.now
+    with pytest.raises(DeviceTimeout, match="no good frame"):
+        bench.run(5.0, Twist2(0.2, 0.0))
+    assert bench.now - silent_from == pytest.approx(1.0, abs=0.03)
+    bench.create.faults.silent = False
+    bench.driver.start(bench.now)
+    readings = bench.run(1.5)
+    assert base.wheels == (0.0, 0.0)
+    assert len(readings) > 20
+    # The pose goes on where it was known last; what the base rolled in silence is lost with the frames.
+    assert bench.latest.odometry.pose.x == pytest.approx(0.2, abs=0.01)
+    lost = base.advanced - bench.latest.odometry.pose.x
+    bench.run(1.0, Twist2(0.2, 0.0))
+    assert bench.latest.odometry.pose.x == pytest.approx(base.advanced - lost, abs=0.002)
+
+
+def test_a_deadline_for_everything(base: Any) -> None:
+    bench = Bench(base)
+    assert bench.driver.next_deadline() == 0.0
+    bench.run(0.1)
+    assert bench.driver.next_deadline() == pytest.approx(0.5)
+    bench.run(2.0)
+    deadline = bench.driver.next_deadline()
+    assert deadline is not None
+    assert bench.now - STEP <= deadline <= bench.now + 1.0 / 30.0
+    bench.driver.shutdown()
+    assert bench.driver.next_deadline() is None
+    assert bench.driver.poll(bench.now) == b""
+
+
+def test_bad_checksums_and_cut_frames_are_counted(base: Any) -> None:
+    bench = ready(base)
+    bench.create.faults.bad_checksums = 3
+    bench.create.faults.noise = bytes([0x13, 72, 7, 0xFF] * 5)
+    good = len(bench.run(0.3))
+    assert bench.driver.decoder.bad_frames == 3
+    assert good == 17
+    bench.create.faults.partial_frames = 2
+    assert len(bench.run(0.3)) == 18
+
+
+def test_wheel_drop_in_safe_mode_stops_is_reported_and_is_recovered(base: Any) -> None:
+    bench = ready(base, operation_mode=2)
+    forward = Twist2(0.2, 0.0)
+    bench.run(0.5, forward)
+    bench.create.faults.wheel_drops = 8
+    bench.run(0.5, forward)
+    assert (bench.create.mode, base.wheels) == (Mode.PASSIVE, (0.0, 0.0))
+    assert bench.latest.stop_reason is StopReason.WHEEL_DROP
+    bench.create.faults.wheel_drops = 0
+    bench.run(0.5)
+    assert bench.latest.stop_reason is StopReason.MODE_LOST
+    assert bench.create.mode is Mode.PASSIVE
+    bench.run(2.0)
+    assert bench.create.mode is Mode.PASSIVE  # nobody wants to drive
+    bench.run(1.0, forward)
+    assert (bench.create.mode, base.wheels) == (Mode.SAFE, (0.2, 0.2))
+    assert bench.latest.stop_reason is None
+    assert bench.create.digital_outputs == 1
+
+
+def test_the_charger_is_no_way_back_until_unplugged(base: Any) -> None:
+    bench = ready(base, operation_mode=2)
+    bench.create.faults.charger = True
+    bench.run(4.0, Twist2(0.2, 0.0))
+    assert bench.latest.stop_reason is StopReason.CHARGER
+    assert (bench.create.mode, base.wheels) == (Mode.PASSIVE, (0.0, 0.0))
+    bench.create.faults.charger = False
+    bench.run(4.0, Twist2(0.2, 0.0))
+    assert (bench.create.mode, base.wheels) == (Mode.SAFE, (0.2, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [
+        ({"left_bumper": True}, StopReason.BUMPER),
+        ({"cliffs": (False, False, True, False)}, StopReason.CLIFF),
+        ({"wheel_drops": 16}, StopReason.WHEEL_DROP),
+    ],
+)
+def test_contact_in_full_mode_holds_forward_motion_only(
+    base: Any, fault: dict[str, Any], reason: StopReason
+) -> None:
+    bench = ready(base)
+    bench.run(0.5, Twist2(0.2, 0.0))
+    for name, value in fault.items():
+        setattr(bench.create.faults, name, value)
+    moved = base.advanced
+    bench.run(0.5, Twist2(0.2, 0.0))
+    assert bench.latest.stop_reason is reason
+    assert base.advanced - moved < 0.2 * 0.03  # two frames
+    bench.run(0.5, Twist2(-0.2, 0.0))
+    assert base.wheels == (-0.2, -0.2)
+    bench.run(0.5, Twist2(0.0, 1.0))
+    assert base.wheels == (-0.13, 0.13)
+    # The press is gone, but only a new command moves the base forward again.
+    bench.run(0.5, Twist2(0.2, 0.0))
+    bench.create.faults.left_bumper = False
+    bench.create.faults.wheel_drops = 0
+    bench.create.faults.cliffs = (False,) * 4
+    bench.run(0.05)
+    assert base.wheels == (0.0, 0.0)
+    bench.run(0.1, Twist2(0.2, 0.0))
+    assert base.wheels == (0.2, 0.2)
+
+
+def test_bumpers_may_be_ignored(base: Any) -> None:
+    bench = ready(base, stop_motors_on_bump=False)
+    bench.create.faults.left_bumper = True
+    bench.run(0.5, Twist2(0.2, 0.0))
+    assert base.wheels == (0.2, 0.2)
+
+
+def test_change_of_mode_stops_and_sets_the_outputs_again(base: Any) -> None:
+    bench = ready(base)
+    bench.driver.set_digital_outputs(6)
+    bench.run(0.5, Twist2(0.2, 0.0))
+    assert bench.create.digital_outputs == 6
+    assert bench.latest.state.user_digital_outputs == 6
+    bench.driver.set_mode(2, bench.now)
+    bench.run(0.1)
+    assert base.wheels == (0.0, 0.0)
+    bench.run(1.1)
+    assert (bench.create.mode, bench.create.digital_outputs) == (Mode.SAFE, 6)
+    bench.driver.set_mode(1, bench.now)
+    bench.run(0.6)
+    assert (bench.create.mode, bench.create.digital_outputs) == (Mode.PASSIVE, 0)
+    assert bench.latest.stop_reason is None
+    with pytest.raises(ConfigError, match="drive mode"):
+        bench.driver.set_digital_outputs(1)
+    bench.driver.set_mode(3, bench.now)
+    bench.run(1.2)
+    assert bench.latest.state.oi_mode == OiMode.FULL
+
+
+@pytest.mark.parametrize("mode", [0, 4, 255, -1])
+def test_modes_that_do_not_exist(base: Any, mode: int) -> None:
+    bench = ready(base)
+    with pytest.raises(ConfigError, match="no operating mode"):
+        bench.driver.set_mode(mode, bench.now)
+    bench.run(0.1, Twist2(0.2, 0.0))
+    assert base.wheels == (0.2, 0.2)
+
+
+def test_shutdown_stops_and_silences(base: Any) -> None:
+    bench = ready(base)
+    bench.run(0.5, Twist2(0.2, 0.3))
+    bench.create.receive(bench.driver.shutdown(), bench.now)
+    assert base.wheels == (0.0, 0.0)
+    assert bench.create.poll(bench.now + 1.0) == b""
+
+
+def test_a_power_cycle_is_found_as_silence_and_survived(base: Any) -> None:
+    bench = ready(base)
+    bench.create.receive(bytes([7]), bench.now)
+    with pytest.raises(DeviceTimeout):
+        bench.run(2.0)
+    # The boot loader hears nothing for 3 s: start again as often as it takes.
+    for _ in range(4):
+        bench.driver.start(bench.now)
+        try:
+            bench.run(2.5)
+        except DeviceTimeout:
+            continue
+        break
+    assert bench.create.mode is Mode.FULL
+    assert bench.latest.stamp > bench.now - 0.02
+
+
+def test_a_first_frame_with_an_old_distance_is_left_out(base: Any) -> None:
+    bench = Bench(base)
+    base.rolled = (30.0, 30.0)  # pushed while nobody listened
+    bench.run(1.5)
+    assert bench.latest.odometry.pose.x == 0.0
+    assert bench.driver.refused_readings == 0
+
+
+def test_an_impossible_step_is_left_out_and_counted(base: Any) -> None:
+    bench = ready(base)
+    base.rolled = (5.0, 5.0)
+    bench.run(0.1)
+    assert bench.latest.odometry.pose.x == 0.0
+    assert bench.driver.refused_readings == 1
+
+
+def test_a_base_that_is_carried_follows_its_gyro(base: Any) -> None:
+    bench = ready(base)
+    bench.create.faults.wheel_drops = 12
+    bench.run(0.1)
+    before = bench.latest.gyro
+    base.yaw_rate = lambda: 1.0
+    bench.run(1.0)
+    base.yaw_rate = lambda: 0.0
+    bench.create.faults.wheel_drops = 0
+    bench.run(2.0)
+    assert before is not None
+    assert bench.latest.gyro is not None
+    assert bench.latest.gyro.offset == before.offset
+    assert bench.latest.odometry.pose.yaw == pytest.approx(1.0, abs=0.03)

@@ -1,0 +1,246 @@
+"""The real Hokuyo driver against the emulated scanner, through bytes, with the time driven by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from florence_bt.core.sensing import LaserScan
+from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.hokuyo.diagnosis import diagnose
+from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.simulation.emulators.scip import ScipEmulator, ScipFaults
+
+
+class Clockwork:
+    """A world whose every distance tells the moment of its measurement: 1000 mm + milliseconds."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
+        return np.full(last_step - first_step + 1, 1000 + round(self.now * 1000.0) % 4000, np.int32)
+
+
+class Bench:
+    """Driver and scanner on one line; bytes may arrive in pieces."""
+
+    def __init__(self, parameters: HokuyoParameters | None = None, *, piece: int = 4096, scip1: bool = False):
+        self.world = Clockwork()
+        self.scanner = ScipEmulator(self.world, speaks_scip1=scip1)
+        self.problems: list[str] = []
+        self.driver = HokuyoDriver(parameters or HokuyoParameters(), self.problems.append)
+        self.scans: list[LaserScan] = []
+        self.now = 0.0
+        self._piece = piece
+
+    def run(self, seconds: float, step: float = 0.005) -> list[LaserScan]:
+        """Let time pass; returns the scans of that time."""
+        before = len(self.scans)
+        for _ in range(round(seconds / step)):
+            self.now += step
+            self.world.now = self.now
+            self._deliver(self.scanner.poll(self.now))
+            while data := self.driver.poll(self.now):
+                self._deliver(self.scanner.receive(data, self.now))
+        return self.scans[before:]
+
+    def _deliver(self, data: bytes) -> None:
+        for start in range(0, len(data), self._piece):
+            self.scans += self.driver.receive(data[start : start + self._piece], self.now)
+
+
+def started(**how: object) -> Bench:
+    bench = Bench(**how)  # type: ignore[arg-type]
+    bench.driver.start(0.0)
+    bench.run(1.0)
+    assert bench.driver.status.phase is Phase.MEASURING
+    return bench
+
+
+def test_from_power_on_to_scans() -> None:
+    bench = started()
+    scans = bench.run(2.0)
+    assert len(scans) == 20
+    scan = scans[-1]
+    assert len(scan.ranges) == 682
+    assert scan.angle_min == pytest.approx(-2.086214, abs=1e-6)
+    assert scan.angle_max == pytest.approx(2.092350, abs=1e-6)
+    assert scan.frame_id == "base_laser_round_link"
+    assert bench.driver.rate(bench.now) == pytest.approx(10.0, rel=0.03)
+    assert bench.driver.expected_rate == pytest.approx(10.0)
+    status = bench.driver.status
+    assert status.device["SERI"] == "H0614967"
+    assert status.device_status == "Sensor works well."
+    assert (status.corrupted, status.lost, bench.problems) == (0, 0, [])
+
+
+def test_the_stamp_is_the_moment_of_the_first_beam() -> None:
+    bench = started()
+    for scan in bench.run(1.0, step=0.001):
+        measured_ahead = (scan.ranges[0] - 1.0) % 4.0
+        ahead = 384 - 44
+        assert scan.stamp + ahead * scan.time_increment == pytest.approx(measured_ahead, abs=0.002)
+
+
+def test_latency_and_offset_move_the_stamp() -> None:
+    bench = started(parameters=HokuyoParameters(latency_s=0.2, time_offset=0.01))
+    scan = bench.run(0.3)[-1]
+    received = bench.driver._frequency._arrivals[-1]
+    assert scan.stamp == pytest.approx(received - 0.2 + 44 * scan.time_increment + 0.01)
+
+
+@pytest.mark.parametrize("piece", [1, 7, 64])
+def test_bytes_in_small_pieces(piece: int) -> None:
+    assert len(started(piece=piece).run(0.5)) == 5
+
+
+def test_window_cluster_and_skip() -> None:
+    parameters = HokuyoParameters(min_ang=-math.pi / 2, max_ang=math.pi / 2, cluster=3, skip=1)
+    scans = started(parameters=parameters).run(2.0)
+    assert len(scans) == 10
+    assert len(scans[0].ranges) == 171
+    assert scans[0].angle_min == pytest.approx(-math.pi / 2)
+    assert scans[0].scan_time == pytest.approx(0.2)
+
+
+def test_old_firmware_is_switched_to_scip_2() -> None:
+    assert len(started(scip1=True).run(0.5)) == 5
+
+
+def test_a_stream_left_over_from_a_crash_is_ended_first() -> None:
+    bench = Bench()
+    bench.scanner.receive(b"MD0100020001000\n", 0.0)
+    bench.run(0.5)
+    bench.driver.start(bench.now)
+    scans = bench.run(1.0)
+    assert {len(scan.ranges) for scan in scans} == {682}
+
+
+def test_time_mode_left_over_from_a_crash_is_ended_first() -> None:
+    bench = Bench()
+    bench.scanner.receive(b"TM0\n", 0.0)
+    bench.driver.start(0.0)
+    assert len(bench.run(1.0)) >= 8
+
+
+def test_a_bad_check_sum_costs_that_scan_only() -> None:
+    bench = started()
+    bench.scanner.faults.bad_checksums = 3
+    assert len(bench.run(1.0)) == 7
+    assert bench.driver.status.corrupted == 3
+    assert bench.problems == []
+
+
+def test_noise_costs_at_most_one_scan() -> None:
+    bench = started()
+    bench.scanner.faults.noise = b"\xff\x00MD00\n99b\nxyz"
+    assert len(bench.run(1.0)) == 9
+    assert bench.driver.status.corrupted == 1
+
+
+def test_half_a_scan_costs_it_and_its_neighbour() -> None:
+    bench = started()
+    bench.scanner.faults.cut_scan_at = 700
+    scans = bench.run(1.0)
+    assert len(scans) == 8
+    assert all(len(scan.ranges) == 682 for scan in scans)
+    assert bench.driver.status.corrupted == 1
+
+
+@pytest.mark.parametrize("status", ["50", "21", "0A"])
+def test_trouble_in_the_sensor_restarts_it(status: str) -> None:
+    bench = started()
+    bench.scanner.faults.scan_status = status
+    bench.run(0.5)
+    assert status in bench.problems[0]
+    assert bench.driver.status.lost == 1
+    assert "status " + status in bench.driver.status.problem
+    assert len(bench.run(2.0)) >= 8
+    assert bench.driver.status.problem == ""
+
+
+def test_silence_restarts_the_sensor() -> None:
+    bench = started()
+    bench.scanner.faults.silent = True
+    assert bench.run(30.0) == []
+    assert bench.problems[0] == "no scan arrived in time"
+    assert bench.driver.status.lost == 1
+    bench.scanner.faults.silent = False
+    assert len(bench.run(15.0)) > 10
+
+
+def test_a_power_cut_is_survived() -> None:
+    bench = started()
+    bench.scanner.set_power(False, bench.now)
+    assert bench.run(5.0) == []
+    bench.scanner.set_power(True, bench.now)
+    assert len(bench.run(15.0)) > 10
+
+
+def test_a_stuck_timer_is_noticed() -> None:
+    bench = started()
+    bench.scanner.faults.frozen_timer_ms = 77
+    assert len(bench.run(0.5)) == 2
+    assert "same time stamp 77 ms" in bench.problems[0]
+    bench.scanner.faults.frozen_timer_ms = None
+    assert len(bench.run(2.0)) > 5
+
+
+def test_the_timer_may_wrap() -> None:
+    bench = started()
+    bench.scanner.set_timer((1 << 24) - 500, bench.now)
+    assert len(bench.run(1.0)) == 10
+    assert bench.problems == []
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [({"stat": "Sensor is ill."}, "Sensor is ill."), ({"laser_broken": True}, "BM was answered 01")],
+)
+def test_a_sick_sensor_is_not_used_and_tried_again(fault: dict[str, object], words: str) -> None:
+    bench = Bench()
+    bench.scanner.faults = ScipFaults(**fault)  # type: ignore[arg-type]
+    bench.driver.start(0.0)
+    assert bench.run(15.0) == []
+    assert words in bench.problems[0]
+    bench.scanner.faults = ScipFaults()
+    assert len(bench.run(15.0)) > 10
+
+
+def test_a_lost_acceptance_of_md_does_not_matter() -> None:
+    bench = Bench()
+    bench.driver.start(0.0)
+    now, data = 0.0, bench.driver.poll(0.0)
+    while not data.startswith(b"MD"):
+        bench.driver.receive(bench.scanner.receive(data, now), now)
+        data = bench.driver.poll(now)
+    bench.scanner.receive(data, now)  # its answer is lost; the first scan says the same
+    assert len(bench.run(1.0)) >= 8
+    assert bench.problems == []
+
+
+def test_shutdown_switches_the_laser_off() -> None:
+    bench = started()
+    bench.scanner.receive(bench.driver.shutdown(), bench.now)
+    assert not bench.scanner.laser_on
+    assert bench.run(1.0) == []
+
+
+def test_diagnosis_follows_the_scanner() -> None:
+    bench = started()
+    bench.run(1.0)
+    found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
+    assert (found.level, found.message) == (Level.OK, "measuring")
+    assert found.values["Device ID"] == "H0614967"
+    assert found.values["Device Status"] == "Sensor works well."
+    assert found.values["Computed Latency"] == "0.0709"
+    bench.scanner.faults.silent = True
+    bench.run(0.8)
+    assert diagnose(bench.driver, HokuyoParameters(), "", "", bench.now).level is Level.WARN
+    bench.run(5.0)
+    found = diagnose(bench.driver, HokuyoParameters(), "", "", bench.now)
+    assert found.level is Level.ERROR
+    assert found.values["Scan Thread Lost Count"] == "1"

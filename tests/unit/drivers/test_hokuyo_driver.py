@@ -1,0 +1,128 @@
+"""The start-up table and failures of a scripted sensor; those of the emulator are in tests/emulators."""
+
+from itertools import pairwise
+
+import pytest
+
+from florence_bt.drivers.diagnosis import Level, is_off
+from florence_bt.drivers.frequency import FrequencyMeter
+from florence_bt.drivers.hokuyo.diagnosis import diagnose
+from florence_bt.drivers.hokuyo.driver import START_UP, HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+
+
+def test_the_first_command_and_its_deadline() -> None:
+    driver = HokuyoDriver(HokuyoParameters())
+    assert driver.next_deadline() is None
+    driver.start(10.0)
+    assert driver.poll(10.0) == b"SCIP2.0\n"
+    assert driver.poll(10.5) == b""
+    assert driver.next_deadline() == 11.0
+
+
+def test_a_dumb_port_is_tried_patiently_for_ever() -> None:
+    problems: list[str] = []
+    driver = HokuyoDriver(HokuyoParameters(), problems.append)
+    driver.start(0.0)
+    sent: list[tuple[float, bytes]] = []
+    now = 0.0
+    while now < 60.0:
+        if data := driver.poll(now):
+            sent.append((now, data))
+        deadline = driver.next_deadline()
+        assert deadline is not None and deadline > now
+        now = deadline
+    # SCIP2.0 may stay unanswered; TM2 is tried three times; then rests of 1, 2, 4, 8, 10, 10 ... seconds.
+    assert [data for _, data in sent[:5]] == [b"SCIP2.0\n", b"TM2\n", b"TM2\n", b"TM2\n", b"SCIP2.0\n"]
+    starts = [when for when, data in sent if data == b"SCIP2.0\n"]
+    assert [round(b - a) for a, b in pairwise(starts)] == [5, 6, 8, 12, 14, 14]
+    assert set(problems) == {"no answer to TM2"}
+    assert driver.status.lost == 0
+
+
+def test_the_sequence_is_the_one_of_the_reference() -> None:
+    assert [step.command for step in START_UP] == ["SCIP2.0", "TM2", "QT", "RS", "PP", "VV", "II", "BM", "MD"]
+    assert next(step for step in START_UP if step.command == "BM").attempts == 10
+
+
+def test_answers_to_other_questions_do_not_lead_on() -> None:
+    driver = HokuyoDriver(HokuyoParameters())
+    driver.start(0.0)
+    driver.poll(0.0)
+    driver.receive(b"QT\n00P\n\nRS\n00P\n\n", 0.1)
+    assert driver.poll(0.1) == b""
+    driver.receive(b"SCIP2.0\n0Ee\n\n", 0.1)
+    assert driver.poll(0.1) == b"TM2\n"
+
+
+def test_a_refused_command_is_tried_again_and_then_explained() -> None:
+    problems: list[str] = []
+    driver = HokuyoDriver(HokuyoParameters(), problems.append)
+    driver.start(0.0)
+    driver.receive(b"SCIP2.0\n00P\n\nTM2\n03S\n\n", 0.0)
+    assert driver.poll(0.0) == b"SCIP2.0\nTM2\nQT\n"
+    for now in (0.5, 1.5, 2.5):
+        driver.receive(b"QT\n0Ee\n\n", now)
+        driver.poll(now + 0.5)
+    assert driver.status.phase is Phase.RESTING
+    assert problems == [
+        "QT was answered 0E: the command is unknown or not allowed now (time adjustment mode)"
+    ]
+
+
+def test_shutdown_quits_and_stays_quiet() -> None:
+    driver = HokuyoDriver(HokuyoParameters())
+    driver.start(0.0)
+    assert driver.shutdown() == b"QT\n"
+    assert driver.next_deadline() is None
+    assert driver.poll(100.0) == b""
+    assert driver.receive(b"SCIP2.0\n00P\n\n", 1.0) == []
+    assert driver.poll(100.0) == b""
+
+
+def test_a_lost_port_stops_everything_until_the_next_start() -> None:
+    driver = HokuyoDriver(HokuyoParameters())
+    driver.start(0.0)
+    driver.disconnected("the plug was pulled")
+    assert driver.status.phase is Phase.STOPPED
+    assert driver.status.problem == "the plug was pulled"
+    assert driver.poll(100.0) == b""
+    driver.start(101.0)
+    assert driver.poll(101.0) == b"SCIP2.0\n"
+
+
+def test_frequency() -> None:
+    meter = FrequencyMeter()
+    assert meter.rate(0.0) == 0.0
+    for count in range(50):
+        meter.tick(count * 0.1)
+    assert meter.rate(4.95) == pytest.approx(10.0)
+    assert meter.rate(6.0) < 8.0
+    assert meter.rate(20.0) == 0.0
+    meter.tick(20.0)
+    meter.tick(20.0)
+    assert meter.rate(20.0) == 0.0
+
+
+def test_diagnosis_of_a_scanner_without_a_port() -> None:
+    parameters = HokuyoParameters(time_offset=0.1)
+    found = diagnose(HokuyoDriver(parameters), parameters, "/dev/ttyACM0", "no such port", 0.0)
+    assert (found.level, found.message) == (Level.ERROR, "no such port")
+    assert found.values["User Time Offset"] == "0.1000"
+    assert found.values["Computed Latency"] == "0.0000"
+
+
+def test_diagnosis_of_a_scanner_that_starts() -> None:
+    parameters = HokuyoParameters()
+    driver = HokuyoDriver(parameters)
+    driver.start(0.0)
+    found = diagnose(driver, parameters, "/dev/ttyACM0", "", 0.0)
+    assert (found.level, found.message) == (Level.WARN, "the driver is starting")
+    assert found.values["Device ID"] == "unknown"
+
+
+def test_the_frequency_window() -> None:
+    assert not is_off(9.6, 10.0)
+    assert not is_off(10.4, 10.0)
+    assert is_off(9.4, 10.0)
+    assert is_off(10.6, 10.0)
