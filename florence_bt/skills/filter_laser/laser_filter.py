@@ -1,0 +1,87 @@
+"""Out-of-range beams become valid "far" beams that clear a costmap; hits on the robot itself are removed.
+
+Source: REFERENCE 6.4; document, section 3.5.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.sensing import LaserScan
+
+
+@dataclass(frozen=True, slots=True)
+class LaserFilterParameters:
+    """Parameters of the laser filter.
+
+    Attributes:
+        robot_radius: Ranges below this are hits on the robot's own structure, metres. 0.25 is the
+            circumscribed radius of the footprint (REFERENCE 6.4).
+        far_epsilon: How far below range_max a "far" beam reads, metres.
+        legacy_sequential: Exactly the old order: structure hits are set to 0 first and so end as "far" beams,
+            which clear the space behind the robot's bars although nothing was measured there.
+    """
+
+    robot_radius: float = 0.25
+    far_epsilon: float = 1e-4
+    legacy_sequential: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.robot_radius < math.inf:
+            raise ConfigError(
+                f"robot_radius ({self.robot_radius}) must be zero or more metres",
+                valid=("robot_radius: 0.25",),
+            )
+        if not 0.0 < self.far_epsilon < math.inf:
+            raise ConfigError(
+                f"far_epsilon ({self.far_epsilon}) must be above zero", valid=("far_epsilon: 0.0001",)
+            )
+
+
+class LaserFilter:
+    """Filters scans one by one, without memory."""
+
+    def __init__(self, parameters: LaserFilterParameters | None = None) -> None:
+        self.parameters = parameters or LaserFilterParameters()
+
+    def filter(self, scan: LaserScan) -> LaserScan:
+        """Filter one scan.
+
+        In the default order NaN stays NaN; then a range at or beyond either limit becomes
+        ``range_max - far_epsilon``; then a range below ``robot_radius`` becomes NaN, which neither marks nor
+        clears. Minus infinity ("too close to measure", REP-117) becomes NaN too: a beam that met something
+        must not clear.
+
+        Args:
+            scan: Any scan; it is not changed.
+
+        Returns:
+            The same scan with new ranges, float32.
+        """
+        # Limits in messages are float32: compared with doubles, a range equal to its limit would not be.
+        low, high = np.float32(scan.range_min), np.float32(scan.range_max)
+        radius = np.float32(self.parameters.robot_radius)
+        ranges = scan.ranges.astype(np.float32, copy=True)
+        if self.parameters.legacy_sequential:
+            ranges[ranges < radius] = 0.0
+            ranges[_out_of_range(ranges, low, high)] = self._far(high)
+        else:
+            far = _out_of_range(ranges, low, high)
+            ranges[np.isneginf(ranges) | (~far & (ranges < radius))] = np.nan
+            ranges[far & ~np.isnan(ranges)] = self._far(high)
+        return replace(scan, ranges=ranges)
+
+    def _far(self, high: np.float32) -> np.float32:
+        far = np.float32(float(high) - self.parameters.far_epsilon)
+        # For a huge range_max the difference rounds away, and the beam would be invalid again.
+        return min(far, np.nextafter(high, np.float32(0.0)))
+
+
+def _out_of_range(ranges: NDArray[np.float32], low: np.float32, high: np.float32) -> NDArray[np.bool_]:
+    result: NDArray[np.bool_] = (ranges >= high) | (ranges <= low)
+    return result

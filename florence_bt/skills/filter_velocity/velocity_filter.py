@@ -1,0 +1,138 @@
+"""The acceleration limit, tick by tick: numbers in, numbers out, the time given to it.
+
+Source: REFERENCE 6.5; document, section 3.6.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import STANDSTILL, Twist2
+
+
+@dataclass(frozen=True, slots=True)
+class VelocityFilterParameters:
+    """Parameters of the velocity filter.
+
+    Attributes:
+        max_linear_acc: Largest change of the forward speed in m/s^2.
+        max_angular_acc: Largest change of the turning speed in rad/s^2.
+        publishing_rate: Steps per second in Hz.
+        command_timeout: A command this old, in seconds, counts as a command to stand still.
+        silent_until_command: Publish nothing before the first command; False is the old behaviour.
+        idle_after: Seconds of zeros after which publishing pauses until the next command, so that a resting
+            robot costs nothing; 0 publishes for ever (the old behaviour).
+    """
+
+    max_linear_acc: float = 1.0
+    max_angular_acc: float = 1.0
+    publishing_rate: float = 50.0
+    command_timeout: float = 1.0
+    silent_until_command: bool = True
+    idle_after: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, good in (
+            ("max_linear_acc", 1.0),
+            ("max_angular_acc", 1.0),
+            ("publishing_rate", 50.0),
+            ("command_timeout", 1.0),
+        ):
+            value = getattr(self, name)
+            if not 0.0 < value < math.inf:
+                raise ConfigError(f"{name} ({value}) must be a number above zero", valid=(f"{name}: {good}",))
+        if not 0.0 <= self.idle_after < math.inf:
+            raise ConfigError(
+                f"idle_after ({self.idle_after}) must be zero or more seconds", valid=("idle_after: 1.0",)
+            )
+
+
+class VelocityFilter:
+    """Follows the wanted velocity as fast as the acceleration limits allow.
+
+    Attributes:
+        output: The velocity after the last step.
+        rejected: How many commands were refused because a number in them was not finite.
+        stopped: Whether a hard stop holds.
+    """
+
+    def __init__(self, parameters: VelocityFilterParameters | None = None) -> None:
+        self.parameters = parameters or VelocityFilterParameters()
+        self.output = STANDSTILL
+        self.rejected = 0
+        self.stopped = False
+        self._wanted = STANDSTILL
+        self._commanded_at = -math.inf
+        self._steps_at_rest = 0
+
+    @property
+    def idle(self) -> bool:
+        """Whether only zeros came out for ``idle_after`` seconds, so that further steps say nothing new."""
+        enough = round(self.parameters.idle_after * self.parameters.publishing_rate)
+        return enough > 0 and self._steps_at_rest >= enough
+
+    def command(self, twist: Twist2, now: float) -> bool:
+        """Take a velocity command.
+
+        Args:
+            twist: The wanted velocity.
+            now: The time in seconds.
+
+        Returns:
+            Whether it counts: not with a NaN or an infinity in it (the last good command then ages on), and
+            not while a hard stop holds.
+        """
+        if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
+            self.rejected += 1
+            return False
+        if self.stopped:
+            return False
+        self._wanted, self._commanded_at = twist, now
+        self._steps_at_rest = 0
+        return True
+
+    def hard_stop(self) -> None:
+        """Stand still at once, past every limit, and stay so until :meth:`release`."""
+        self.stopped = True
+        self.output = self._wanted = STANDSTILL
+        self._steps_at_rest = 0
+
+    def release(self) -> None:
+        """End a hard stop. The robot stays where it is until a new command comes."""
+        self.stopped = False
+
+    def step(self, now: float) -> Twist2:
+        """Compute the next velocity; call it once per 1 / publishing_rate.
+
+        Args:
+            now: The time in seconds. A time before the last command (a clock that was set back) makes the
+                command too old.
+
+        Returns:
+            The velocity to drive with.
+        """
+        if not 0.0 <= now - self._commanded_at < self.parameters.command_timeout:
+            self._wanted = STANDSTILL
+        rate = self.parameters.publishing_rate
+        self.output = Twist2(
+            _approach(self.output.linear, self._wanted.linear, self.parameters.max_linear_acc, rate),
+            _approach(self.output.angular, self._wanted.angular, self.parameters.max_angular_acc, rate),
+        )
+        at_rest = self.output.is_zero() and self._wanted.is_zero()
+        self._steps_at_rest = self._steps_at_rest + 1 if at_rest else 0
+        return self.output
+
+
+ROUNDING = 1e-9
+"""Relative slack of the acceleration limit: sums of steps such as 0.02 m/s carry rounding errors, which must
+not cost an extra tick."""
+
+
+def _approach(now: float, wanted: float, max_acc: float, rate: float) -> float:
+    """One step from a speed towards another, at most max_acc / rate."""
+    acc = (wanted - now) * rate
+    if abs(acc) <= max_acc * (1.0 + ROUNDING):
+        return wanted
+    return now + math.copysign(max_acc / rate, acc)
