@@ -47,7 +47,7 @@ class LaserScan:
 
     def angles(self) -> NDArray[np.float64]:
         """Angle of every beam, shape (n,), radians."""
-        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
 
     def valid(self) -> NDArray[np.bool_]:
         """Which ranges are measurements: finite and range_min <= r < range_max, shape (n,)."""

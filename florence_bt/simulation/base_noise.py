@@ -1,0 +1,151 @@
+"""What a Create's own sensors make of the true motion: slip, calibration errors, residues and the gyro.
+
+The emulator sends these numbers as bytes; the in-process rig hands them on directly, with the same noise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from florence_bt.core.errors import ConfigError
+
+
+class BasePlant(Protocol):
+    """The moving base that is measured: physics, or a simple kinematic model."""
+
+    def set_wheels(self, left_mps: float, right_mps: float) -> None:
+        """Command the wheel speeds in m/s, forward positive; they hold until the next call."""
+
+    def travel(self) -> tuple[float, float]:
+        """Metres that the left and the right wheel have rolled since the start, forward positive."""
+
+    def yaw_rate(self) -> float:
+        """True turning rate in rad/s, counter-clockwise positive."""
+
+    def bumpers(self) -> tuple[bool, bool]:
+        """Whether the left and the right bumper are pressed."""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseNoiseParameters:
+    """How wrong the sensors are; all zero for a perfect base.
+
+    Attributes:
+        wheel_scale_sigma: Each wheel's scale error, drawn once: standard deviation as a fraction.
+        slip_sigma: Random error of a wheel's travel: standard deviation in metres after one metre.
+        wheel_separation: Metres between the wheels, as the base believes.
+        gyro_offset: Counts of the gyro at rest, at the start.
+        gyro_range_degps: Range of the gyro in degrees/s.
+        gyro_scale: True factor on its rate.
+        gyro_noise_counts: Standard deviation of each reading (REFERENCE 1.8).
+        gyro_bias_walk: Drift of the offset in counts per square root of a second (REFERENCE 1.8).
+    """
+
+    wheel_scale_sigma: float = 0.005
+    slip_sigma: float = 0.002
+    wheel_separation: float = 0.260
+    gyro_offset: float = 512.0
+    gyro_range_degps: float = 150.0
+    gyro_scale: float = 1.35
+    gyro_noise_counts: float = 1.0
+    gyro_bias_walk: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name in ("wheel_scale_sigma", "slip_sigma", "gyro_noise_counts", "gyro_bias_walk"):
+            if not getattr(self, name) >= 0.0:
+                raise ConfigError(f"{name} must be at least 0, not {getattr(self, name)}")
+        for name in ("wheel_separation", "gyro_offset", "gyro_range_degps", "gyro_scale"):
+            if not getattr(self, name) > 0.0:
+                raise ConfigError(f"{name} must be above 0, not {getattr(self, name)}")
+
+
+PERFECT_BASE = BaseNoiseParameters(
+    wheel_scale_sigma=0.0, slip_sigma=0.0, gyro_noise_counts=0.0, gyro_bias_walk=0.0
+)
+"""No noise at all; the whole millimetres, degrees and counts remain."""
+
+ADC_MAX = 1023
+INT16_MAX = 32767
+
+
+class BaseSensors:
+    """Measures a plant: wheel travel as whole millimetres and degrees, the turning rate as gyro counts.
+
+    What is smaller than one unit is kept for the next reading, as in firmware that counts on.
+    """
+
+    def __init__(self, plant: BasePlant, seed: int, parameters: BaseNoiseParameters | None = None) -> None:
+        """Begin to measure from where the plant is now.
+
+        Args:
+            plant: What is measured.
+            seed: Same seed, same calls: same noise.
+            parameters: How wrong the sensors are.
+        """
+        self._plant = plant
+        self._parameters = parameters or BaseNoiseParameters()
+        self._random = np.random.default_rng(seed)
+        scale_errors = self._random.normal(0.0, self._parameters.wheel_scale_sigma, 2)
+        self._scales = (1.0 + float(scale_errors[0]), 1.0 + float(scale_errors[1]))
+        self._travel = plant.travel()
+        self._time: float | None = None
+        self._offset = self._parameters.gyro_offset
+        self._distance_mm = 0.0
+        self._angle_deg = 0.0
+
+    def update(self, now: float) -> None:
+        """Measure the motion since the last call.
+
+        Args:
+            now: Seconds, never less than before.
+        """
+        elapsed = 0.0 if self._time is None else max(0.0, now - self._time)
+        self._time = now
+        travel = self._plant.travel()
+        left = self._measure(travel[0] - self._travel[0], self._scales[0])
+        right = self._measure(travel[1] - self._travel[1], self._scales[1])
+        self._travel = travel
+        self._distance_mm += 1000.0 * (left + right) / 2.0
+        self._angle_deg += math.degrees((right - left) / self._parameters.wheel_separation)
+        if elapsed > 0.0 and self._parameters.gyro_bias_walk > 0.0:
+            self._offset += self._random.normal(0.0, self._parameters.gyro_bias_walk * math.sqrt(elapsed))
+
+    def take_distance_mm(self) -> int:
+        """Forward travel in whole millimetres since the last call of this."""
+        whole = _int16(self._distance_mm)
+        self._distance_mm -= whole
+        return whole
+
+    def take_angle_deg(self) -> int:
+        """Turn in whole degrees since the last call of this, counter-clockwise positive."""
+        whole = _int16(self._angle_deg)
+        self._angle_deg -= whole
+        return whole
+
+    def gyro_adc(self) -> int:
+        """The gyro's voltage as counts, 0 to 1023; a turn to the left lowers it.
+
+        Source: REFERENCE 1.8, row "Emulator inverse".
+        """
+        rate_degps = math.degrees(self._plant.yaw_rate())
+        full_scale = self._parameters.gyro_range_degps * self._parameters.gyro_scale
+        counts = self._offset * (1.0 - rate_degps / full_scale)
+        if self._parameters.gyro_noise_counts > 0.0:
+            counts += self._random.normal(0.0, self._parameters.gyro_noise_counts)
+        return max(0, min(ADC_MAX, round(counts)))
+
+    def _measure(self, travel_m: float, scale: float) -> float:
+        """What a wheel's sensor makes of its travel; a wheel at rest measures exactly nothing."""
+        if travel_m == 0.0:
+            return 0.0
+        slip = self._parameters.slip_sigma * math.sqrt(abs(travel_m))
+        return travel_m * scale + (float(self._random.normal(0.0, slip)) if slip > 0.0 else 0.0)
+
+
+def _int16(value: float) -> int:
+    """The whole part, toward zero, saturated to 16 bits."""
+    return max(-INT16_MAX - 1, min(INT16_MAX, math.trunc(value)))

@@ -1,0 +1,98 @@
+"""The simulated hardware as a process on ROS: gives the simulated time on /clock and the truth on a topic.
+
+Everything else goes through the emulated ports, as on the robot.
+"""
+
+from __future__ import annotations
+
+import json
+import select
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_msgs.msg import String
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.simulation.server import STEP_S, HardwareServer
+
+CLOCK_PERIOD_S = 0.01
+TRUTH_PERIOD_S = 0.2
+MAX_BACKLOG_S = 0.05
+"""Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorParameters:
+    """Parameters of the simulator.
+
+    Attributes:
+        speed: Simulated seconds per wall second aimed at.
+    """
+
+    speed: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the value."""
+        if not 0.05 <= self.speed <= 100.0:
+            raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
+
+
+class SimulatorNode(FlorenceNode):
+    """Runs the simulated hardware in a thread of its own.
+
+    Args:
+        make_server: Builds the hardware; called on the thread that runs it.
+        parameters: Overrides of the node's parameters.
+    """
+
+    def __init__(
+        self, make_server: Callable[[], HardwareServer], *, parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__("simulator", parameters=parameters)
+        self._speed = self.read_parameters(SimulatorParameters).speed
+        self._make_server = make_server
+        self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
+        self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="simulated hardware")
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop the world and unplug the ports."""
+        self._stop.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        server = self._make_server()
+        server.open()
+        try:
+            self._pace(server)
+        finally:
+            server.close()
+
+    def _pace(self, server: HardwareServer) -> None:
+        """Step the world at ``speed`` times the wall clock, or as fast as it goes if that is slower."""
+        due = time.monotonic()
+        next_clock = next_truth = server.world.time
+        while not self._stop.is_set():
+            server.step()
+            now = server.world.time
+            if now >= next_clock:
+                next_clock = now + CLOCK_PERIOD_S
+                self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(now)))
+            if now >= next_truth:
+                next_truth = now + TRUTH_PERIOD_S
+                self._truth_topic.publish(String(data=json.dumps(server.truth())))
+            due += STEP_S / self._speed
+            wait = due - time.monotonic()
+            if wait > 0.0:
+                select.select([], [], [], wait)
+            elif wait < -MAX_BACKLOG_S:
+                due = time.monotonic() - MAX_BACKLOG_S

@@ -1,0 +1,65 @@
+"""The shapes that sensors can see, as plain arrays for ray casting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+PLANE, SPHERE, CYLINDER, BOX = 0, 1, 2, 3
+"""What a shape is. A plane is infinite, with its z axis up."""
+
+
+class Shapes(NamedTuple):
+    """Shapes by row. A tuple, because compiled functions take it as it is.
+
+    Attributes:
+        kind: Shape (n,), int8: ``PLANE``, ``SPHERE``, ``CYLINDER`` (about its z axis) or ``BOX``.
+        position: Shape (n, 3), centres in the map frame, metres.
+        rotation: Shape (n, 3, 3), from the shape's to the map frame.
+        size: Shape (n, 3), metres: (radius, 0, 0), (radius, half height, 0) or half sides.
+        reach: Shape (n,), radius of the sphere around the shape, metres; infinite for a plane.
+        colour: Shape (n, 3), uint8, red green blue.
+    """
+
+    kind: NDArray[np.int8]
+    position: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    size: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    colour: NDArray[np.uint8]
+
+
+class Lens(NamedTuple):
+    """A pinhole camera: its focal length, and where its optical axis meets the picture, in pixels."""
+
+    focal: float
+    cx: float
+    cy: float
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything but the robot; people's rows change as they walk, all others stay.
+
+    Attributes:
+        shapes: What there is.
+        names: What each row belongs to: a wall, a piece of furniture or a person.
+    """
+
+    shapes: Shapes
+    names: Sequence[str]
+
+    def rows_of(self, name: str) -> list[int]:
+        """The rows of everything that belongs to a name."""
+        return [row for row, each in enumerate(self.names) if each == name]
+
+
+def reach_of(kind: NDArray[np.int8], size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Radius of the sphere around each shape, shape (n,), metres."""
+    reach = np.linalg.norm(size, axis=1)
+    reach[kind == PLANE] = np.inf
+    return reach

@@ -1,0 +1,183 @@
+"""The simulated hardware as a whole: the world, and the emulators that put it behind real ports.
+
+Time here is simulated time: the world is stepped ``STEP_S`` at a time, and each step serves the emulators.
+Who drives it (``node.py``) decides how fast that goes against the wall clock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.transforms import Transform3
+from florence_bt.simulation.base_noise import BaseSensors
+from florence_bt.simulation.emulators.create import CreateEmulator
+from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer
+from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.sensors import KinectSensor, LaserSensor
+from florence_bt.simulation.world import World
+
+STEP_S = 0.005
+"""Simulated seconds between two looks at the ports."""
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareMounts:
+    """Where the sensors sit on the robot.
+
+    Attributes:
+        laser: base_footprint from the laser's frame.
+        camera: base_footprint from the depth camera's optical frame.
+    """
+
+    laser: Transform3
+    camera: Transform3
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareSettings:
+    """Where the ports appear, and how often the Kinect gives a frame.
+
+    Attributes:
+        folder: Holds the links ``create`` and ``hokuyo`` to the pseudo-terminals and the socket ``kinect``.
+        kinect_rate: Frames per simulated second; 30 on the real device.
+        seed: Start of every noise generator.
+    """
+
+    folder: Path
+    kinect_rate: float = 10.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not 0.0 < self.kinect_rate <= 30.0:
+            raise ConfigError(f"kinect_rate is {self.kinect_rate}", valid=["0 < kinect_rate <= 30"])
+
+    @property
+    def base_port(self) -> Path:
+        """The serial port of the base."""
+        return self.folder / "create"
+
+    @property
+    def laser_port(self) -> Path:
+        """The serial port of the laser."""
+        return self.folder / "hokuyo"
+
+    @property
+    def kinect_socket(self) -> Path:
+        """The socket of the Kinect's frames."""
+        return self.folder / "kinect"
+
+
+class _LaserPlant:
+    """The laser as its emulator sees it."""
+
+    def __init__(self, sensor: LaserSensor) -> None:
+        self._sensor = sensor
+
+    def measure(self, first_step: int, last_step: int) -> Any:
+        return self._sensor.measure(first_step, last_step)
+
+
+class HardwareServer:
+    """World, emulators and ports together.
+
+    Args:
+        world: The simulated flat with robot and people.
+        mounts: Where the sensors sit.
+        settings: Ports and rates.
+    """
+
+    def __init__(self, world: World, mounts: HardwareMounts, settings: HardwareSettings) -> None:
+        self.world = world
+        self._settings = settings
+        self._mounts = mounts
+        self._next_frame = world.time
+
+    def open(self) -> None:
+        """Make the ports; the devices behind them are powered from now on."""
+        seed = self._settings.seed
+        self._settings.folder.mkdir(parents=True, exist_ok=True)
+        self._create = CreateEmulator(self.world, BaseSensors(self.world, seed + 1))
+        self._laser = ScipEmulator(_LaserPlant(LaserSensor(self.world, self._mounts.laser, seed + 2)))
+        self._kinect = KinectSensor(self.world, self._mounts.camera, seed=seed + 3)
+        self._base_port = PseudoTerminal(self._settings.base_port)
+        self._laser_port = PseudoTerminal(self._settings.laser_port)
+        self._frames = KinectFrameServer(self._settings.kinect_socket)
+
+    def close(self) -> None:
+        """Unplug everything and remove the links."""
+        self.world.set_wheels(0.0, 0.0)
+        for port in (self._base_port, self._laser_port, self._frames):
+            port.close()
+
+    def step(self) -> None:
+        """Advance the world by one step and serve the ports."""
+        self.world.step_to(self.world.time + STEP_S)
+        now = self.world.time
+        for emulator, port in ((self._create, self._base_port), (self._laser, self._laser_port)):
+            received = port.read()
+            answer = emulator.receive(received, now) if received else b""
+            answer += emulator.poll(now)
+            if answer:
+                port.write(answer)
+        self._serve_frames(now)
+
+    def _serve_frames(self, now: float) -> None:
+        self._frames.poll()
+        if now < self._next_frame:
+            return
+        self._next_frame = now + 1.0 / self._settings.kinect_rate
+        if self._frames.client_count:
+            depth, colour = self._kinect.measure()
+            self._frames.send_raw_depth(depth, now)
+            self._frames.send_colour(colour, now)
+
+    def truth(self) -> Mapping[str, Any]:
+        """What is really so, for judging a run; no part of the robot may use it."""
+        robot = self.world.robot_pose
+        return {
+            "time": round(self.world.time, 3),
+            "robot": _pose_json(robot),
+            "people": {
+                person.name: _pose_json(self.world.person_pose(person.name)) for person in self.world.people
+            },
+            "contacts": [
+                {"time": round(contact.time, 3), "name": contact.name} for contact in self.world.contacts
+            ],
+        }
+
+
+def _pose_json(pose: Pose2) -> list[float]:
+    return [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 4)]
+
+
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How the robot stands to a person.
+
+    Attributes:
+        distance: Between the centres in metres.
+        facing: Angle between the robot's heading and the direction to the person, 0 = faces them, radians.
+    """
+
+    distance: float
+    facing: float
+
+
+def closeness(robot: Pose2, person: Pose2) -> Closeness:
+    """How the robot stands to a person."""
+    return Closeness(robot.distance_to(person), abs(robot.bearing_to(person.x, person.y)))
+
+
+def closeness_text(value: Closeness) -> str:
+    """For people: distance and how far the robot looks past the person."""
+    return (
+        f"{value.distance:.2f} m from the person, facing them within {math.degrees(value.facing):.0f} degrees"
+    )
