@@ -235,12 +235,13 @@ def draw(
         Path | None, typer.Option("-o", "--out", help="File; its ending chooses svg, txt or mermaid.")
     ] = None,
     folders: FolderOption = None,
+    expand: Annotated[bool, typer.Option(help="Draw the trees of called missions too.")] = False,
 ) -> None:
     """Draw the tree of a mission; without a file as text in the terminal."""
     with _errors_to_exit_codes():
         from florence_bt.wiring.files import draw_mission
 
-        text = draw_mission(mission, out, folders or [])
+        text = draw_mission(mission, out, folders or [], expand=expand)
         typer.echo(f"{out} written" if out else text)
 
 

@@ -203,6 +203,8 @@ class Retry(_Counting):
 
     def update(self) -> Status:
         """The child's status; RUNNING after a failure that is worth another attempt."""
+        if self.decorated.status is Status.SUCCESS and self.round > 1:
+            self.feedback_message = f"attempt {self.round} of {self.rounds} succeeded"
         if self.decorated.status is not Status.FAILURE:
             return self.decorated.status
         why = explain(self.decorated)

@@ -23,6 +23,8 @@ class EventKind(enum.Enum):
     SKILL_STARTED = "skill_started"
     SKILL_ENDED = "skill_ended"
     STOP_ASKED = "stop_asked"
+    BROKEN = "broken"
+    """An exception came out of a tick; the traceback is in the details."""
     ENDED = "ended"
 
 

@@ -6,6 +6,7 @@ a trigger, a stop. At most one mission runs at a time; further ones wait or are 
 
 from __future__ import annotations
 
+import traceback
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -201,7 +202,15 @@ class Executor:
                 RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
             )
             return
-        root.tick_once()
+        try:
+            root.tick_once()
+        except Exception as error:
+            # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
+            detail = "".join(traceback.format_exception(error))
+            self._emit(run, EventKind.BROKEN, detail=detail)
+            why = Why(root.name, "internal_error", f"{type(error).__name__}: {error}")
+            self._end_tree(RunStatus.FAILED, why)
+            return
         run.ticks += 1
         self._emit_node_changes(run, root)
         if root.status is Status.SUCCESS:

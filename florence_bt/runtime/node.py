@@ -247,6 +247,8 @@ class MissionNode(FlorenceNode):
             self.get_logger().info(f"{run.run_id} {run.status.value}: {run.reason or 'ok'}")
             if run.run_id == self._action_run:
                 self._finish_action(run)
+        elif event.kind is EventKind.BROKEN:
+            self.get_logger().error(f"{run.run_id} broke down:\n{event.data['detail']}")
         elif not self._tree_due:
             # One tick changes many nodes; the tree goes out once, after it.
             self._tree_due = True

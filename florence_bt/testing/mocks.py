@@ -8,7 +8,7 @@ from typing import Any
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, success
 from florence_bt.core.skill import Event, Inputs, Phase, RunState
 
 
@@ -101,6 +101,9 @@ class ScriptedSkill:
         declaration: What the real skill says about itself; inputs and results are checked against it.
         clock: Drives the runs.
         script: The steps, at least one.
+
+    Raises:
+        AssertionError: A result has a code or an output that the skill does not declare.
     """
 
     def __init__(
@@ -108,6 +111,8 @@ class ScriptedSkill:
     ) -> None:
         if not script:
             raise ValueError("a script needs at least one step")
+        for step in script:
+            _check_result(declaration, step.result)
         self.declaration = declaration
         self.runs: list[ScriptedRun] = []
         self._clock = clock
@@ -139,3 +144,16 @@ class ScriptedSkill:
         run = ScriptedRun(self._clock, step, dict(inputs))
         self.runs.append(run)
         return run
+
+
+def _check_result(declaration: SkillDeclaration, result: Result | None) -> None:
+    if result is None:
+        return
+    codes = {"ok", *declaration.failures, *COMMON_CODES}
+    if result.code not in codes:
+        raise AssertionError(f"{declaration.name} cannot end with {result.code!r}, only with {sorted(codes)}")
+    for name in result.outputs:
+        if name not in declaration.outputs:
+            raise AssertionError(
+                f"{declaration.name} has no output {name!r}, only {sorted(declaration.outputs)}"
+            )

@@ -39,10 +39,24 @@ def make_context(
     skills: Mapping[str, Skill] | None = None,
     declarations: Mapping[str, SkillDeclaration] | None = None,
     keys: Mapping[str, Any] | None = None,
+    **hooks: Any,
 ) -> TreeContext:
-    """A context whose wake is a :class:`Wake`."""
+    """A context whose wake is a :class:`Wake`.
+
+    Args:
+        clock: The clock that :func:`tick_until` will move.
+        skills: The skills by name.
+        declarations: What they say about themselves.
+        keys: Keys that have a value from the start.
+        **hooks: ``on_skill_started`` and ``on_skill_ended`` of the context.
+    """
     return TreeContext(
-        clock=clock, wake=Wake(), skills=skills or {}, declarations=declarations or {}, keys=KeyStore(keys)
+        clock=clock,
+        wake=Wake(),
+        skills=skills or {},
+        declarations=declarations or {},
+        keys=KeyStore(keys),
+        **hooks,
     )
 
 

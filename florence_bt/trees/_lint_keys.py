@@ -10,6 +10,7 @@ from florence_bt.trees import model
 from florence_bt.trees._facts import Facts, fits
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.model import Mission, Node, Reference, Value, references
+from florence_bt.trees.quantities import with_article
 from florence_bt.trees.source import Position
 
 
@@ -64,7 +65,9 @@ class KeyChecks:
                 self._notes.warning(position, f"the mission can succeed without writing the output {name!r}")
             kind = self._kinds.get(name)
             if not fits(kind, port.kind) and kind is not None:
-                message = f"the output {name!r} is a {port.kind.value}, but its key is a {kind.value}"
+                message = (
+                    f"the output {name!r} is {with_article(port.kind)}, but its key is {with_article(kind)}"
+                )
                 self._notes.error(position, message)
 
     def _after(self, node: Node, before: Written) -> Written:

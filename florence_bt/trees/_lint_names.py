@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Iterable, Mapping
 
 from florence_bt.core.declaration import Kind, Port
@@ -11,6 +12,7 @@ from florence_bt.trees._facts import Facts, fits, kind_of
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.kinds import NODE_KINDS
 from florence_bt.trees.model import Literal, Mission, Node, PoseParts, Reference, Value
+from florence_bt.trees.quantities import with_article
 from florence_bt.trees.values import port_value, tree_value
 
 HOTSPOT_LABELS = {"get_hotspot": "label"}
@@ -102,9 +104,10 @@ class NameChecks:
     def _check_inputs(
         self, owner: str, node: Node, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Value]]
     ) -> None:
+        # A misspelt input is not reported as missing too.
         names = set()
         for name, value in given:
-            names.add(name.text)
+            names |= {name.text, *difflib.get_close_matches(name.text, ports, n=1)}
             if name.text in ports:
                 self._check_value(value, ports[name.text], name.text)
             else:
@@ -142,11 +145,8 @@ class NameChecks:
         given = kind_of(value, self._kinds)
         if not fits(given, wanted) and given is not None:
             valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, wanted)]
-            self._notes.error(
-                value.position,
-                f"{what}: a {wanted.value} is needed, but ${value.key} is a {given.value}",
-                valid,
-            )
+            message = f"{what}: {with_article(wanted)} is needed, but ${value.key} is {with_article(given)}"
+            self._notes.error(value.position, message, valid)
 
     def _check_writes(self, node: Node) -> None:
         for key, kind in self._facts.writes(node, self._kinds):
@@ -155,10 +155,8 @@ class NameChecks:
                     key.position, f"the key {key.text!r} is an input of the mission and cannot be written"
                 )
             elif not fits(kind, self._kinds.get(key.text)):
-                known, new = self._kinds[key.text].value, kind.value if kind else ""
-                self._notes.error(
-                    key.position, f"the key {key.text!r} is a {known} elsewhere and a {new} here"
-                )
+                known, new = with_article(self._kinds[key.text]), with_article(kind) if kind else "another"
+                self._notes.error(key.position, f"the key {key.text!r} is {known} elsewhere and {new} here")
 
     def _check_hotspot(self, node: model.Use) -> None:
         if self._hotspots is None:

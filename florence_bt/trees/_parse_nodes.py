@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from florence_bt.trees._reader import Reader
-from florence_bt.trees.kinds import ANYWHERE, MODIFIERS, NODE_KINDS
+from florence_bt.trees.kinds import ANYWHERE, MODIFIERS, NEVER_INPUTS, NODE_KINDS
 from florence_bt.trees.model import (
     Call,
     Fail,
@@ -211,6 +211,7 @@ class NodeParser:
 
     def _use(self, key: Text, value: Source, table: Table) -> Node | None:
         given = isinstance(value, Table)
+        value = self._without_modifiers(key, value)
         return Use(
             skill=key.text,
             inputs=self._reader.values(value, key.text) if given else (),
@@ -218,6 +219,17 @@ class NodeParser:
             table_given=given or (isinstance(value, Text) and value.empty),
             **self._common(key, table),
         )
+
+    def _without_modifiers(self, key: Text, value: Source) -> Source:
+        """Leave out modifiers that were indented as if they were inputs, and say so."""
+        if not isinstance(value, Table):
+            return value
+        for name, _ in value.entries:
+            if name.text in NEVER_INPUTS:
+                message = f"{name.text!r} stands among the inputs of {key.text}"
+                self._reader.problem(name.position, message, [f"{name.text} indented like {key.text}"])
+        entries = tuple((name, item) for name, item in value.entries if name.text not in NEVER_INPUTS)
+        return Table(entries, value.position)
 
     def _call(self, key: Text, value: Source, table: Table) -> Node | None:
         mission, common = self._reader.identifier(value, "run"), self._common(key, table)

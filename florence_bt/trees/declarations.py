@@ -44,6 +44,8 @@ def declarations_in(modules: Iterable[ModuleType]) -> dict[str, SkillDeclaration
                     f"two skills are called {value.name!r}: in {homes[value.name]} and in {module.__name__}"
                 )
             if value.name in RESERVED or not IDENTIFIER.fullmatch(value.name):
-                raise ConfigError(f"a skill cannot be called {value.name!r}", file=module.__file__)
+                raise ConfigError(
+                    f"a skill cannot be called {value.name!r}", file=getattr(module, "__file__", None)
+                )
             declared[value.name], homes[value.name] = value, module.__name__
     return dict(sorted(declared.items()))

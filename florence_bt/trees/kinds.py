@@ -35,6 +35,9 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
 }
 """Further modifiers -> the kinds that they belong to."""
 
+NEVER_INPUTS = ("out", "because", "finally", "do", "with")
+"""Modifiers that are no good names for inputs: found there, they are indented one step too far."""
+
 RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
 """Names that no skill can have."""
 

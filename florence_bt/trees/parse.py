@@ -11,7 +11,7 @@ from florence_bt.trees._parse_nodes import NodeParser
 from florence_bt.trees._reader import Reader
 from florence_bt.trees.kinds import IDENTIFIER, INPUT_KEYS, MISSION_KEYS, ON_RESTART, OUTPUT_KEYS
 from florence_bt.trees.model import Mission
-from florence_bt.trees.quantities import NUMERIC_KINDS, example_of, out_of_range, read_value
+from florence_bt.trees.quantities import NUMERIC_KINDS, example_of, out_of_range, read_value, with_article
 from florence_bt.trees.source import Position, Source, Table, Text, parse_source, read_source
 
 
@@ -134,7 +134,7 @@ def _limit(reader: Reader, fields: Table, key: str, kind: Kind) -> Any:
     if source is None:
         return None
     if kind not in NUMERIC_KINDS:
-        reader.problem(source.position, f"a {kind.value} has no {key}")
+        reader.problem(source.position, f"{with_article(kind)} has no {key}")
         return None
     return _literal(reader, source, kind, key)
 

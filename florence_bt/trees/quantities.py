@@ -34,6 +34,11 @@ _EXAMPLES = {
 _QUANTITY = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S*)")
 
 
+def with_article(kind: Kind) -> str:
+    """``a length``, ``an angle``."""
+    return f"an {kind.value}" if kind.value[0] in "ai" else f"a {kind.value}"
+
+
 def example_of(kind: Kind) -> str:
     """How a value of a kind is written."""
     return _EXAMPLES[kind]
@@ -120,7 +125,7 @@ def _read_boolean(text: str) -> bool:
 def _read_quantity(text: str, kind: Kind) -> float:
     match = _QUANTITY.fullmatch(text)
     units = UNITS.get(kind, {})
-    what = f"a {kind.value}" if kind is not Kind.ANGLE else "an angle"
+    what = with_article(kind)
     if match is None:
         raise ConfigError(f"{what} is needed, not {text!r}", valid=[_EXAMPLES[kind]])
     number, unit = float(match[1]), match[2]
@@ -134,7 +139,6 @@ def _read_quantity(text: str, kind: Kind) -> float:
         raise ConfigError(f"{what} needs a unit: {text!r}", valid=[f"{match[1]} {name}" for name in units])
     if kind is Kind.NUMBER:
         raise ConfigError(f"a plain number is needed, not {text!r}", valid=[match[1]])
-    names = (*closest_first(unit, units), *units)
-    raise ConfigError(
-        f"{unit!r} is no unit of {what}", valid=[f"{match[1]} {name}" for name in dict.fromkeys(names)]
-    )
+    close = closest_first(unit, units)
+    names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
+    raise ConfigError(f"{unit!r} is no unit of {what}", valid=[f"{match[1]} {name}" for name in names])

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.trees.model import Literal, PoseParts, Reference, Template, Value
-from florence_bt.trees.quantities import example_of, guess_value, out_of_range, read_value
+from florence_bt.trees.quantities import example_of, guess_value, out_of_range, read_value, with_article
 
 
 def tree_value(value: Value, kind: Kind | None) -> Any:
@@ -31,12 +31,14 @@ def tree_value(value: Value, kind: Kind | None) -> Any:
         case Literal():
             return literal_value(value, kind)
         case Template(parts=parts):
-            if kind not in (None, Kind.TEXT):
-                raise ConfigError(f"a {kind.value} cannot be a text with keys in it", valid=_written(kind))
+            if kind is not None and kind is not Kind.TEXT:
+                raise ConfigError(
+                    f"{with_article(kind)} cannot be a text with keys in it", valid=_written(kind)
+                )
             return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
         case PoseParts(x=x, y=y, yaw=yaw):
-            if kind not in (None, Kind.POSE):
-                raise ConfigError(f"a {kind.value} is needed, not a pose", valid=_written(kind))
+            if kind is not None and kind is not Kind.POSE:
+                raise ConfigError(f"{with_article(kind)} is needed, not a pose", valid=_written(kind))
             numbers = tree_value(x, Kind.LENGTH), tree_value(y, Kind.LENGTH), tree_value(yaw, Kind.ANGLE)
             if all(isinstance(number, (int, float)) for number in numbers):
                 return Pose2(*numbers)

@@ -9,13 +9,11 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.skills.locate.hotspots import load_hotspots
 from florence_bt.trees import lint
 from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.draw import draw_mermaid, draw_svg, draw_text
-from florence_bt.trees.findings import ERROR
+from florence_bt.trees.draw import FORMATS as DRAWINGS
+from florence_bt.trees.draw import draw
+from florence_bt.trees.findings import has_errors
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.report import FORMATS, summary
-
-DRAWINGS = {".svg": draw_svg, ".txt": draw_text, ".mermaid": draw_mermaid}
-
 
 def check_files(files: Sequence[Path], hotspots: Path | None, form: str) -> tuple[str, bool]:
     """Check mission files and all files of mission folders.
@@ -40,16 +38,17 @@ def check_files(files: Sequence[Path], hotspots: Path | None, form: str) -> tupl
     if form == "text":
         head = f"{len(paths)} mission{'s' * (len(paths) != 1)} checked: {summary(findings)}"
         report = f"{report}\n{head}" if report else head
-    return report, any(finding.severity == ERROR for finding in findings)
+    return report, has_errors(findings)
 
 
-def draw_mission(mission: str, out: Path | None, folders: Sequence[Path]) -> str:
+def draw_mission(mission: str, out: Path | None, folders: Sequence[Path], *, expand: bool) -> str:
     """Draw a mission.
 
     Args:
         mission: A mission's name, or a mission file.
         out: The file to write; its ending chooses the form. None draws text.
         folders: More mission folders.
+        expand: Whether to draw the trees of called missions too.
 
     Returns:
         The drawing.
@@ -57,15 +56,16 @@ def draw_mission(mission: str, out: Path | None, folders: Sequence[Path]) -> str
     Raises:
         ConfigError: No such mission, or no such form.
     """
-    ending = out.suffix if out else ".txt"
+    ending = out.suffix.removeprefix(".") if out else "txt"
     if ending not in DRAWINGS:
-        raise ConfigError(f"cannot draw {ending or 'a file without an ending'}", valid=DRAWINGS)
+        what = f"a {ending!r} file" if ending else "a file without an ending"
+        raise ConfigError(f"cannot draw {what}", valid=[f".{each}" for each in DRAWINGS])
     library = MissionLibrary.load(folders)
     file = Path(mission)
     if file.suffix in (".yaml", ".yml") and file.exists():
         library.add_file(file)
         mission = file.stem
-    drawing = DRAWINGS[ending](library.get(mission), library)
+    drawing = draw(library.get(mission), ending, library, expand=expand)
     if out is not None:
         out.write_text(drawing, encoding="utf-8")
     return drawing

@@ -58,13 +58,17 @@ class System:
             DeviceTimeout: It takes too long; names what is missing.
         """
         start = time.monotonic()
-        report(f"starting {len(self._supervisor.pids())} processes ({', '.join(self._supervisor.pids())})")
+        report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
         if not self.client.spin_until(self.client.is_ready, READY_BUDGET_S, watch=self.check):
             raise DeviceTimeout(
                 f"not ready after {READY_BUDGET_S:.0f} s: {', '.join(self.client.missing()) or 'no pose yet'}; "
                 f"see the logs in {self.options.folder}/logs"
             )
         return time.monotonic() - start
+
+    def pids(self) -> dict[str, int]:
+        """Process ids by group of nodes."""
+        return self._supervisor.pids()
 
     def check(self) -> None:
         """Raise when a process has died."""

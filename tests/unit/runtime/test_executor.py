@@ -195,3 +195,21 @@ def test_a_tree_that_wakes_itself_for_ever_is_failed(bench):
     bench.executor._emit_node_changes = chatter
     bench.clock.advance(0.5)
     assert run.status is RunStatus.FAILED and run.code == "spinning" and bench.drive.active == 0
+
+
+def test_a_skill_that_raises_fails_the_run_and_not_the_executor(bench):
+    class Broken:
+        def start(self, inputs):
+            raise RuntimeError("a bug")
+
+    good = bench.executor._skills
+    bench.executor._skills = {**good, "work": Broken()}
+    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(5.0)
+    assert run.status is RunStatus.FAILED and run.code == "internal_error" and "a bug" in run.reason
+    broken = next(event for event in bench.events if event.kind is EventKind.BROKEN)
+    assert "RuntimeError" in broken.data["detail"]
+    bench.executor._skills = good
+    again = bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(5.0)
+    assert again.status is RunStatus.SUCCEEDED

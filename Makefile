@@ -1,0 +1,47 @@
+# The daily commands of Florence BT. `make` alone lists them.
+
+PYTHON ?= python3
+BIN := .venv/bin
+PYTEST := $(BIN)/python -m pytest
+WORKERS ?= 2
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test unit ros check format bench lock clean
+
+help: ## list the commands
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: ## make .venv with everything in it, or bring it up to date
+	@$(PYTHON) tools/setup.py
+
+demo: setup ## run the demonstration in the simulated flat (ARGS="--help" for its options)
+	$(BIN)/florence demo $(ARGS)
+
+test: setup ## run every test that needs no hardware
+	$(PYTEST) -n $(WORKERS) $(ARGS)
+
+unit: setup ## run the tests that start no ROS and no whole missions
+	$(PYTEST) -n $(WORKERS) -m "not ros and not slow" tests/unit $(ARGS)
+
+ros: setup ## run the tests that start ROS nodes
+	$(PYTEST) -n $(WORKERS) -m ros $(ARGS)
+
+check: setup ## check format, style, types and the direction of imports
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: setup ## format the code and repair what the linter can repair
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup ## run the benchmarks
+	$(PYTEST) benchmarks --benchmark-only $(ARGS)
+
+lock: ## choose the newest versions that fit and pin them (PYTHON must be a Python 3.11)
+	$(PYTHON) tools/setup.py lock
+
+clean: ## remove .venv and everything that was built
+	rm -rf .venv build dist install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache .benchmarks

@@ -1,0 +1,70 @@
+"""The whole system on ROS over simulated hardware: how fast it can go, and what it costs when nothing happens."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.system import System
+
+TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
+IDLE_S = 10.0
+FAST = 20.0
+"""More than the machine can do, so that the simulation goes as fast as it can."""
+
+
+@pytest.fixture
+def domain(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "97")
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+
+def cpu_seconds(pid: int) -> float:
+    """User and system time of a process so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS_PER_SECOND
+
+
+def test_idle_cpu(benchmark, figures, domain, tmp_path):
+    with System(BringUp(folder=str(tmp_path), person="kitchen")) as system:
+        system.wait_ready(print)
+        pids = system.pids()
+        before = {group: cpu_seconds(pid) for group, pid in pids.items()}
+
+        def idle():
+            begin = time.perf_counter()
+            system.client.spin_until(lambda: False, IDLE_S, watch=system.check)
+            return time.perf_counter() - begin
+
+        wall = benchmark.pedantic(idle, rounds=1)
+        used = {group: 100 * (cpu_seconds(pid) - before[group]) / wall for group, pid in pids.items()}
+    figures.add("idle executor (process missions)", f"{used['missions']:.1f} % of a core", "10 s after the start-up")
+    rest = ", ".join(f"{group} {share:.1f}" for group, share in used.items())
+    figures.add("idle stack, all processes", f"{sum(used.values()):.0f} % of a core", rest)
+
+
+def test_stack_speed(benchmark, figures, domain, tmp_path):
+    with System(BringUp(folder=str(tmp_path), person="kitchen", speed=FAST)) as system:
+        system.wait_ready(print)
+        client = system.client
+        client.follow_truth()
+        client.spin_until(lambda: bool(client.truth), 5.0)
+
+        def mission():
+            begin, wall = client.truth["time"], time.perf_counter()
+            answer = client.run("goto_user", {}, caller="benchmark")
+            assert answer.accepted, answer.message
+            over = lambda: client.state.run_id == answer.run_id and client.state.state not in ("PENDING", "ACTIVE")  # noqa: E731
+            client.spin_until(over, 120.0, watch=system.check)
+            return client.truth["time"] - begin, time.perf_counter() - wall, client.status(answer.run_id)
+
+        simulated, wall, status = benchmark.pedantic(mission, rounds=1)
+    figures.add(
+        "ROS stack: simulated seconds per wall second",
+        f"{simulated / wall:.1f}",
+        f"goto_user {status.state} in {simulated:.0f} s, as fast as it goes on this machine",
+    )

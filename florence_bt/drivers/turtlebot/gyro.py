@@ -1,0 +1,152 @@
+"""The single-axis rate gyro on the Create's analog pin: its rest offset, rate and heading (REFERENCE 1.8)."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError
+
+
+@dataclass(frozen=True, slots=True)
+class GyroParameters:
+    """How counts become a rate.
+
+    Attributes:
+        measurement_range_degps: Range of the part: 150, 250 or 300 degrees/s.
+        scale_correction: Calibrated factor on the rate, 0 to 6.
+        rest_samples: How many samples at rest the offset is the mean of.
+        first_offset_after: Samples at rest before there is an offset at all.
+        settle_s: Rest counts only after this time: a base told to stop still rolls for a moment.
+        integer_offset: Round the offset down, as the old node did; that costs up to 0.4 degrees/s.
+    """
+
+    measurement_range_degps: float = 150.0
+    scale_correction: float = 1.35
+    rest_samples: int = 1000
+    first_offset_after: int = 33
+    settle_s: float = 0.5
+    integer_offset: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.measurement_range_degps <= 300.0:
+            raise ConfigError(
+                f"gyro_measurement_range must be above 0 and at most 300, not {self.measurement_range_degps}"
+            )
+        if not 0.0 <= self.scale_correction <= 6.0:
+            raise ConfigError(f"gyro_scale_correction must be 0 to 6, not {self.scale_correction}")
+        if not 1 <= self.first_offset_after <= self.rest_samples:
+            raise ConfigError(
+                f"first_offset_after must be 1 to rest_samples ({self.rest_samples}), "
+                f"not {self.first_offset_after}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class GyroReading:
+    """What the gyro says.
+
+    Attributes:
+        rate: rad/s, counter-clockwise positive.
+        yaw: Heading integrated from the rate, radians, not wrapped.
+        offset: The rest offset in counts.
+        resting: The base has settled at rest, so the rate is only noise.
+    """
+
+    rate: float
+    yaw: float
+    offset: float
+    resting: bool
+
+
+class RestOffset:
+    """The mean of the newest samples that were taken at rest."""
+
+    def __init__(self, parameters: GyroParameters) -> None:
+        self._parameters = parameters
+        self._samples: deque[int] = deque()
+        self._sum = 0
+        self._resting_since: float | None = None
+        self.resting = False
+
+    def update(self, stamp: float, adc: int, at_rest: bool) -> None:
+        """Take one sample.
+
+        Args:
+            stamp: Seconds.
+            adc: Counts, 0 to 1023.
+            at_rest: The wheels are told to stand still and do.
+        """
+        if not at_rest:
+            self._resting_since = None
+        elif self._resting_since is None or stamp < self._resting_since:
+            self._resting_since = stamp
+        self.resting = (
+            self._resting_since is not None and stamp - self._resting_since >= self._parameters.settle_s
+        )
+        if self.resting:
+            self._samples.append(adc)
+            self._sum += adc
+            if len(self._samples) > self._parameters.rest_samples:
+                self._sum -= self._samples.popleft()
+
+    def value(self) -> float | None:
+        """Counts, or None as long as there are too few samples (or a dead gyro gives only zeros)."""
+        if len(self._samples) < self._parameters.first_offset_after or self._sum == 0:
+            return None
+        if self._parameters.integer_offset:
+            return float(self._sum // len(self._samples))
+        return self._sum / len(self._samples)
+
+
+def rate_from_adc(adc: float, offset: float, parameters: GyroParameters) -> float:
+    """The turning rate that a reading means.
+
+    Args:
+        adc: Counts, 0 to 1023.
+        offset: Counts at rest, above zero.
+        parameters: Range and scale.
+
+    Returns:
+        rad/s, counter-clockwise positive; a turn to the left lowers the reading.
+
+    Source: REFERENCE 1.8.
+    """
+    return (
+        -(adc - offset)
+        / offset
+        * math.radians(parameters.measurement_range_degps)
+        * parameters.scale_correction
+    )
+
+
+class Gyro:
+    """Learns the offset at rest and gives rate and heading from then on."""
+
+    def __init__(self, parameters: GyroParameters | None = None) -> None:
+        self._parameters = parameters or GyroParameters()
+        self._rest = RestOffset(self._parameters)
+        self._yaw = 0.0
+        self._stamp: float | None = None
+
+    def update(self, stamp: float, adc: int, at_rest: bool) -> GyroReading | None:
+        """Take one sample.
+
+        Args:
+            stamp: Seconds.
+            adc: Counts of the user analog input, 0 to 1023.
+            at_rest: The wheels are told to stand still and do.
+
+        Returns:
+            The reading, or None before the base has rested long enough to know the offset.
+        """
+        self._rest.update(stamp, adc, at_rest)
+        offset = self._rest.value()
+        if offset is None:
+            return None
+        rate = rate_from_adc(adc, offset, self._parameters)
+        if self._stamp is not None:
+            self._yaw += rate * max(0.0, stamp - self._stamp)
+        self._stamp = stamp
+        return GyroReading(rate, self._yaw, offset, self._rest.resting)

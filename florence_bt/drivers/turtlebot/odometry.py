@@ -1,0 +1,171 @@
+"""Dead reckoning from the wheels and the gyro (REFERENCE 2.5)."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError, FrameError
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.sensing import Odometry
+from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroReading
+
+MAX_SPEED_MPS = 0.5
+MAX_TURN_RADPS = 2.0 * MAX_SPEED_MPS / 0.235
+"""The fastest turn of any of these bases (REFERENCE 1.1)."""
+
+MAX_STEP_M, MAX_STEP_RAD = 1.0, 1.0
+"""Larger steps within one read are not motion (REFERENCE 2.4, row 4)."""
+
+LONGEST_GYRO_STEP_S = 0.25
+"""Over a longer gap the rate of one moment says nothing; the angle of the wheels then serves."""
+
+
+@dataclass(frozen=True, slots=True)
+class OdometryParameters:
+    """Calibration of the wheels.
+
+    Attributes:
+        linear_scale: Factor on each distance, 0 to 3.
+        angular_scale: Factor on each angle of the wheels, 0 to 3; the gyro has its own.
+        twist_window_s: The velocity is the mean over this time: over one frame of 15 ms, whole millimetres
+            and the jitter of arrival would make it useless.
+    """
+
+    linear_scale: float = 1.0
+    angular_scale: float = 1.0
+    twist_window_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in ("linear_scale", "angular_scale"):
+            value = getattr(self, name)
+            if not 0.0 <= value <= 3.0:
+                raise ConfigError(f"odom_{name}_correction must be 0 to 3, not {value}")
+
+
+class WheelOdometry:
+    """Adds up steps of the base into a pose."""
+
+    def __init__(self, parameters: OdometryParameters | None = None, start: Pose2 | None = None) -> None:
+        self._parameters = parameters or OdometryParameters()
+        self._pose = start or Pose2()
+        self._stamp: float | None = None
+        self._steps: deque[tuple[float, float, float]] = deque()
+
+    def update(
+        self, stamp: float, distance_m: float, angle_rad: float, gyro_rate: float | None = None
+    ) -> Odometry:
+        """Add one step, as an arc (mid-point rule).
+
+        Args:
+            stamp: End of the step in seconds.
+            distance_m: Forward travel since the last step, as the wheels tell it.
+            angle_rad: Turn since the last step, as the wheels tell it.
+            gyro_rate: Turning rate in rad/s now; None makes the wheels tell the heading.
+
+        Returns:
+            The new pose in the odom frame and the velocity.
+
+        Raises:
+            FrameError: The step is more than the base can do; the pose stays as it was.
+        """
+        if self._stamp is None or stamp < self._stamp:  # the first step, or a clock that was set back
+            self._stamp = stamp
+            self._steps.clear()
+        duration = stamp - self._stamp
+        self._stamp = stamp
+        _refuse_jump(distance_m, angle_rad, duration)
+        distance = distance_m * self._parameters.linear_scale
+        if gyro_rate is not None and duration <= LONGEST_GYRO_STEP_S:
+            turn = gyro_rate * duration
+        else:
+            turn = angle_rad * self._parameters.angular_scale
+        step = Pose2(distance * math.cos(turn / 2.0), distance * math.sin(turn / 2.0), turn)
+        self._pose = self._pose @ step
+        self._steps.append((stamp, distance, turn))
+        return Odometry(stamp, self._pose, self._mean_twist())
+
+    def _mean_twist(self) -> Twist2:
+        """The velocity over the window, from the end of its first step; zero while it has no duration."""
+        newest = self._steps[-1][0]
+        while len(self._steps) > 2 and newest - self._steps[1][0] >= self._parameters.twist_window_s:
+            self._steps.popleft()
+        duration = newest - self._steps[0][0]
+        if duration <= 0.0:
+            return STANDSTILL
+        first_distance, first_turn = self._steps[0][1:]
+        return Twist2(
+            (sum(step[1] for step in self._steps) - first_distance) / duration,
+            (sum(step[2] for step in self._steps) - first_turn) / duration,
+        )
+
+
+def _refuse_jump(distance_m: float, angle_rad: float, duration_s: float) -> None:
+    """Raise FrameError for a step beyond one read's limit and what the duration explains."""
+    if abs(distance_m) > MAX_STEP_M + MAX_SPEED_MPS * duration_s:
+        raise FrameError(f"a step of {distance_m:.3f} m in {duration_s:.3f} s is not motion of this base")
+    if abs(angle_rad) > MAX_STEP_RAD + MAX_TURN_RADPS * duration_s:
+        raise FrameError(f"a turn of {angle_rad:.3f} rad in {duration_s:.3f} s is not motion of this base")
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What the base's own sensors say about its motion.
+
+    Attributes:
+        odometry: Pose in the odom frame and velocity.
+        gyro: The gyro's reading, None without a gyro or before its rest offset is known.
+        at_rest: The wheels are told to stand still and do.
+    """
+
+    odometry: Odometry
+    gyro: GyroReading | None
+    at_rest: bool
+
+
+class MotionEstimator:
+    """Wheels for the distance, gyro for the heading: the driver and the in-process rig both use this."""
+
+    def __init__(
+        self,
+        odometry: OdometryParameters | None = None,
+        gyro: GyroParameters | None = None,
+        *,
+        has_gyro: bool = True,
+    ) -> None:
+        self._odometry = WheelOdometry(odometry)
+        self._gyro = Gyro(gyro) if has_gyro else None
+
+    def update(
+        self, stamp: float, distance_m: float, angle_rad: float, analog_input: int, *, wheels_stopped: bool
+    ) -> Motion:
+        """Take one set of readings.
+
+        Args:
+            stamp: Seconds.
+            distance_m: Forward travel since the last call, as the wheels tell it.
+            angle_rad: Turn since the last call, as the wheels tell it.
+            analog_input: The gyro in counts, 0 to 1023.
+            wheels_stopped: Both wheels are told to stand still.
+
+        Raises:
+            FrameError: The step is more than the base can do.
+        """
+        at_rest = wheels_stopped and distance_m == 0.0 and angle_rad == 0.0
+        gyro = self._gyro.update(stamp, analog_input, at_rest) if self._gyro else None
+        rate = None
+        if gyro is not None:
+            # At rest the rate is noise around an offset that is still being learnt: the heading holds.
+            rate = 0.0 if gyro.resting else gyro.rate
+        return Motion(self._odometry.update(stamp, distance_m, angle_rad, rate), gyro, at_rest)
+
+
+def covariance(at_rest: bool) -> tuple[float, ...]:
+    """The 6x6 row-major covariance of pose and twist (x, y, z, roll, pitch, yaw).
+
+    Source: REFERENCE 2.5; the entry that the old node misplaced at rest sits on the diagonal here.
+    """
+    plane, yaw = (1e-9, 1e-9) if at_rest else (1e-3, 1e3)
+    diagonal = (plane, plane, 1e6, 1e6, 1e6, yaw)
+    return tuple(diagonal[row] if row == column else 0.0 for row in range(6) for column in range(6))

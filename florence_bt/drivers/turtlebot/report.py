@@ -1,0 +1,48 @@
+"""How often to tell what, and what adds up in between: the base measures faster than its node publishes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from florence_bt.drivers.turtlebot.codec.packets import SensorState
+
+
+class Pace:
+    """Picks moments at a mean rate out of readings that come more often."""
+
+    def __init__(self, rate: float) -> None:
+        """Take the rate.
+
+        Args:
+            rate: Per second, above zero.
+        """
+        self._period = 1.0 / rate
+        self._next: float | None = None
+
+    def is_due(self, stamp: float) -> bool:
+        """Whether something is to be told at this moment; True also starts the next period."""
+        if self._next is None or abs(stamp - self._next) > 2.0 * self._period:  # a gap, or a clock set back
+            self._next = stamp
+        if stamp < self._next:
+            return False
+        self._next += self._period
+        return True
+
+
+class StateReport:
+    """Adds up distance and angle between two reports, so that a slow listener misses no motion."""
+
+    def __init__(self) -> None:
+        self._distance = 0.0
+        self._angle = 0.0
+
+    def add(self, state: SensorState) -> None:
+        """Take one state."""
+        self._distance += state.distance
+        self._angle += state.angle
+
+    def take(self, state: SensorState) -> SensorState:
+        """The newest state with distance and angle since the last call of this."""
+        report = replace(state, distance=self._distance, angle=self._angle)
+        self._distance = self._angle = 0.0
+        return report

@@ -1,0 +1,107 @@
+"""From a wanted velocity to wheel speeds and back (REFERENCE 2.3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Twist2
+
+MAX_WHEEL_SPEED_MMPS = 500.0
+"""What the motors can do (REFERENCE 1.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelSpeeds:
+    """What Drive Direct is told.
+
+    Attributes:
+        left_mmps: Left wheel in mm/s, forward positive.
+        right_mmps: Right wheel in mm/s.
+    """
+
+    left_mmps: int
+    right_mmps: int
+
+    @property
+    def forward(self) -> bool:
+        """Whether the base as a whole goes forward; a pure spin does not."""
+        return self.left_mmps + self.right_mmps > 0
+
+
+STOPPED = WheelSpeeds(0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class WheelParameters:
+    """How velocities become wheel speeds.
+
+    Attributes:
+        wheel_separation: Metres between the wheels, above zero.
+        min_abs_yaw_vel: Slower turns are sped up to this, in rad/s; None for no limit.
+        max_abs_yaw_vel: Faster turns are slowed down to this, in rad/s; None or 0 for no limit.
+    """
+
+    wheel_separation: float = 0.260
+    min_abs_yaw_vel: float | None = None
+    max_abs_yaw_vel: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.wheel_separation > 0.0:
+            raise ConfigError(f"wheel_separation must be above 0 m, not {self.wheel_separation}")
+        for name in ("min_abs_yaw_vel", "max_abs_yaw_vel"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 <= value <= 3.0:
+                raise ConfigError(f"{name} must be 0 to 3 rad/s or none, not {value}")
+
+
+def limit_yaw_rate(angular: float, parameters: WheelParameters) -> float:
+    """Apply the smallest and the largest turning speed; no turn stays no turn.
+
+    Args:
+        angular: rad/s.
+        parameters: The limits.
+
+    Source: REFERENCE 2.3, steps 1 and 2.
+    """
+    slowest, fastest = parameters.min_abs_yaw_vel, parameters.max_abs_yaw_vel
+    if slowest is not None and angular != 0.0 and abs(angular) < slowest:
+        angular = math.copysign(slowest, angular)
+    if fastest and abs(angular) > fastest:
+        angular = math.copysign(fastest, angular)
+    return angular
+
+
+def wheels_from_twist(twist: Twist2, parameters: WheelParameters) -> WheelSpeeds:
+    """Share a velocity between the wheels; where both are too fast the turn wins over the advance.
+
+    Args:
+        twist: The wanted velocity; must be finite.
+        parameters: Geometry and limits.
+
+    Returns:
+        Speeds within +-500 mm/s each, truncated toward zero.
+
+    Source: REFERENCE 2.3, steps 1 to 5. The turning part is clamped to 500 mm/s first: without that, more
+    than 3.846 rad/s would flip the sign of the advance.
+    """
+    angular = limit_yaw_rate(twist.angular, parameters)
+    turn = 1000.0 * angular * parameters.wheel_separation / 2.0
+    turn = max(-MAX_WHEEL_SPEED_MMPS, min(MAX_WHEEL_SPEED_MMPS, turn))
+    room = MAX_WHEEL_SPEED_MMPS - abs(turn)
+    advance = max(-room, min(room, 1000.0 * twist.linear))
+    return WheelSpeeds(_truncate(advance - turn), _truncate(advance + turn))
+
+
+def twist_from_wheels(wheels: WheelSpeeds, parameters: WheelParameters) -> Twist2:
+    """The velocity that wheel speeds give, the inverse of :func:`wheels_from_twist` within its limits."""
+    return Twist2(
+        (wheels.left_mmps + wheels.right_mmps) / 2000.0,
+        (wheels.right_mmps - wheels.left_mmps) / 1000.0 / parameters.wheel_separation,
+    )
+
+
+def _truncate(speed_mmps: float) -> int:
+    """Toward zero, but 264.9999999 that floating point made of 265 stays 265."""
+    return math.trunc(round(speed_mmps, 6))

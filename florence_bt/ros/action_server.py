@@ -1,0 +1,177 @@
+"""An action server with one goal at a time, for components that work on their own and report their end.
+
+rclpy's usual server runs a goal in a coroutine; waiting in one keeps the events executor busy all the time.
+This one runs nothing: a goal is accepted, the component works on timers and messages, and ``finish`` sends
+the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.outcome import Outcome
+from florence_bt.ros.node import FlorenceNode
+
+PREEMPTED = "preempted by a newer goal"
+SHUT_DOWN = "the server shuts down"
+KEEP_RESULTS_S = 10
+"""How long a result can be asked for. Short: rclpy looks at every kept goal on each event."""
+
+
+class _Server(ActionServer):
+    """An action server that leaves the execution to others until there is a result."""
+
+    def notify_execute(
+        self, goal_handle: ServerGoalHandle, execute_callback: Callable[..., Any] | None
+    ) -> None:
+        if execute_callback is not None:
+            super().notify_execute(goal_handle, execute_callback)
+
+
+class _Goal:
+    """One goal between the component's yes and its result."""
+
+    def __init__(self) -> None:
+        self.handle: ServerGoalHandle | None = None
+        self.early_end: tuple[Any, Outcome] | None = None
+
+
+class SingleGoalServer:
+    """Serves an action, one goal at a time.
+
+    A newer goal replaces the running one, which ends as ABORTED. All methods belong to the executor's thread.
+    """
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        action_type: Any,
+        name: str,
+        *,
+        on_goal: Callable[[Any], str | None],
+        on_cancel: Callable[[], None],
+    ) -> None:
+        """Serve an action until the node is closed.
+
+        Args:
+            node: The node that serves it.
+            action_type: The action.
+            name: Its name.
+            on_goal: Given the goal message: starts the work and returns None, or returns why the goal is
+                refused. What it starts takes the place of an older goal, whose result the server sends. It
+                may call :meth:`finish` at once; that ends the new goal.
+            on_cancel: The goal shall end; the component then calls ``finish`` with Outcome.CANCELLED (or with
+                what was reached in the meantime).
+        """
+        self._node = node
+        self._name = name
+        self._result_type = action_type.Result
+        self._on_goal = on_goal
+        self._on_cancel = on_cancel
+        self._goal: _Goal | None = None
+        self._server = _Server(
+            node,
+            action_type,
+            name,
+            execute_callback=_never,
+            goal_callback=self._decide,
+            handle_accepted_callback=node.guarded(self._accepted),
+            cancel_callback=self._cancel_asked,
+            result_timeout=KEEP_RESULTS_S,
+        )
+        node.on_close(self._shut_down)
+
+    @property
+    def active(self) -> bool:
+        """Whether a goal is being worked on."""
+        return self._goal is not None
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Send feedback about the running goal, if there is one."""
+        if self._goal is not None and self._goal.handle is not None:
+            self._goal.handle.publish_feedback(feedback)
+
+    def finish(self, result: Any, outcome: Outcome) -> None:
+        """End the running goal; without one this does nothing.
+
+        Args:
+            result: The result message.
+            outcome: SUCCEEDED, FAILED (the action ends as ABORTED) or CANCELLED (CANCELED, when a client
+                asked for it; else ABORTED).
+        """
+        goal = self._goal
+        if goal is None:
+            return
+        if goal.handle is None:
+            goal.early_end = (result, outcome)
+        else:
+            self._goal = None
+            self._end(goal.handle, result, outcome)
+
+    def _decide(self, request: Any) -> GoalResponse:
+        older, self._goal = self._goal, _Goal()
+        try:
+            refusal = self._on_goal(request)
+        except FlorenceError as error:
+            refusal = str(error)
+        except Exception as error:
+            # Not raised here: see FlorenceNode.guarded.
+            self._node.failures.append(error)
+            refusal = f"the server failed: {error}"
+        if refusal is not None:
+            self._goal = older
+            self._node.get_logger().warning(f"{self._name}: goal refused: {refusal}")
+            return GoalResponse.REJECT
+        if older is not None and older.handle is not None:
+            self._end(older.handle, self._result_with_text(PREEMPTED), Outcome.FAILED)
+        return GoalResponse.ACCEPT
+
+    def _accepted(self, handle: ServerGoalHandle) -> None:
+        goal = self._goal
+        assert goal is not None, "rclpy decides and accepts in one event"
+        goal.handle = handle
+        handle.execute()
+        if goal.early_end is not None:
+            self.finish(*goal.early_end)
+        elif handle.is_cancel_requested:
+            self._node.call_soon(lambda: self._deliver_cancel(goal))
+
+    def _cancel_asked(self, handle: ServerGoalHandle) -> CancelResponse:
+        goal = self._goal
+        if goal is None or goal.handle is not handle:
+            return CancelResponse.REJECT
+        # The goal becomes CANCELING after this answer; only then may it end as CANCELED.
+        self._node.call_soon(lambda: self._deliver_cancel(goal))
+        return CancelResponse.ACCEPT
+
+    def _deliver_cancel(self, goal: _Goal) -> None:
+        if goal is self._goal:
+            self._on_cancel()
+
+    def _end(self, handle: ServerGoalHandle, result: Any, outcome: Outcome) -> None:
+        if outcome is Outcome.SUCCEEDED:
+            handle.succeed()
+        elif outcome is Outcome.CANCELLED and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        self._server.notify_execute(handle, lambda _: result)
+
+    def _result_with_text(self, text: str) -> Any:
+        result = self._result_type()
+        if hasattr(result, "error_msg"):
+            result.error_msg = text
+        return result
+
+    def _shut_down(self) -> None:
+        self.finish(self._result_with_text(SHUT_DOWN), Outcome.FAILED)
+        # The result leaves while the process drains its executor; rclpy frees the server with the node.
+
+
+def _never(handle: ServerGoalHandle) -> Any:
+    raise AssertionError("a goal without a result cannot be executed")

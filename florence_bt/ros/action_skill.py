@@ -1,0 +1,146 @@
+"""A skill that an action server performs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.outcome import Outcome, Result, failure
+from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
+from florence_bt.ros._action_run import ActionRun, Deadlines
+from florence_bt.ros.node import FlorenceNode
+
+__all__ = ["ActionSkill", "Deadlines"]
+
+_OUTCOMES = {
+    GoalStatus.STATUS_SUCCEEDED: Outcome.SUCCEEDED,
+    GoalStatus.STATUS_ABORTED: Outcome.FAILED,
+    GoalStatus.STATUS_CANCELED: Outcome.CANCELLED,
+}
+
+
+class ActionSkill:
+    """A skill whose runs are goals of an action."""
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        action_type: Any,
+        name: str,
+        *,
+        to_goal: Callable[[Inputs], Any],
+        to_result: Callable[[Any, Outcome], Result],
+        to_feedback: Callable[[Any], str] | None = None,
+        deadlines: Deadlines | None = None,
+    ) -> None:
+        """Make a client of an action.
+
+        Args:
+            node: The node that talks to the server.
+            action_type: The action.
+            name: Its name.
+            to_goal: The goal message from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
+                when they do not fit.
+            to_result: The result from the result message and the way the goal ended.
+            to_feedback: A text for people from a feedback message; keep it steady while nothing new happens.
+            deadlines: How long each state of a run may last; the usual ones when not given.
+        """
+        self._node = node
+        self._type = action_type
+        self._to_goal = to_goal
+        self._to_result = to_result
+        self._to_feedback = to_feedback
+        self._deadlines = deadlines or Deadlines()
+        self._client = ActionClient(node, action_type, name)
+        self._label = f"action {node.resolve_service_name(name)} ({_type_name(action_type)})"
+        node.on_close(self._client.destroy)
+
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Send a goal as soon as the server is there."""
+        try:
+            goal = self._to_goal(inputs)
+        except (FlorenceError, KeyError, TypeError, ValueError) as error:
+            return FinishedRun(failure("bad_input", f"no goal for {self._label}: {error}"))
+        channel = _Channel(self._node, self._client, goal, self._read_result, self._to_feedback)
+        run = ActionRun(self._node.timebase, channel, self._deadlines, self._label)
+        channel.run = run
+        return run
+
+    def _read_result(self, response: Any) -> Result:
+        outcome = _OUTCOMES.get(response.status)
+        if outcome is None:
+            return failure(
+                "server_lost", f"{self._label} knows nothing of the goal any more; was it started anew?"
+            )
+        return self._to_result(response.result, outcome)
+
+
+class _Channel:
+    """The way to the server for one goal: rclpy's futures, turned into calls of the run."""
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        client: ActionClient,
+        goal: Any,
+        read_result: Callable[[Any], Result],
+        to_feedback: Callable[[Any], str] | None,
+    ) -> None:
+        self._node = node
+        self._client = client
+        self._goal = goal
+        self._read_result = read_result
+        self._to_feedback = to_feedback
+        self._handle: ClientGoalHandle | None = None
+        self.run: ActionRun | None = None
+
+    def server_is_there(self) -> bool:
+        return bool(self._client.server_is_ready())
+
+    def send_goal(self) -> None:
+        feedback = self._node.guarded(self._on_feedback) if self._to_feedback is not None else None
+        future = self._client.send_goal_async(self._goal, feedback_callback=feedback)
+        future.add_done_callback(self._node.guarded(self._on_answer))
+
+    def send_cancel(self) -> None:
+        if self._handle is not None:
+            future = self._handle.cancel_goal_async()
+            future.add_done_callback(self._node.guarded(self._on_cancel_answer))
+
+    def _on_answer(self, future: Any) -> None:
+        self._handle = future.result()
+        if self._handle is None or self.run is None:
+            return
+        if not self._handle.accepted:
+            self.run.rejected()
+            return
+        self._handle.get_result_async().add_done_callback(self._node.guarded(self._on_result))
+        self.run.accepted()
+
+    def _on_result(self, future: Any) -> None:
+        if self.run is not None and future.result() is not None:
+            self.run.finished(self._read_result(future.result()))
+
+    def _on_cancel_answer(self, future: Any) -> None:
+        answer = future.result()
+        if (
+            self.run is not None
+            and answer is not None
+            and answer.return_code == CancelGoal.Response.ERROR_REJECTED
+        ):
+            self.run.cancel_refused()
+
+    def _on_feedback(self, message: Any) -> None:
+        if self.run is not None and self._to_feedback is not None:
+            self.run.set_feedback(self._to_feedback(message.feedback))
+
+
+def _type_name(action_type: Any) -> str:
+    package, kind = action_type.__module__.split(".")[:2]
+    return f"{package}/{kind}/{action_type.__name__}"

@@ -1,0 +1,76 @@
+"""Spinning: the events executor with its rough edges taken off.
+
+``spin()`` of this executor serves nothing in rclpy 7.1, and a wait without a time-out burns a core; so this
+is a loop over ``spin_once``, which handles one event at a time. The executor knows no guard conditions,
+``wake()`` does not end a wait, and an exception in a task or in a future's callback is fatal to the process:
+tasks wake it instead, and callbacks of :meth:`FlorenceNode.guarded` hand their exceptions to
+:meth:`SpinLoop.spin_once`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.context import Context
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+
+from florence_bt.ros.node import FlorenceNode
+
+LONG_S = 3600.0
+
+
+class SpinLoop:
+    """Serves some nodes on the calling thread."""
+
+    def __init__(self, context: Context | None = None) -> None:
+        self._executor: Any = EventsExecutor(context=context)
+        self._nodes: list[Node] = []
+
+    def add(self, node: Node) -> None:
+        """Serve a node from now on."""
+        self._executor.add_node(node)
+        # The executor tells a node of itself only when it is set like this; setting it twice is harmless.
+        node.executor = self._executor
+        self._nodes.append(node)
+
+    def remove(self, node: Node) -> None:
+        """Serve a node no more."""
+        self._nodes.remove(node)
+        self._executor.remove_node(node)
+
+    def spin_once(self, timeout_s: float = LONG_S) -> None:
+        """Handle one event, or give up after a while.
+
+        Raises:
+            Exception: What a callback raised.
+        """
+        self._executor.spin_once(timeout_sec=timeout_s)
+        for node in self._nodes:
+            if isinstance(node, FlorenceNode) and node.failures:
+                raise node.failures.popleft()
+
+    def spin_while(self, go_on: Callable[[], bool]) -> None:
+        """Handle events as long as a condition holds; :meth:`interrupt` makes it look again."""
+        while go_on():
+            self.spin_once()
+
+    def drain(self, events: int = 100) -> None:
+        """Handle what is waiting already, at most some events."""
+        for _ in range(events):
+            self.spin_once(0.0)
+
+    def interrupt(self) -> None:
+        """Make a waiting :meth:`spin_once` return; may be called from any thread."""
+        self._executor.create_task(_nothing)
+
+    def close(self) -> None:
+        """Serve nobody any more."""
+        for node in tuple(self._nodes):
+            self.remove(node)
+        self._executor.shutdown()
+
+
+def _nothing() -> None:
+    """What an interrupted executor does."""

@@ -1,0 +1,156 @@
+"""The base of every ROS node of Florence."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from florence_bt.core.clock import Clock
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.ros.clock import RosClock
+from florence_bt.ros.parameters import fill_dataclass, to_parameter
+
+T = TypeVar("T")
+
+
+class FlorenceNode(Node):
+    """A node with the core's clock, parameters as dataclasses, and an orderly end.
+
+    Attributes:
+        timebase: The node's ROS clock as a core clock; its callbacks run on the executor.
+        failures: Exceptions of guarded callbacks; whoever spins the node raises them
+            (:class:`florence_bt.ros.executor.SpinLoop` does).
+    """
+
+    timebase: Clock
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        namespace: str = "",
+        context: Context | None = None,
+    ) -> None:
+        """Make the node.
+
+        Args:
+            name: The node's name.
+            parameters: Values of parameters by name, ``use_sim_time`` among them; None values are left out.
+            namespace: Goes before the node's name and its relative topics.
+            context: The ROS context; the process's own one when not given.
+        """
+        self.failures: deque[Exception] = deque()
+        self._soon: deque[Callable[[], None]] = deque()
+        self._closers: list[Callable[[], None]] = []
+        self._given = {
+            key: to_parameter(value) for key, value in (parameters or {}).items() if value is not None
+        }
+        overrides = [Parameter(key, value=value) for key, value in self._given.items()]
+        super().__init__(name, namespace=namespace, parameter_overrides=overrides, context=context)
+        self._ros_timebase = RosClock(self, self.call_soon)
+        self.timebase = self._ros_timebase
+
+    def read_parameters(self, cls: type[T]) -> T:
+        """Declare a parameter for each field of a frozen dataclass and read them all.
+
+        The parameters are read-only afterwards: what a component was built with is what it works with.
+
+        Raises:
+            ConfigError: A value does not fit, is missing, or the dataclass refuses it; names the parameter.
+        """
+        try:
+            return fill_dataclass(cls, self._read_parameter)
+        except ConfigError as error:
+            raise ConfigError(f"node {self.get_name()}: {error.problem}", valid=error.valid) from error
+
+    def unknown_parameters(self) -> ConfigError | None:
+        """What is wrong with the names of the parameters that were given, when all were declared."""
+        declared = [name for name in self._parameters if name not in _OWN_PARAMETERS]
+        for name in self._given:
+            if not self.has_parameter(name):
+                return ConfigError(
+                    f"node {self.get_name()} has no parameter {name!r}", valid=closest_first(name, declared)
+                )
+        return None
+
+    def call_soon(self, callback: Callable[[], None]) -> None:
+        """Run a callback on the executor's thread; may be called from any thread.
+
+        An exception of the callback ends the process as one of a subscription would.
+        """
+        self._soon.append(self.guarded(callback))
+        executor = self.executor
+        if executor is not None:
+            executor.create_task(self._run_soon)
+
+    def guarded(self, callback: Callable[..., Any]) -> Callable[..., None]:
+        """Wrap a callback that is handed to a future or an action client.
+
+        The events executor of rclpy 7.1 dies of an exception in such a callback (it runs as a task); wrapped,
+        the exception waits in :attr:`failures`.
+        """
+
+        def run(*arguments: Any) -> None:
+            try:
+                callback(*arguments)
+            except Exception as error:
+                self.failures.append(error)
+
+        return run
+
+    def on_close(self, callback: Callable[[], None]) -> None:
+        """Call back when the node is closed, the latest first; servers and clients end themselves so."""
+        self._closers.append(callback)
+
+    def close(self) -> None:
+        """Leave the hardware safe and stop threads. Components override this."""
+
+    def shut_down(self) -> None:
+        """Close the node: its own :meth:`close` first, then everything of :meth:`on_close`.
+
+        Every part is closed even when an earlier one fails.
+
+        Raises:
+            ExceptionGroup: Some of them failed.
+        """
+        errors: list[Exception] = []
+        for part in (self.close, *reversed(self._closers), self._ros_timebase.close):
+            try:
+                part()
+            except Exception as error:
+                errors.append(error)
+        self._closers.clear()
+        if errors:
+            raise ExceptionGroup(f"closing {self.get_name()}", errors)
+
+    @property
+    def executor(self) -> Any:
+        """The executor that spins the node, None before there is one."""
+        return _EXECUTOR.__get__(self)
+
+    @executor.setter
+    def executor(self, executor: Any) -> None:
+        _EXECUTOR.__set__(self, executor)
+        if executor is not None and self._soon:
+            executor.create_task(self._run_soon)
+
+    def _read_parameter(self, name: str, default: Any) -> Any:
+        descriptor = ParameterDescriptor(dynamic_typing=True, read_only=True)
+        if not self.has_parameter(name):
+            self.declare_parameter(name, default, descriptor)
+        return self.get_parameter(name).value
+
+    def _run_soon(self) -> None:
+        while self._soon:
+            self._soon.popleft()()
+
+
+_EXECUTOR: Any = vars(Node)["executor"]
+_OWN_PARAMETERS = frozenset({"use_sim_time", "start_type_description_service"})

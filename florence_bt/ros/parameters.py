@@ -1,0 +1,138 @@
+"""From ROS parameters to the frozen dataclass of a component, and the other way round."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import types
+import typing
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from florence_bt.core.errors import ConfigError, closest_first
+
+T = TypeVar("T")
+
+
+def fill_dataclass(cls: type[T], read: Callable[[str, Any], Any], prefix: str = "") -> T:
+    """Make a dataclass from named values.
+
+    Args:
+        cls: The dataclass; a field that is a dataclass is read with its name and a dot before its fields.
+        read: Given a parameter's name and its default as ROS knows it (None when there is no default), the
+            value that was set, or the default.
+        prefix: What stands before each name.
+
+    Raises:
+        ConfigError: A value does not fit its field, or is missing; the message names the parameter.
+    """
+    hints = typing.get_type_hints(cls)
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        name, kind, default = prefix + field.name, hints[field.name], _default(field)
+        if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+            values[field.name] = fill_dataclass(kind, read, name + ".")
+            continue
+        value = read(name, None if default is dataclasses.MISSING else to_parameter(default))
+        if value is None and default is dataclasses.MISSING and not _allows_none(kind):
+            raise ConfigError(f"parameter {name!r} is not set, and it has no default")
+        values[field.name] = from_parameter(name, kind, value)
+    try:
+        return cls(**values)
+    except ValueError as error:
+        raise ConfigError(f"parameters of {cls.__name__}: {error}") from error
+
+
+def to_parameter(value: Any) -> Any:
+    """A field's value as a ROS parameter holds it: tuples as lists, paths and enumerations as text."""
+    if isinstance(value, enum.Enum):
+        return value.value
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, tuple | list):
+        return [to_parameter(item) for item in value]
+    return value
+
+
+def from_parameter(name: str, kind: Any, value: Any) -> Any:
+    """A ROS parameter's value as the field wants it.
+
+    Args:
+        name: The parameter's name, for messages.
+        kind: The annotation of the field.
+        value: What the parameter holds; None when it is not set.
+
+    Raises:
+        ConfigError: The value does not fit.
+    """
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (typing.Union, types.UnionType):
+        if value is None and type(None) in arguments:
+            return None
+        choices = [choice for choice in arguments if choice is not type(None)]
+        return _first_that_fits(name, choices, value)
+    if origin is typing.Literal:
+        if value not in arguments:
+            raise _wrong(name, value, [repr(choice) for choice in arguments])
+        return value
+    if origin in (tuple, list, Sequence):
+        return _sequence(name, kind, value)
+    return _scalar(name, kind, value)
+
+
+def _first_that_fits(name: str, choices: Sequence[Any], value: Any) -> Any:
+    problem: ConfigError | None = None
+    for choice in choices:
+        try:
+            return from_parameter(name, choice, value)
+        except ConfigError as error:
+            problem = problem or error
+    raise problem or _wrong(name, value, [])
+
+
+def _sequence(name: str, kind: Any, value: Any) -> Any:
+    if isinstance(value, str | bytes) or not hasattr(value, "__iter__"):
+        raise _wrong(name, value, ["a list"])
+    items, arguments = list(value), typing.get_args(kind)
+    if typing.get_origin(kind) is tuple and Ellipsis not in arguments:
+        if len(items) != len(arguments):
+            raise _wrong(name, value, [f"a list of {len(arguments)} values"])
+        return tuple(from_parameter(name, part, item) for part, item in zip(arguments, items, strict=True))
+    converted = [from_parameter(name, arguments[0], item) for item in items]
+    return converted if typing.get_origin(kind) is list else tuple(converted)
+
+
+def _scalar(name: str, kind: Any, value: Any) -> Any:
+    if isinstance(kind, type) and issubclass(kind, enum.Enum):
+        known = [str(member.value) for member in kind]
+        if str(value) not in known:
+            raise _wrong(name, value, closest_first(str(value), known))
+        return next(member for member in kind if str(member.value) == str(value))
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    fits = isinstance(value, kind) and not (isinstance(value, bool) and kind is not bool)
+    if not fits:
+        raise _wrong(name, value, [_KIND_NAMES.get(kind, kind.__name__)])
+    return value
+
+
+_KIND_NAMES = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a path"}
+
+
+def _wrong(name: str, value: Any, valid: Sequence[str]) -> ConfigError:
+    return ConfigError(f"parameter {name!r} cannot be {value!r}", valid=valid)
+
+
+def _allows_none(kind: Any) -> bool:
+    return type(None) in typing.get_args(kind)
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    if field.default is not dataclasses.MISSING:
+        return field.default
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return dataclasses.MISSING

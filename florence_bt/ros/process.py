@@ -1,0 +1,116 @@
+"""A process of ROS nodes, from start to an orderly end."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.executor import SpinLoop
+from florence_bt.ros.node import FlorenceNode
+
+NodeFactory = Callable[[], FlorenceNode]
+
+
+def run_nodes(factories: Sequence[NodeFactory]) -> int:
+    """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
+
+    Talks to this machine only (ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST) unless the environment has another
+    range.
+
+    Args:
+        factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
+
+    Returns:
+        The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
+        ran or while it was closed. What went wrong is on the standard error.
+    """
+    stay_on_this_machine()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    loop = SpinLoop()
+    nodes: list[FlorenceNode] = []
+    failed = False
+    with _asked_to_end(loop) as asked:
+        try:
+            for make in factories:
+                nodes.append(make())
+                loop.add(nodes[-1])
+                problem = nodes[-1].unknown_parameters()
+                if problem is not None:
+                    raise problem
+            loop.spin_while(lambda: not asked())
+        except Exception as error:
+            failed = True
+            _report(error)
+        failed |= not _close(loop, nodes)
+    return 1 if failed else 0
+
+
+def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode]) -> bool:
+    """Close every node, the latest first; whether all of it went well."""
+    went_well = True
+    for node in reversed(nodes):
+        try:
+            node.shut_down()
+        except Exception as error:
+            went_well = False
+            _report(error)
+    try:
+        # Last commands and results leave before the nodes go.
+        loop.drain()
+    except Exception as error:
+        went_well = False
+        _report(error)
+    loop.close()
+    for node in reversed(nodes):
+        node.destroy_node()
+    rclpy.try_shutdown()
+    return went_well
+
+
+def _report(error: Exception) -> None:
+    if isinstance(error, FlorenceError):
+        print(f"error: {error}", file=sys.stderr, flush=True)
+    else:
+        traceback.print_exception(error)
+
+
+@contextmanager
+def _asked_to_end(loop: SpinLoop) -> Iterator[Callable[[], bool]]:
+    """Catch SIGINT and SIGTERM while the block runs; gives a function that says whether one came.
+
+    The executor waits in C++, where Python's handlers do not run. The wake-up socket is written at once all
+    the same, and a thread that reads it interrupts the wait.
+    """
+    asked = threading.Event()
+    reader, writer = socket.socketpair()
+    writer.setblocking(False)
+
+    def watch() -> None:
+        while reader.recv(1):
+            loop.interrupt()
+
+    thread = threading.Thread(target=watch, name="signals", daemon=True)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before_fd = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+    for number in before:
+        signal.signal(number, lambda *_: asked.set())
+    thread.start()
+    try:
+        yield asked.is_set
+    finally:
+        signal.set_wakeup_fd(before_fd)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        writer.close()
+        thread.join()
+        reader.close()

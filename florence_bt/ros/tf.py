@@ -1,0 +1,79 @@
+"""Transforms over ROS: a listener that fills a buffer, and broadcasters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rclpy.node import Node
+from tf2_msgs.msg import TFMessage
+
+from florence_bt.core.errors import FrameError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.transforms import Transform3, TransformBuffer
+from florence_bt.ros.conversions import stamp_from_ros, transform_from_ros, transform_to_ros
+from florence_bt.ros.qos import TF, TF_STATIC, TF_STATIC_LISTENER
+
+TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
+
+
+class TransformListener:
+    """Keeps a buffer of everything on ``/tf`` (its part in the plane) and ``/tf_static``.
+
+    Attributes:
+        buffer: What was heard.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.buffer = TransformBuffer()
+        self._node = node
+        node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF)
+        node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER)
+
+    def _on_moving(self, message: TFMessage) -> None:
+        for parent, child, stamp, transform in self._read(message):
+            self.buffer.set_moving(parent, child, stamp, transform.to_pose2())
+
+    def _on_static(self, message: TFMessage) -> None:
+        for parent, child, _, transform in self._read(message):
+            self.buffer.set_static(parent, child, transform)
+
+    def _read(self, message: TFMessage) -> Iterable[tuple[str, str, float, Transform3]]:
+        for transform in message.transforms:
+            try:
+                yield transform_from_ros(transform)
+            except FrameError as error:
+                self._node.get_logger().warning(f"left out: {error}", throttle_duration_sec=10.0)
+
+
+class TransformBroadcaster:
+    """Tells where moving frames are."""
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.create_publisher(TFMessage, TF_TOPIC, TF)
+
+    def send(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
+        """Tell where a frame was at a moment."""
+        self._publisher.publish(TFMessage(transforms=[transform_to_ros(parent, child, stamp, pose)]))
+
+
+class StaticTransformBroadcaster:
+    """Tells where frames sit for ever, all of them in one latched message."""
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = node.create_publisher(TFMessage, TF_STATIC_TOPIC, TF_STATIC)
+        self._node = node
+        self._sent: dict[str, tuple[str, Transform3]] = {}
+
+    def send(self, transforms: Iterable[tuple[str, str, Transform3]]) -> None:
+        """Tell (parent, child, transform) of some frames; those told earlier stay in the message."""
+        for parent, child, transform in transforms:
+            self._sent[child] = (parent, transform)
+        stamp = stamp_from_ros(self._node.get_clock().now().to_msg())
+        self._publisher.publish(
+            TFMessage(
+                transforms=[
+                    transform_to_ros(parent, child, stamp, transform)
+                    for child, (parent, transform) in self._sent.items()
+                ]
+            )
+        )

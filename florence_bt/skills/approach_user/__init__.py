@@ -1,0 +1,1 @@
+"""Proposes where to stand politely in front of a person."""

@@ -1,0 +1,129 @@
+"""The hot loops of the localisation. Plain arrays in and out; no state, no random numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def weigh_particles(
+    particles: NDArray[np.float64],
+    points: NDArray[np.float64],
+    cubes: NDArray[np.float32],
+    outside: float,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+) -> NDArray[np.float64]:
+    """The likelihood of the scan at each particle: 1 + sum of pz^3.
+
+    Args:
+        particles: Shape (n, 3): x, y, yaw in the map frame.
+        points: Shape (m, 2): beam ends in the base frame, metres.
+        cubes: Shape (rows, columns): pz^3 of a beam that ends in the cell.
+        outside: pz^3 of a beam that ends off the map.
+        origin_x: Outer corner of cell [0, 0].
+        origin_y: Outer corner of cell [0, 0].
+        resolution: Metres per cell.
+
+    Source:
+        REFERENCE 7.7.
+    """
+    rows, columns = cubes.shape
+    weights = np.empty(len(particles))
+    for i in range(len(particles)):
+        c, s = math.cos(particles[i, 2]), math.sin(particles[i, 2])
+        dx, dy = particles[i, 0] - origin_x, particles[i, 1] - origin_y
+        total = 1.0
+        for k in range(len(points)):
+            column = math.floor((dx + c * points[k, 0] - s * points[k, 1]) / resolution)
+            row = math.floor((dy + s * points[k, 0] + c * points[k, 1]) / resolution)
+            if 0 <= row < rows and 0 <= column < columns:
+                total += cubes[row, column]
+            else:
+                total += outside
+        weights[i] = total
+    return weights
+
+
+@njit(cache=True)
+def resample_systematic(weights: NDArray[np.float64], start: float, count: int) -> NDArray[np.int64]:
+    """Draw particles in proportion to their weights with one random number.
+
+    Args:
+        weights: Shape (n,), sum 1.
+        start: A random number in [0, 1).
+        count: How many to draw.
+
+    Returns:
+        Shape (count,), indices in rising order.
+
+    Source:
+        Probabilistic Robotics, table 4.4 (low variance sampler).
+    """
+    drawn = np.empty(count, np.int64)
+    index, reached = 0, weights[0]
+    for k in range(count):
+        wanted = (start + k) / count
+        while reached < wanted and index < len(weights) - 1:
+            index += 1
+            reached += weights[index]
+        drawn[k] = index
+    return drawn
+
+
+@njit(cache=True)
+def match_terms(
+    x: float,
+    y: float,
+    yaw: float,
+    points: NDArray[np.float64],
+    signed: NDArray[np.float32],
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    scale: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
+    """The normal equations of a scan against the field, at a pose.
+
+    Each beam end pulls towards the nearest surface with the weight 1 / (1 + (d / scale)^2)^2
+    (Geman-McClure), so that what is not in the map hardly counts.
+
+    Returns:
+        The matrix (3, 3) and the vector (3,) of the weighted least squares problem, the sum of the weights,
+        and how many beam ends lie within ``scale`` of a surface.
+    """
+    rows, columns = signed.shape
+    matrix, vector = np.zeros((3, 3)), np.zeros(3)
+    c, s = math.cos(yaw), math.sin(yaw)
+    total, near = 0.0, 0
+    jacobian = np.empty(3)
+    for k in range(len(points)):
+        px, py = points[k, 0], points[k, 1]
+        # Distances are kept at the cells' centres; between four centres they are interpolated.
+        u = (x + c * px - s * py - origin_x) / resolution - 0.5
+        v = (y + s * px + c * py - origin_y) / resolution - 0.5
+        column, row = math.floor(u), math.floor(v)
+        if not (0 <= row < rows - 1 and 0 <= column < columns - 1):
+            continue
+        fu, fv = u - column, v - row
+        d00, d01 = signed[row, column], signed[row, column + 1]
+        d10, d11 = signed[row + 1, column], signed[row + 1, column + 1]
+        distance = (1 - fv) * ((1 - fu) * d00 + fu * d01) + fv * ((1 - fu) * d10 + fu * d11)
+        gx = ((1 - fv) * (d01 - d00) + fv * (d11 - d10)) / resolution
+        gy = ((1 - fu) * (d10 - d00) + fu * (d11 - d01)) / resolution
+        weight = 1.0 / (1.0 + (distance / scale) ** 2) ** 2
+        jacobian[0], jacobian[1] = gx, gy
+        jacobian[2] = gx * (-s * px - c * py) + gy * (c * px - s * py)
+        for i in range(3):
+            vector[i] += weight * jacobian[i] * distance
+            for j in range(3):
+                matrix[i, j] += weight * jacobian[i] * jacobian[j]
+        total += weight
+        if abs(distance) < scale:
+            near += 1
+    return matrix, vector, total, near

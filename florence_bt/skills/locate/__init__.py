@@ -1,0 +1,1 @@
+"""Knows the rooms, the hotspots and where the robot and the user are (the Florence Locator)."""

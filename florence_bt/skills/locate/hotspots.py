@@ -1,0 +1,245 @@
+"""Hotspots: labelled poses of rooms and objects, and the YAML file that keeps them.
+
+Free of numpy and ROS: ``florence check`` reads hotspot files too.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2
+
+KINDS = ("room", "object")
+FIELDS = ("label", "x", "y", "phi", "kind", "polygon")
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Hotspot:
+    """A labelled pose in the map frame.
+
+    Attributes:
+        label: The name people use, e.g. ``kitchen``.
+        pose: Where the robot is to stand; metres and radians.
+        kind: ``room`` or ``object``; only rooms answer the question where somebody is.
+        polygon: The corners of the room in order, or empty when they are not known.
+    """
+
+    label: str
+    pose: Pose2
+    kind: str = "room"
+    polygon: tuple[Point, ...] = ()
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the polygon contains a point (even-odd rule); False without a polygon."""
+        inside = False
+        for (ax, ay), (bx, by) in zip(self.polygon, self.polygon[1:] + self.polygon[:1], strict=True):
+            if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+                inside = not inside
+        return inside
+
+
+class Hotspots:
+    """A list of hotspots, each label once, in the order of the file."""
+
+    def __init__(self, hotspots: Iterable[Hotspot] = ()) -> None:
+        self._by_label = {hotspot.label: hotspot for hotspot in hotspots}
+
+    def __iter__(self) -> Iterator[Hotspot]:
+        """Every hotspot in order."""
+        return iter(self._by_label.values())
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._by_label)
+
+    def labels(self) -> tuple[str, ...]:
+        """Every label in order."""
+        return tuple(self._by_label)
+
+    def rooms(self) -> tuple[Hotspot, ...]:
+        """The hotspots that are rooms."""
+        return tuple(hotspot for hotspot in self if hotspot.kind == "room")
+
+    def get(self, label: str) -> Hotspot | None:
+        """The hotspot with this label, or None."""
+        return self._by_label.get(label)
+
+    def put(self, label: str, pose: Pose2) -> Hotspot:
+        """Move a hotspot, or add a room when the label is new; kind and polygon of a known one stay."""
+        old = self._by_label.get(label)
+        new = Hotspot(label, pose, old.kind, old.polygon) if old else Hotspot(label, pose)
+        self._by_label[label] = new
+        return new
+
+    def unknown(self, label: str) -> str:
+        """A sentence that says that a label does not exist, and which do."""
+        if not self._by_label:
+            return f"there is no hotspot {label!r}: the list of hotspots is empty"
+        return f"there is no hotspot {label!r} (would have worked: {', '.join(closest_first(label, self.labels()))})"
+
+
+def load_hotspots(path: str | Path) -> Hotspots:
+    """Read a hotspot file.
+
+    Raises:
+        ConfigError: The file cannot be read or is wrong; with file, line and column.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"cannot read the hotspots: {error}", file=path) from error
+    return parse_hotspots(text, path)
+
+
+def parse_hotspots(text: str, file: str | Path = "hotspots.yaml") -> Hotspots:
+    """Read the text of a hotspot file: a list ``hotspots`` of {label, x, y, phi, kind, polygon}.
+
+    Args:
+        text: YAML; x, y in metres, phi in radians, map frame.
+        file: The name for error messages.
+
+    Raises:
+        ConfigError: Something is wrong; with file, line and column.
+    """
+    return _Reader(file).read(text)
+
+
+def dump_hotspots(hotspots: Hotspots) -> str:
+    """The text of a hotspot file; :func:`parse_hotspots` reads the same hotspots back."""
+    entries = []
+    for hotspot in hotspots:
+        entry: dict[str, object] = {
+            "label": hotspot.label,
+            "x": hotspot.pose.x,
+            "y": hotspot.pose.y,
+            "phi": hotspot.pose.yaw,
+            "kind": hotspot.kind,
+        }
+        if hotspot.polygon:
+            entry["polygon"] = [list(point) for point in hotspot.polygon]
+        entries.append(entry)
+    text = yaml.safe_dump({"hotspots": entries}, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    return f"# Rooms and objects: x, y in metres, phi in radians, map frame.\n{text}"
+
+
+def save_hotspots(hotspots: Hotspots, path: str | Path) -> None:
+    """Write a hotspot file in one step; the old one is kept beside it with the ending ``.bak``.
+
+    Raises:
+        ConfigError: The file cannot be written; the old one is untouched.
+    """
+    target = Path(path)
+    fresh = target.with_name(target.name + ".new")
+    try:
+        with fresh.open("w", encoding="utf-8") as stream:
+            stream.write(dump_hotspots(hotspots))
+            stream.flush()
+            os.fsync(stream.fileno())
+        if target.exists():
+            shutil.copy2(target, target.with_name(target.name + ".bak"))
+        fresh.replace(target)
+    except OSError as error:
+        raise ConfigError(f"cannot write the hotspots: {error}", file=path) from error
+
+
+class _Reader:
+    """Walks the nodes of one YAML file and knows the place of each."""
+
+    def __init__(self, file: str | Path) -> None:
+        self._file = file
+
+    def read(self, text: str) -> Hotspots:
+        try:
+            root = yaml.compose(text, Loader=yaml.SafeLoader)
+        except yaml.YAMLError as error:
+            mark = getattr(error, "problem_mark", None)
+            raise ConfigError(
+                f"this is not YAML: {getattr(error, 'problem', None) or error}",
+                file=self._file,
+                line=mark.line + 1 if mark else None,
+                column=mark.column + 1 if mark else None,
+            ) from error
+        if root is None:
+            return Hotspots()
+        top = self._mapping(root, ("hotspots",))
+        if "hotspots" not in top:
+            raise self._error("the list 'hotspots' is missing", root, valid=("hotspots:",))
+        hotspots: dict[str, Hotspot] = {}
+        for node in self._sequence(top["hotspots"], "hotspots"):
+            hotspot = self._hotspot(node)
+            if hotspot.label in hotspots:
+                raise self._error(f"the label {hotspot.label!r} is there twice", node)
+            hotspots[hotspot.label] = hotspot
+        return Hotspots(hotspots.values())
+
+    def _hotspot(self, node: yaml.Node) -> Hotspot:
+        fields = self._mapping(node, FIELDS)
+        for name in ("label", "x", "y"):
+            if name not in fields:
+                raise self._error(f"{name!r} is missing", node, valid=FIELDS)
+        label = self._text(fields["label"], "label")
+        kind = self._text(fields["kind"], "kind") if "kind" in fields else "room"
+        if kind not in KINDS:
+            raise self._error(f"the kind {kind!r} does not exist", fields["kind"], valid=closest_first(kind, KINDS))
+        phi = self._number(fields["phi"], "phi") if "phi" in fields else 0.0
+        pose = Pose2(self._number(fields["x"], "x"), self._number(fields["y"], "y"), phi)
+        polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()
+        return Hotspot(label, pose, kind, polygon)
+
+    def _polygon(self, node: yaml.Node) -> tuple[Point, ...]:
+        points = []
+        for item in self._sequence(node, "polygon"):
+            numbers = [self._number(number, "a corner") for number in self._sequence(item, "a corner")]
+            if len(numbers) != 2:
+                raise self._error("a corner has two numbers", item, valid=("[1.0, 2.0]",))
+            points.append((numbers[0], numbers[1]))
+        if len(points) < 3:
+            raise self._error(f"a polygon has at least 3 corners, not {len(points)}", node)
+        return tuple(points)
+
+    def _mapping(self, node: yaml.Node, names: tuple[str, ...]) -> dict[str, yaml.Node]:
+        if not isinstance(node, yaml.MappingNode):
+            raise self._error("a mapping is needed here", node, valid=names)
+        found: dict[str, yaml.Node] = {}
+        for key, value in node.value:
+            name = self._text(key, "a name")
+            if name not in names:
+                raise self._error(f"{name!r} is not known here", key, valid=closest_first(name, names))
+            if name in found:
+                raise self._error(f"{name!r} is there twice", key)
+            found[name] = value
+        return found
+
+    def _sequence(self, node: yaml.Node, name: str) -> list[yaml.Node]:
+        if not isinstance(node, yaml.SequenceNode):
+            raise self._error(f"{name} must be a list", node)
+        return list(node.value)
+
+    def _text(self, node: yaml.Node, name: str) -> str:
+        if not isinstance(node, yaml.ScalarNode) or not node.value.strip():
+            raise self._error(f"{name} must be a text", node)
+        return str(node.value)
+
+    def _number(self, node: yaml.Node, name: str) -> float:
+        text = node.value if isinstance(node, yaml.ScalarNode) else ""
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise self._error(f"{name} must be a finite number, not {text!r}", node)
+        return number
+
+    def _error(self, problem: str, node: yaml.Node, valid: Iterable[str] = ()) -> ConfigError:
+        mark = node.start_mark
+        return ConfigError(problem, file=self._file, line=mark.line + 1, column=mark.column + 1, valid=valid)

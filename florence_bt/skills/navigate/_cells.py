@@ -1,0 +1,182 @@
+"""The hot loops over costmap cells: rays, marks, inflation, footprints. Plain arrays, no state."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Cells = NDArray[np.uint8]
+LETHAL, INSCRIBED, UNKNOWN_COST = 254, 253, 255
+
+
+@njit(cache=True)
+def clear_rays(
+    marks: Cells,
+    origin_u: float,
+    origin_v: float,
+    ends: NDArray[np.float64],
+    hits: NDArray[np.bool_],
+    start: float,
+    longest: float,
+) -> None:
+    """Set the cells along each ray to free, in place.
+
+    Args:
+        marks: Shape (rows, columns).
+        origin_u: The sensor's column, in cells with fractions.
+        origin_v: The sensor's row.
+        ends: Shape (n, 2): column and row of each ray's end, in cells with fractions.
+        hits: Shape (n,): whether the ray ended at a surface; that cell itself is not cleared.
+        start: Cells nearer than this to the sensor are not cleared (it cannot see them).
+        longest: Rays are cut there, in cells.
+    """
+    rows, columns = marks.shape
+    for k in range(len(ends)):
+        du, dv = ends[k, 0] - origin_u, ends[k, 1] - origin_v
+        length = math.hypot(du, dv)
+        if length < 1e-9:
+            continue
+        reach = min(length, longest)
+        end_u, end_v = math.floor(ends[k, 0]), math.floor(ends[k, 1])
+        # Walk from cell border to cell border (Amanatides and Woo), so that no touched cell is left out.
+        u, v = math.floor(origin_u), math.floor(origin_v)
+        step_u, step_v = 1 if du > 0 else -1, 1 if dv > 0 else -1
+        cross_u = length / abs(du) if du != 0 else math.inf
+        cross_v = length / abs(dv) if dv != 0 else math.inf
+        next_u = abs((u + (step_u > 0)) - origin_u) * cross_u if du != 0 else math.inf
+        next_v = abs((v + (step_v > 0)) - origin_v) * cross_v if dv != 0 else math.inf
+        travelled = 0.0
+        while travelled <= reach:
+            if hits[k] and u == end_u and v == end_v:
+                break
+            # A cell counts as seen from half of the way through it.
+            leave = min(next_u, next_v)
+            if 0 <= v < rows and 0 <= u < columns and 0.5 * (travelled + min(leave, length)) >= start:
+                marks[v, u] = 0
+            travelled = leave
+            if next_u < next_v:
+                u += step_u
+                next_u += cross_u
+            else:
+                v += step_v
+                next_v += cross_v
+
+
+@njit(cache=True)
+def mark_points(marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool_]) -> None:
+    """Mark the cells of the wanted points as lethal, in place."""
+    rows, columns = marks.shape
+    for k in range(len(ends)):
+        if wanted[k]:
+            u, v = math.floor(ends[k, 0]), math.floor(ends[k, 1])
+            if 0 <= v < rows and 0 <= u < columns:
+                marks[v, u] = LETHAL
+
+
+@njit(cache=True)
+def clear_polygon(marks: Cells, corners: NDArray[np.float64]) -> None:
+    """Set every cell whose centre lies in a convex polygon to free, in place.
+
+    Args:
+        marks: Shape (rows, columns).
+        corners: Shape (n, 2): columns and rows, in cells with fractions.
+    """
+    rows, columns = marks.shape
+    for v in range(
+        max(0, math.floor(corners[:, 1].min())), min(rows - 1, math.floor(corners[:, 1].max())) + 1
+    ):
+        for u in range(
+            max(0, math.floor(corners[:, 0].min())), min(columns - 1, math.floor(corners[:, 0].max())) + 1
+        ):
+            left, right = False, False
+            for i in range(len(corners)):
+                x0, y0 = corners[i - 1]
+                x1, y1 = corners[i]
+                side = (x1 - x0) * (v + 0.5 - y0) - (y1 - y0) * (u + 0.5 - x0)
+                left |= side > 0.0
+                right |= side < 0.0
+            if not (left and right):
+                marks[v, u] = 0
+
+
+@njit(cache=True)
+def inflate(master: Cells, radius: int, table: Cells) -> None:
+    """Spread costs around every lethal cell, in place.
+
+    Args:
+        master: Shape (rows, columns). Unknown cells stay so unless an obstacle is too near to stand there.
+        radius: How far in cells.
+        table: Shape (2 radius^2 + 1,): the cost at each squared distance in cells.
+
+    Source:
+        REFERENCE 7.4; exact distances in two passes (columns, then rows).
+    """
+    rows, columns = master.shape
+    far = radius + 1
+    vertical = np.empty((rows, columns), np.int32)
+    for u in range(columns):
+        distance = far
+        for v in range(rows):
+            distance = 0 if master[v, u] == LETHAL else min(distance + 1, far)
+            vertical[v, u] = distance
+        distance = far
+        for v in range(rows - 1, -1, -1):
+            distance = 0 if master[v, u] == LETHAL else min(distance + 1, far)
+            vertical[v, u] = min(vertical[v, u], distance)
+    unreached = radius * radius + 1
+    for v in range(rows):
+        nearest = np.full(columns, unreached, np.int32)
+        for u in range(columns):
+            if vertical[v, u] <= radius:
+                high = vertical[v, u] * vertical[v, u]
+                for w in range(max(0, u - radius), min(columns, u + radius + 1)):
+                    squared = high + (w - u) * (w - u)
+                    if squared < nearest[w]:
+                        nearest[w] = squared
+        for u in range(columns):
+            if nearest[u] < unreached:
+                cost, old = table[nearest[u]], master[v, u]
+                if old == UNKNOWN_COST:
+                    if cost >= INSCRIBED:
+                        master[v, u] = cost
+                elif cost > old:
+                    master[v, u] = cost
+
+
+@njit(cache=True)
+def footprint_cost(
+    cells: Cells,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    x: float,
+    y: float,
+    yaw: float,
+    outline: NDArray[np.float64],
+    unknown_blocks: bool,
+) -> int:
+    """The greatest cost under the outline of the robot at a pose.
+
+    Returns:
+        0..253, or -1 when the outline touches a lethal cell or leaves the map.
+    """
+    rows, columns = cells.shape
+    c, s = math.cos(yaw), math.sin(yaw)
+    greatest = 0
+    for k in range(len(outline)):
+        u = math.floor((x + c * outline[k, 0] - s * outline[k, 1] - origin_x) / resolution)
+        v = math.floor((y + s * outline[k, 0] + c * outline[k, 1] - origin_y) / resolution)
+        if not (0 <= v < rows and 0 <= u < columns):
+            return -1
+        cost = int(cells[v, u])
+        if cost == UNKNOWN_COST:
+            if unknown_blocks:
+                return -1
+        elif cost == LETHAL:
+            return -1
+        elif cost > greatest:
+            greatest = cost
+    return greatest

@@ -1,0 +1,81 @@
+"""The parameters of the local controller; names as in TrajectoryPlannerROS (REFERENCE 7.6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerParameters:
+    """How to follow a path.
+
+    Attributes:
+        max_vel_x: m/s.
+        min_vel_x: m/s, slowest forward speed that is tried.
+        max_rotational_vel: rad/s.
+        min_in_place_rotational_vel: rad/s.
+        acc_lim_x: m/s^2.
+        acc_lim_th: rad/s^2; the velocity filter behind the controller holds it to 1.0.
+        sim_time: How far ahead commands are simulated, in seconds.
+        sim_granularity: Metres between two looks at the costmap.
+        angular_sim_granularity: Radians between two looks.
+        vx_samples: Forward speeds to try.
+        vtheta_samples: Turning speeds to try with each.
+        path_distance_bias: Weight of the distance from the path, per cell.
+        goal_distance_bias: Weight of the distance from the local goal, per cell.
+        occdist_scale: Weight of the highest cost on the way.
+        local_goal_distance: How far along the path the local goal is, in metres.
+        heading_lookahead: How far along the path its direction is looked up, in metres.
+        rotate_to_path_angle: When the path leads off by more than this (rad), turn in place first.
+        approach_distance: Nearer to the goal than this (m), drive straight to it.
+        approach_gain: Speed per distance from the goal, 1/s.
+        turn_gain: Turning speed per angle, 1/s.
+        xy_goal_tolerance: Metres.
+        yaw_goal_tolerance: Radians.
+        trans_stopped_velocity: m/s; slower counts as standing.
+        rot_stopped_velocity: rad/s; slower counts as standing.
+    """
+
+    max_vel_x: float = 0.45
+    min_vel_x: float = 0.08
+    max_rotational_vel: float = 1.0
+    min_in_place_rotational_vel: float = 0.12
+    acc_lim_x: float = 0.5
+    acc_lim_th: float = 1.0
+    sim_time: float = 1.5
+    sim_granularity: float = 0.025
+    angular_sim_granularity: float = 0.05
+    vx_samples: int = 6
+    vtheta_samples: int = 20
+    path_distance_bias: float = 0.7
+    goal_distance_bias: float = 0.7
+    occdist_scale: float = 0.01
+    local_goal_distance: float = 1.5
+    heading_lookahead: float = 0.325
+    rotate_to_path_angle: float = 0.9
+    approach_distance: float = 0.35
+    approach_gain: float = 0.8
+    turn_gain: float = 1.5
+    xy_goal_tolerance: float = 0.05
+    yaw_goal_tolerance: float = 0.08
+    trans_stopped_velocity: float = 0.02
+    rot_stopped_velocity: float = 0.04
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that cannot work.
+
+        Raises:
+            ConfigError: A number is outside its range.
+        """
+        not_positive = {"path_distance_bias", "goal_distance_bias", "occdist_scale", "approach_distance"}
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            low_ok = value >= 0.0 if name in not_positive else value > 0.0
+            if not low_ok or not value < 1000.0:
+                raise ConfigError(f"{name} is {value}", valid=["a number above 0"])
+        if self.vx_samples < 2 or self.vtheta_samples < 3:
+            raise ConfigError("too few samples", valid=["vx_samples: 2 or more, vtheta_samples: 3 or more"])
+        if self.min_vel_x > self.max_vel_x or self.min_in_place_rotational_vel > self.max_rotational_vel:
+            raise ConfigError("a least speed is above the greatest", valid=["min_vel_x <= max_vel_x"])

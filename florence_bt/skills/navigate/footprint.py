@@ -1,0 +1,96 @@
+"""The outline of the robot on the floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+
+FLORENCE_FOOTPRINT = (-0.16, -0.16, -0.16, 0.16, 0.19, 0.16, 0.24, 0.0, 0.19, -0.16)
+"""x, y of each corner in metres (document, section 3.3.2)."""
+
+Corners = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A polygon around the robot, in the frame of base_footprint.
+
+    Attributes:
+        corners: x, y of each corner, in order, metres.
+        inscribed_radius: Distance from the origin to the nearest edge.
+        circumscribed_radius: Distance from the origin to the farthest corner.
+    """
+
+    corners: Corners
+    inscribed_radius: float
+    circumscribed_radius: float
+
+    @staticmethod
+    def from_corners(corners: Sequence[tuple[float, float]], padding: float = 0.0) -> Footprint:
+        """Make a footprint, moved outwards by a padding.
+
+        Args:
+            corners: At least three corners, in order; the origin lies inside.
+            padding: Added to both coordinates in the direction of their sign (zero counts as above zero).
+
+        Raises:
+            ConfigError: Too few corners, or the origin is not inside.
+
+        Source:
+            REFERENCE 7.4, padding rule.
+        """
+        if len(corners) < 3:
+            raise ConfigError(
+                f"a footprint of {len(corners)} corners has no area", valid=["three or more corners"]
+            )
+        padded = tuple(
+            (x + math.copysign(padding, x or 0.0), y + math.copysign(padding, y or 0.0)) for x, y in corners
+        )
+        edges = list(zip(padded, (*padded[1:], padded[0]), strict=True))
+        sides = [x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in edges]
+        if not (all(side > 0.0 for side in sides) or all(side < 0.0 for side in sides)):
+            raise ConfigError(
+                "the footprint does not go around the origin of base_footprint once, without dents",
+                valid=[f"footprint: {list(FLORENCE_FOOTPRINT)}"],
+            )
+        inner = min(_distance_to_edge(*start, *end) for start, end in edges)
+        return Footprint(padded, inner, max(math.hypot(x, y) for x, y in padded))
+
+    def outline(self, spacing: float) -> NDArray[np.float64]:
+        """Points along all edges, at most ``spacing`` metres apart, shape (n, 2)."""
+        points = []
+        for (x0, y0), (x1, y1) in zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True):
+            count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))
+            points += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
+        return np.array(points)
+
+    def corner_array(self) -> NDArray[np.float64]:
+        """The corners, shape (n, 2)."""
+        return np.array(self.corners)
+
+
+def corners_from_flat(numbers: Sequence[float]) -> Corners:
+    """Corners from x, y, x, y, ... as a parameter holds them.
+
+    Raises:
+        ConfigError: An odd count of numbers, or one that is not finite.
+    """
+    if len(numbers) % 2 or not all(math.isfinite(number) for number in numbers):
+        raise ConfigError(
+            f"the footprint {list(numbers)} is no list of x, y, x, y, ...",
+            valid=[f"{list(FLORENCE_FOOTPRINT)}"],
+        )
+    return tuple(zip(numbers[::2], numbers[1::2], strict=True))
+
+
+def _distance_to_edge(x0: float, y0: float, x1: float, y1: float) -> float:
+    dx, dy = x1 - x0, y1 - y0
+    length = dx * dx + dy * dy
+    along = min(1.0, max(0.0, -(x0 * dx + y0 * dy) / length)) if length > 0.0 else 0.0
+    return math.hypot(x0 + along * dx, y0 + along * dy)

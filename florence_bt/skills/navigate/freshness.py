@@ -1,0 +1,42 @@
+"""When the robot was last told where it is and what is around it; without both it does not move."""
+
+from __future__ import annotations
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import Odometry
+
+
+class Freshness:
+    """Remembers the newest scan of each sensor and says what is missing.
+
+    Args:
+        timeout: Older data counts as missing, in seconds.
+        required: The sensors without which the robot does not move.
+    """
+
+    def __init__(self, timeout: float, required: tuple[str, ...]) -> None:
+        self._timeout = timeout
+        self._required = required
+        self._scans: dict[str, float] = {}
+
+    def saw(self, source: str, stamp: float) -> None:
+        """A scan came."""
+        self._scans[source] = max(stamp, self._scans.get(source, stamp))
+
+    def missing(
+        self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None, *, needs_map: bool
+    ) -> tuple[str, str] | None:
+        """What is missing, as (code, reason); None when all is there."""
+        if odometry is None or not odometry.pose.is_finite():
+            return "no_pose", "the base says nothing about its odometry"
+        if now - odometry.stamp > self._timeout:
+            return "no_pose", f"the odometry is older than {self._timeout:g} s"
+        if needs_map and (map_from_odom is None or not map_from_odom.is_finite()):
+            return "no_pose", "the robot does not know where it is in the map"
+        for source in self._required:
+            stamp = self._scans.get(source)
+            if stamp is None:
+                return "no_scan", f"no scan of {source!r} has come yet"
+            if now - stamp > self._timeout:
+                return "no_scan", f"the last scan of {source!r} is older than {self._timeout:g} s"
+        return None

@@ -1,0 +1,99 @@
+"""The codes with which navigation ends, and the numbers Nav2 gives them. Light: no numpy, no ROS."""
+
+from __future__ import annotations
+
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+
+NAVIGATE_FAILURES = {
+    "no_path": "no way leads to the goal",
+    "goal_occupied": "the robot does not fit at the goal",
+    "goal_outside": "the goal lies outside of the map",
+    "start_outside": "the robot is outside of the map",
+    "blocked": "something stands in the way, and waiting, turning and looking for another way did not help",
+    "no_progress": "the robot does not get any nearer",
+    "no_pose": "the robot does not know where it is in the map, or the odometry is silent",
+    "no_scan": "no laser scan came for too long; without it the robot does not move",
+    "no_transform": "the goal's frame is not connected to the map",
+}
+"""The codes of ``navigate_to``."""
+
+TURN_FAILURES = {
+    "collision_ahead": "the robot would hit something while turning",
+    "turn_failed": "the server could not turn the robot; the reason says more",
+    "time_allowance": "the turn took longer than allowed",
+    "no_pose": NAVIGATE_FAILURES["no_pose"],
+    "no_scan": NAVIGATE_FAILURES["no_scan"],
+}
+"""The codes of ``turn``."""
+
+SERVER_CODES = {
+    "ok": 0,
+    "cancelled": 0,
+    "bad_input": 200,
+    "no_transform": 202,
+    "start_outside": 203,
+    "goal_outside": 204,
+    "goal_occupied": 206,
+    "timed_out": 207,
+    "no_path": 208,
+    "no_scan": 100,
+    "no_pose": 102,
+    "no_progress": 105,
+    "blocked": 106,
+}
+"""Our code -> error_code of NavigateToPose (REFERENCE 7.9)."""
+
+SPIN_SERVER_CODES = {
+    "ok": 0,
+    "cancelled": 0,
+    "bad_input": 700,
+    "no_scan": 700,
+    "time_allowance": 701,
+    "timed_out": 701,
+    "no_pose": 702,
+    "collision_ahead": 703,
+}
+"""Our code -> error_code of Spin (REFERENCE 7.9)."""
+
+_NAVIGATE_CODES = {
+    200: "bad_input",
+    **{number: code for code, number in SERVER_CODES.items() if number},
+    # Other servers split our "blocked" and "no_pose" further.
+    101: "blocked",
+    103: "blocked",
+    104: "blocked",
+    107: "blocked",
+    205: "blocked",
+}
+_SPIN_CODES = {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}
+
+
+def navigate_error_code(result: Result) -> int:
+    """The error_code of NavigateToPose for a result."""
+    return result.server_code or SERVER_CODES.get(result.code, 100)
+
+
+def spin_error_code(result: Result) -> int:
+    """The error_code of Spin for a result."""
+    return result.server_code or SPIN_SERVER_CODES.get(result.code, 700)
+
+
+def result_from_navigate(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a NavigateToPose server (ours or Nav2's)."""
+    return _result(outcome, error_code, error_msg, _NAVIGATE_CODES, "blocked", "navigation")
+
+
+def result_from_spin(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a Spin server (ours or Nav2's)."""
+    return _result(outcome, error_code, error_msg, _SPIN_CODES, "turn_failed", "the turn")
+
+
+def _result(
+    outcome: Outcome, number: int, text: str, codes: dict[int, str], default: str, who: str
+) -> Result:
+    if outcome is Outcome.SUCCEEDED:
+        return success()
+    if outcome is Outcome.CANCELLED:
+        return cancelled(text or "cancelled on request")
+    code = codes.get(number, default)
+    return failure(code, text or f"{who} failed with error code {number}", server_code=number)

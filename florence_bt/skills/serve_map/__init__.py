@@ -1,0 +1,1 @@
+"""Skill: give out the static map. Map files in, an occupancy grid out."""

@@ -1,0 +1,1 @@
+"""Finds people in depth and colour pictures, follows them and recognises them again."""

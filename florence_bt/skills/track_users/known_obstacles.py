@@ -1,0 +1,55 @@
+"""What the map says about a picture: whatever stands where the map has a wall is the wall."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
+
+SMALLEST_PIECE = 0.2
+"""Metres; smaller occupied pieces are the legs of tables and chairs, beside which people stand and sit."""
+
+
+class KnownObstacles:
+    """The distance from any point to the nearest wall or larger piece of furniture of a map.
+
+    Args:
+        grid: The map; unknown cells count as free.
+    """
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        self._grid = grid
+        occupied = (grid.cells > OCCUPIED // 2).astype(np.uint8)
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(occupied, connectivity=8)
+        extent = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1) * grid.resolution
+        large = (extent >= SMALLEST_PIECE)[labels] & (occupied > 0)
+        if large.any():
+            free = (~large).astype(np.uint8)
+            self._distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * grid.resolution
+        else:
+            self._distance = np.full(occupied.shape, np.inf, np.float32)
+
+    def distance_to(
+        self, x: NDArray[np.float64], y: NDArray[np.float64], robot: Pose2
+    ) -> NDArray[np.float32]:
+        """The distance of points to the nearest of the obstacles.
+
+        Args:
+            x: Shape (n,), metres, robot frame.
+            y: Shape (n,), metres, robot frame.
+            robot: The robot frame in the map frame.
+
+        Returns:
+            Shape (n,), metres; infinite outside of the map.
+        """
+        c, s = np.cos(robot.yaw), np.sin(robot.yaw)
+        column = np.floor((robot.x + c * x - s * y - self._grid.origin.x) / self._grid.resolution).astype(int)
+        row = np.floor((robot.y + s * x + c * y - self._grid.origin.y) / self._grid.resolution).astype(int)
+        rows, columns = self._distance.shape
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        distance = np.full(len(x), np.inf, np.float32)
+        distance[inside] = self._distance[row[inside], column[inside]]
+        return distance

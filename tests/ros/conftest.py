@@ -1,0 +1,186 @@
+"""What tests over real ROS share: a domain of their own, a spinning helper, and child processes that end.
+
+``ros`` gives a test an initialised ROS in a domain that nobody else on this machine uses::
+
+    @pytest.mark.ros
+    def test_talk(ros):
+        node = ros.add(FlorenceNode("talker"))
+        ros.spin_until(lambda: node.count_subscribers("chat") == 1)
+"""
+
+from __future__ import annotations
+
+import fcntl
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+from hypothesis import settings
+
+# The machine may be busy with the other processes of these tests.
+settings.register_profile("ros", deadline=None)
+settings.load_profile("ros")
+
+N = TypeVar("N")
+
+DOMAINS = range(1, 101)
+"""Higher ones use ports that Linux gives to others."""
+_tests = itertools.count()
+
+GENEROUS_S = 30.0
+"""How long to wait for what takes milliseconds, on a machine that may be busy."""
+
+
+@pytest.fixture
+def ros_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A ROS domain that no other test has at the moment, in this or any other process."""
+    folder = Path(tempfile.gettempdir()) / "florence-ros-domains"
+    folder.mkdir(exist_ok=True)
+    # Another one for each test: what an earlier test left in discovery is of no concern.
+    first = (os.getpid() + 7 * next(_tests)) % len(DOMAINS)
+    for domain in [*DOMAINS[first:], *DOMAINS[:first]]:
+        file = (folder / str(domain)).open("w")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            continue
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield domain
+        file.close()
+        return
+    pytest.fail("every ROS domain is taken")
+
+
+class RosBench:
+    """Nodes of a test and the loop that serves them."""
+
+    def __init__(self) -> None:
+        from florence_bt.ros.executor import SpinLoop
+
+        self.loop = SpinLoop()
+        self._nodes: list[Any] = []
+
+    def add(self, node: N) -> N:
+        """Serve a node from now on; it is closed at the end of the test."""
+        self._nodes.append(node)
+        self.loop.add(node)  # type: ignore[arg-type]
+        return node
+
+    def close_node(self, node: Any) -> None:
+        """Close and destroy a node now."""
+        self._nodes.remove(node)
+        node.shut_down()
+        self.loop.drain()
+        self.loop.remove(node)
+        node.destroy_node()
+
+    def spin_until(
+        self, condition: Callable[[], Any], timeout_s: float = GENEROUS_S, what: str = "the condition"
+    ) -> Any:
+        """Serve the nodes until a condition holds, and give its value; fail after the time-out."""
+        end = time.monotonic() + timeout_s
+        while True:
+            value = condition()
+            if value:
+                return value
+            assert time.monotonic() < end, f"waited {timeout_s} s for {what}"
+            self.loop.spin_once(0.01)
+
+    def spin_for(self, seconds: float) -> None:
+        """Serve the nodes for a while: only to show that something does not happen."""
+        end = time.monotonic() + seconds
+        while (rest := end - time.monotonic()) > 0.0:
+            self.loop.spin_once(min(rest, 0.05))
+
+    def close(self) -> None:
+        """Close every node."""
+        for node in reversed(tuple(self._nodes)):
+            self.close_node(node)
+        self.loop.close()
+
+
+@pytest.fixture
+def ros(ros_domain: int) -> Iterator[RosBench]:
+    """An initialised ROS in a domain of its own."""
+    rclpy = pytest.importorskip("rclpy")
+    from rclpy.signals import SignalHandlerOptions
+
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    bench = RosBench()
+    try:
+        yield bench
+        bench.close()
+    finally:
+        rclpy.try_shutdown()
+
+
+class Child:
+    """A child process and what it prints (standard output and error together)."""
+
+    def __init__(self, command: Sequence[str | Path], output: Path) -> None:
+        self._output = output
+        with output.open("w") as file:
+            self.process = subprocess.Popen(
+                [str(word) for word in command],
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            )
+
+    @property
+    def output(self) -> str:
+        """Everything printed so far."""
+        return self._output.read_text()
+
+    def wait_for(self, text: str, timeout_s: float = GENEROUS_S) -> str:
+        """Wait until a text was printed; give the whole output."""
+        end = time.monotonic() + timeout_s
+        while text not in self.output:
+            assert self.process.poll() is None, f"ended with {self.process.returncode}:\n{self.output}"
+            assert time.monotonic() < end, f"did not print {text!r} within {timeout_s} s:\n{self.output}"
+            time.sleep(0.01)
+        return self.output
+
+    def end(self, number: signal.Signals = signal.SIGINT, timeout_s: float = GENEROUS_S) -> int:
+        """Send a signal and wait for the exit code; kill what does not end, and fail."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        try:
+            return self.process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            pytest.fail(f"did not end within {timeout_s} s of {number.name}:\n{self.output}")
+
+
+@pytest.fixture
+def start_process(ros_domain: int, tmp_path: Path) -> Iterator[Callable[..., Child]]:
+    """Start a child process in the test's ROS domain: ``start_process("script.py", "argument")``.
+
+    A first word that ends in ``.py`` (or is ``-m`` or ``-c``) is run by this Python. Ended with the test.
+    """
+    children: list[Child] = []
+
+    def start(*command: str | Path) -> Child:
+        words = [str(word) for word in command]
+        if words[0].endswith(".py") or words[0] in ("-m", "-c"):
+            words.insert(0, sys.executable)
+        children.append(Child(words, tmp_path / f"child{len(children)}.txt"))
+        return children[-1]
+
+    yield start
+    for child in children:
+        if child.process.poll() is None:
+            child.process.kill()
+            child.process.wait()

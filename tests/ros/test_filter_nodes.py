@@ -1,0 +1,272 @@
+"""The filter nodes and the robot description over DDS."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+pytest.importorskip("rclpy")
+from geometry_msgs.msg import Twist, Vector3
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
+from florence_bt.ros.conversions import (
+    camera_info_to_ros,
+    depth_to_ros,
+    scan_from_ros,
+    scan_to_ros,
+    stamp_to_ros,
+)
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.tf import TransformListener
+from florence_bt.skills.combine_lasers.node import LaserCombinatorNode
+from florence_bt.skills.describe_robot.description import default_file
+from florence_bt.skills.describe_robot.node import RobotDescriptionNode
+from florence_bt.skills.filter_laser.node import LaserFilterNode
+from florence_bt.skills.filter_velocity.node import VelocityFilterNode
+from florence_bt.skills.project_depth.node import FakeLaserNode
+
+pytestmark = pytest.mark.ros
+
+CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
+PERIOD_S = 0.07
+"""Between two readings of the played sensors; longer than the throttle's period."""
+CONFIG = yaml.safe_load((default_file().parents[1] / "config" / "robot.yaml").read_text(encoding="utf-8"))
+
+
+class Sensors(FlorenceNode):
+    """Plays the laser and the Kinect, and hears what becomes of them."""
+
+    def __init__(self) -> None:
+        super().__init__("sensors")
+        self.heard: dict[str, LaserScan] = {}
+        self.laser = self.create_publisher(LaserScanMsg, "scan", SENSOR)
+        self.picture = self.create_publisher(Image, "camera/depth/image", SENSOR)
+        self.info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
+        for topic in ("scan_combined", "filtered_scan", "filtered_kinect_scan"):
+            self.listen_to(topic)
+
+    def listen_to(self, topic: str) -> None:
+        def remember(message: LaserScanMsg) -> None:
+            self.heard[topic] = scan_from_ros(message)
+
+        self.create_subscription(LaserScanMsg, topic, remember, SENSOR)
+
+    def send_laser(self, distance: float) -> None:
+        ranges = np.full(512, distance, np.float32)
+        ranges[:5] = 0.1  # the robot's own structure
+        scan = LaserScan(
+            self.timebase.now(), "base_laser_round_link", -math.pi / 2, math.pi / 511, 0.02, 5.6, ranges
+        )
+        self.laser.publish(scan_to_ros(scan))
+
+    def send_picture(self, distance: float, shape: tuple[int, int] = (240, 320)) -> None:
+        depth = np.full(shape, distance, np.float32)
+        image = DepthImage(self.timebase.now(), "camera_depth_optical_frame", CAMERA, depth)
+        self.info.publish(camera_info_to_ros(CAMERA, image.frame_id, image.stamp))
+        self.picture.publish(depth_to_ros(image))
+
+
+def test_from_depth_picture_and_scan_to_filtered_scan(ros: Any) -> None:
+    ros.add(RobotDescriptionNode(parameters=CONFIG["robot_description"]))
+    ros.add(FakeLaserNode(parameters=CONFIG["kinect_laser"]))
+    ros.add(LaserCombinatorNode(parameters=CONFIG["laser_combinator"]))
+    ros.add(LaserFilterNode(parameters=CONFIG["laser_filter"]))
+    sensors = ros.add(Sensors())
+
+    def send() -> None:
+        sensors.send_laser(math.inf)
+        sensors.send_picture(2.0)
+
+    sensors.create_timer(PERIOD_S, send)
+    ros.spin_until(lambda: len(sensors.heard) == 3, what="the three scans")
+
+    combined = sensors.heard["scan_combined"]
+    ahead = np.abs(combined.angles()) < math.radians(20)
+    # The Kinect's wall, 2 m before it, stands 0.144 m nearer to the laser.
+    wall = (2.0 - 0.1444) / np.cos(combined.angles()[ahead])
+    assert combined.ranges[ahead] == pytest.approx(wall, abs=0.03)
+    assert combined.frame_id == "base_laser_round_link"
+
+    filtered = sensors.heard["filtered_scan"]
+    assert np.isnan(filtered.ranges[:5]).all()
+    assert filtered.ranges[20] == np.float32(5.5999)
+    assert filtered.ranges[ahead] == pytest.approx(wall, abs=0.03)
+
+    kinect = sensors.heard["filtered_kinect_scan"]
+    assert kinect.frame_id == "camera_depth_frame"
+    seen = ~np.isnan(kinect.ranges)
+    assert np.abs(kinect.angles()[seen]).max() < math.radians(33)
+    assert kinect.ranges[180] == pytest.approx(2.0, abs=0.01)
+
+
+def test_pictures_that_make_no_sense_are_dropped(ros: Any) -> None:
+    ros.add(FakeLaserNode())
+    sensors = ros.add(Sensors())
+    sensors.listen_to("kinect_scan")
+    sends = itertools.cycle(
+        (
+            lambda: sensors.info.publish(CameraInfo()),
+            lambda: sensors.send_picture(2.0, shape=(120, 160)),
+            lambda: sensors.picture.publish(Image(encoding="rgb8", height=2, width=2, step=6)),
+            lambda: sensors.send_picture(1.5),
+        )
+    )
+    sensors.create_timer(PERIOD_S, lambda: next(sends)())
+    ros.spin_until(lambda: "kinect_scan" in sensors.heard)
+    assert sensors.heard["kinect_scan"].ranges[180] == pytest.approx(1.5, abs=0.01)
+
+
+def test_the_laser_filter_listens_where_it_is_told(ros: Any) -> None:
+    ros.add(LaserFilterNode(parameters={"input_topic": "scan", "robot_radius": 0.05}))
+    sensors = ros.add(Sensors())
+
+    sensors.create_timer(PERIOD_S, lambda: sensors.send_laser(6.0))
+    ros.spin_until(lambda: "filtered_scan" in sensors.heard)
+    assert sensors.heard["filtered_scan"].ranges[0] == np.float32(0.1)
+    assert sensors.heard["filtered_scan"].ranges[100] == np.float32(5.5999)
+    assert sensors.count_publishers("filtered_kinect_scan") == 0
+
+
+class Driver(FlorenceNode):
+    """Sends velocities by a simulated clock of its own and hears the filtered ones."""
+
+    def __init__(self) -> None:
+        super().__init__("driver")
+        self.time = 100.0
+        self.heard: list[Twist] = []
+        self.clock = self.create_publisher(Clock, "/clock", RELIABLE)
+        self.command = self.create_publisher(Twist, "cmd_vel", RELIABLE)
+        self.create_subscription(Twist, "filtered_cmd_vel", self.heard.append, 100)
+        self.stop = self.create_client(SetBool, "velocity_filter/hard_stop")
+
+    def set_time(self, seconds: float) -> None:
+        self.time = seconds
+        self.clock.publish(Clock(clock=stamp_to_ros(seconds)))
+
+
+@pytest.fixture
+def driven(ros: Any) -> tuple[Any, VelocityFilterNode, Driver]:
+    node = ros.add(VelocityFilterNode(parameters={"use_sim_time": True, **CONFIG["velocity_filter"]}))
+    driver = ros.add(Driver())
+    ros.spin_until(
+        lambda: (
+            driver.clock.get_subscription_count()
+            and driver.command.get_subscription_count()
+            and driver.count_publishers("filtered_cmd_vel")
+            and driver.stop.service_is_ready()
+        )
+    )
+    driver.set_time(100.0)
+    ros.spin_until(lambda: node.timebase.now() == 100.0)
+    return ros, node, driver
+
+
+def step(ros: Any, node: VelocityFilterNode, driver: Driver, seconds: float = 0.02) -> float:
+    """Advance the clock by one period and give the speed that came out."""
+    before = len(driver.heard)
+    driver.set_time(driver.time + seconds)
+    ros.spin_until(lambda: len(driver.heard) > before, what="a filtered velocity")
+    return float(driver.heard[-1].linear.x)
+
+
+def send(ros: Any, node: VelocityFilterNode, driver: Driver, speed: float) -> float:
+    """Send a command to a filter at rest, wait until it has come, and give the first speed."""
+    driver.command.publish(Twist(linear=Vector3(x=speed)))
+    ros.spin_until(lambda: node.ticker.running)
+    return step(ros, node, driver)
+
+
+def test_the_velocity_filter_follows_simulated_time(driven: Any) -> None:
+    ros, node, driver = driven
+    assert driver.heard == []
+    speeds = [send(ros, node, driver, 0.1)] + [step(ros, node, driver) for _ in range(5)]
+    assert speeds == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.1, 0.1])
+    # The clock stands still, and so does the filter.
+    ros.spin_for(0.2)
+    assert len(driver.heard) == 6
+    assert step(ros, node, driver, 0.5) == pytest.approx(0.1)
+    # More than a second since the command.
+    assert step(ros, node, driver, 0.6) == pytest.approx(0.08)
+
+
+def test_a_hard_stop_holds_until_it_is_released(driven: Any) -> None:
+    ros, node, driver = driven
+    assert send(ros, node, driver, 0.5) == pytest.approx(0.02)
+    assert step(ros, node, driver) == pytest.approx(0.04)
+    answer = driver.stop.call_async(SetBool.Request(data=True))
+    ros.spin_until(answer.done)
+    assert answer.result().success
+    ros.spin_until(lambda: driver.heard[-1].linear.x == 0.0)
+    driver.command.publish(Twist(linear=Vector3(x=0.5)))
+    assert step(ros, node, driver) == 0.0
+    answer = driver.stop.call_async(SetBool.Request(data=False))
+    ros.spin_until(answer.done)
+    assert step(ros, node, driver) == 0.0
+    driver.command.publish(Twist(linear=Vector3(x=math.nan)))
+    driver.command.publish(Twist(linear=Vector3(x=0.5)))
+
+    def moves() -> bool:
+        return step(ros, node, driver) > 0.0
+
+    ros.spin_until(moves)
+
+
+def test_the_velocity_filter_ends_with_a_zero(driven: Any) -> None:
+    ros, node, driver = driven
+    assert send(ros, node, driver, 0.5) > 0.0
+    ros.close_node(node)
+    ros.spin_until(lambda: driver.heard[-1].linear.x == 0.0)
+
+
+def test_late_listeners_learn_the_frames_and_the_description(ros: Any) -> None:
+    ros.add(RobotDescriptionNode())
+    late = ros.add(FlorenceNode("late"))
+    transforms, texts = TransformListener(late), []
+    late.create_subscription(String, "robot_description", texts.append, LATCHED)
+    ros.spin_until(lambda: texts and transforms.buffer.frames())
+    laser = transforms.buffer.lookup("base_footprint", "base_laser_round_link")
+    assert laser.translation == pytest.approx([0.05734, 0.0, 0.1298], abs=1e-4)
+    assert laser.rotation == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=1e-9)
+    assert '<robot name="florence">' in texts[0].data
+
+
+@pytest.mark.parametrize(
+    ("make", "parameters", "problem"),
+    [
+        (FakeLaserNode, {"range_min": 9.0}, "range_min"),
+        (LaserCombinatorNode, {"range_max_source": "kinekt"}, "range_max_source"),
+        (LaserFilterNode, {"input_topic": ""}, "input_topic"),
+        (VelocityFilterNode, {"max_linear_acc": 0.0}, "max_linear_acc"),
+        (RobotDescriptionNode, {"file": "no_such.xacro"}, "no_such.xacro"),
+    ],
+)
+def test_wrong_parameters_are_named(ros: Any, make: Any, parameters: dict[str, Any], problem: str) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        make(parameters=parameters)
+
+
+def test_the_robots_configuration_has_no_unknown_parameters(ros: Any) -> None:
+    for make in (
+        FakeLaserNode,
+        LaserCombinatorNode,
+        LaserFilterNode,
+        VelocityFilterNode,
+        RobotDescriptionNode,
+    ):
+        node = make()
+        name = node.get_name()
+        ros.add(node)
+        configured = ros.add(make(parameters=CONFIG[name], namespace="robot"))
+        assert configured.unknown_parameters() is None

@@ -1,0 +1,175 @@
+"""The Hokuyo node between an emulated scanner on a pseudo-terminal and ROS subscribers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sensor_msgs.msg import LaserScan
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.drivers.hokuyo.node import HokuyoNode
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE, SENSOR
+from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+from florence_bt.simulation.emulators.scip import ScipEmulator
+
+pytestmark = pytest.mark.ros
+
+
+class Room:
+    def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
+        return np.arange(first_step, last_step + 1, dtype=np.int32) + 1000
+
+
+class Hardware:
+    """The scanner on its port; its own time passes 5 ms whenever it is served."""
+
+    def __init__(self, link: Path) -> None:
+        self.scanner = ScipEmulator(Room())
+        self.link = link
+        self.now = 0.0
+        self.terminal: PseudoTerminal | None = None
+
+    def plug_in(self) -> None:
+        self.terminal = PseudoTerminal(self.link)
+
+    def unplug(self) -> None:
+        if self.terminal is not None:
+            self.terminal.unplug()
+        self.terminal = None
+
+    def serve(self) -> None:
+        if self.terminal is None:
+            return
+        self.now += 0.005
+        self.terminal.write(self.scanner.poll(self.now))
+        if data := self.terminal.read():
+            self.terminal.write(self.scanner.receive(data, self.now))
+
+
+@pytest.fixture
+def hardware(tmp_path: Path) -> Iterator[Hardware]:
+    hardware = Hardware(tmp_path / "ttyACM0")
+    hardware.plug_in()
+    yield hardware
+    hardware.unplug()
+
+
+class Spy:
+    def __init__(self, ros: Any, namespace: str = "") -> None:
+        node = ros.add(FlorenceNode("spy", namespace=namespace))
+        self.scans: list[LaserScan] = []
+        self.reports: list[DiagnosticStatus] = []
+        node.create_subscription(LaserScan, "scan", self.scans.append, SENSOR)
+        node.create_subscription(
+            DiagnosticArray, "diagnostics", lambda m: self.reports.extend(m.status), RELIABLE
+        )
+
+
+def serving(hardware: Hardware, condition: Callable[[], Any]) -> Callable[[], Any]:
+    def check() -> Any:
+        hardware.serve()
+        return condition()
+
+    return check
+
+
+def test_scans_are_published(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    node = ros.add(HokuyoNode(parameters={"port": str(hardware.link)}))
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) >= 5), what="five scans")
+    scan = spy.scans[-1]
+    assert scan.header.frame_id == "base_laser_round_link"
+    assert scan.angle_min == pytest.approx(-2.086214, abs=1e-6)
+    assert scan.angle_max == pytest.approx(2.092350, abs=1e-6)
+    assert scan.angle_increment == pytest.approx(0.00613592, abs=1e-8)
+    assert (scan.range_min, scan.range_max) == (pytest.approx(0.02), pytest.approx(5.6))
+    assert scan.scan_time == pytest.approx(0.1)
+    np.testing.assert_allclose(scan.ranges, np.arange(1044, 1726) / 1000.0, rtol=1e-6)
+    age = node.timebase.now() - (scan.header.stamp.sec + scan.header.stamp.nanosec * 1e-9)
+    assert 0.06 < age < 30.0
+    report = ros.spin_until(serving(hardware, lambda: spy.reports and spy.reports[-1]), what="diagnostics")
+    assert report.hardware_id == "H0614967"
+    assert {value.key: value.value for value in report.values}["Corrupted Scan Count"] == "0"
+
+
+def test_closing_the_node_switches_the_laser_off(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    node = ros.add(HokuyoNode(parameters={"port": str(hardware.link)}))
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+    assert hardware.scanner.laser_on
+    ros.close_node(node)
+    ros.spin_until(serving(hardware, lambda: not hardware.scanner.laser_on), what="the laser going off")
+
+
+def test_the_plug_is_pulled_and_comes_back(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    ros.add(HokuyoNode(parameters={"port": str(hardware.link), "reconnect_delay_s": 0.1}))
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+    hardware.unplug()
+    worst = ros.spin_until(
+        lambda: [r for r in spy.reports if r.level == DiagnosticStatus.ERROR], what="an error"
+    )
+    assert str(hardware.link) in worst[0].message
+    spy.scans.clear()
+    hardware.plug_in()
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) > 3), what="scans again")
+    ros.spin_until(
+        serving(hardware, lambda: spy.reports[-1].level != DiagnosticStatus.ERROR),
+        what="the end of the error",
+    )
+
+
+def test_a_scanner_that_is_plugged_in_late(ros: Any, hardware: Hardware) -> None:
+    hardware.unplug()
+    spy = Spy(ros)
+    ros.add(HokuyoNode(parameters={"port": str(hardware.link), "reconnect_delay_s": 0.1}))
+    report = ros.spin_until(lambda: spy.reports and spy.reports[-1], what="diagnostics")
+    assert report.level == DiagnosticStatus.ERROR
+    assert "there is no such port" in report.message
+    hardware.plug_in()
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+
+
+def test_a_sensor_in_trouble_recovers(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    ros.add(HokuyoNode(parameters={"port": str(hardware.link), "restart_delay_s": 0.1}))
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+    hardware.scanner.faults.scan_status = "50"
+    ros.spin_until(serving(hardware, lambda: not hardware.scanner.measuring), what="the trouble")
+    spy.scans.clear()
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) > 3), what="scans again")
+
+
+def test_parameters_and_namespace(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros, namespace="robot1")
+    ros.add(
+        HokuyoNode(
+            namespace="robot1",
+            parameters={
+                "port": str(hardware.link),
+                "min_ang": -math.pi / 2,
+                "max_ang": math.pi / 2,
+                "cluster": 3,
+                "frame_id": "laser",
+            },
+        )
+    )
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+    assert len(spy.scans[0].ranges) == 171
+    assert spy.scans[0].header.frame_id == "laser"
+    assert spy.scans[0].angle_min == pytest.approx(-math.pi / 2)
+
+
+def test_a_wrong_parameter_is_named(ros: Any) -> None:
+    with pytest.raises(ConfigError, match="skip"):
+        HokuyoNode(parameters={"skip": 10})

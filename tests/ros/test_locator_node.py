@@ -1,0 +1,259 @@
+"""The locator over real ROS, with a stand-in for the mission server."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("florence_interfaces.srv")
+
+from florence_interfaces.msg import DetectedUser, RunState
+from florence_interfaces.srv import (
+    GetHotspot,
+    GetRoom,
+    GetStatus,
+    GetXYPhi,
+    GotoRoom,
+    GotoXYPhi,
+    RunMission,
+    SetHotspot,
+    SetRoom,
+    SetXYPhi,
+    StopMission,
+)
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.ros.conversions import pose_stamped_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.tf import TransformBroadcaster
+from florence_bt.skills.locate.hotspots import load_hotspots
+from florence_bt.skills.locate.node import LocatorNode
+
+pytestmark = pytest.mark.ros
+
+HOTSPOTS = """\
+hotspots:
+  - {label: kitchen, x: 1.0, y: 1.0, phi: 1.5, polygon: [[0, 0], [2, 0], [2, 2], [0, 2]]}
+  - {label: bedroom, x: 5.0, y: 1.0, phi: 0.0}
+  - {label: tv, x: 4.0, y: 3.0, phi: 0.0, kind: object}
+"""
+
+
+class Missions(FlorenceNode):
+    """Stands in for the mission server and for whoever calls the locator."""
+
+    def __init__(self) -> None:
+        super().__init__("missions")
+        self.asked: list[RunMission.Request] = []
+        self.stops: list[StopMission.Request] = []
+        self.accept = True
+        self.states = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+        self.override = self.create_publisher(Bool, "florenceLocator/manualOverride", RELIABLE)
+        self.detected = self.create_publisher(DetectedUser, "detected_user", RELIABLE)
+        self.goals = self.create_publisher(PoseStamped, "navigate/current_goal", LATCHED)
+        self.frames = TransformBroadcaster(self)
+
+    def serve(self) -> None:
+        self.create_service(RunMission, "florence_bt/run_mission", self._run)
+        self.create_service(StopMission, "florence_bt/stop", self._stop)
+
+    def _run(self, request: RunMission.Request, response: RunMission.Response) -> RunMission.Response:
+        self.asked.append(request)
+        response.accepted, response.run_id = self.accept, "run-1" if self.accept else ""
+        response.message = "runs" if self.accept else "something more important runs"
+        return response
+
+    def _stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
+        self.stops.append(request)
+        response.success = True
+        return response
+
+
+class Bench:
+    """A locator, a mission server and a caller."""
+
+    def __init__(self, ros: Any, folder: Path) -> None:
+        self.ros = ros
+        self.file = folder / "hotspots.yaml"
+        self.file.write_text(HOTSPOTS)
+        self.missions: Missions = ros.add(Missions())
+        self.locator = ros.add(LocatorNode(parameters={"hotspots_file": str(self.file)}))
+        self._clients: dict[str, Any] = {}
+
+    def call(self, service_type: Any, name: str, **fields: Any) -> Any:
+        client = self._clients.get(name)
+        if client is None:
+            client = self.missions.create_client(service_type, f"florenceLocator/{name}")
+            self._clients[name] = client
+        self.ros.spin_until(client.service_is_ready, what=name)
+        future = client.call_async(service_type.Request(**fields))
+        self.ros.spin_until(future.done, what=f"the answer of {name}")
+        return future.result()
+
+    def serve_missions(self) -> None:
+        self.missions.serve()
+        self.ros.spin_until(
+            lambda: self.locator.count_services("florence_bt/stop") and self._mission_client_is_ready(),
+            what="the mission server",
+        )
+
+    def _mission_client_is_ready(self) -> bool:
+        return all(client.service_is_ready() for client in self.locator.clients)
+
+    def until(self, condition: Any, what: str) -> Any:
+        return self.ros.spin_until(condition, what=what)
+
+
+@pytest.fixture
+def bench(ros: Any, tmp_path: Path) -> Bench:
+    return Bench(ros, tmp_path)
+
+
+def test_the_user_is_where_sensors_say(bench: Bench) -> None:
+    assert not bench.call(GetRoom, "getUserPosRoom").valid
+    assert not bench.call(GetXYPhi, "getUserPosXYPhi").valid
+    refused = bench.call(SetRoom, "setUserPosRoom", room="kichen")
+    assert not refused.success and "kitchen" in refused.message
+    assert bench.call(SetRoom, "setUserPosRoom", room="kitchen").success
+    assert bench.call(GetRoom, "getUserPosRoom").room == "kitchen"
+    assert bench.call(SetXYPhi, "setUserPosXYPhi", x=0.5, y=0.25, phi=0.75).success
+    assert bench.call(SetRoom, "setUserPosRoom", room="kitchen").success
+    where = bench.call(GetXYPhi, "getUserPosXYPhi")
+    assert (where.x, where.y, where.phi, where.valid) == (0.5, 0.25, 0.75, True)
+    assert not bench.call(SetXYPhi, "setUserPosXYPhi", x=math.nan).success
+    bench.until(lambda: bench.missions.detected.get_subscription_count(), "the subscription")
+    bench.missions.detected.publish(DetectedUser(command=True, user_position_x=5.0, user_position_y=1.5))
+    bench.until(lambda: bench.call(GetRoom, "getUserPosRoom").room == "bedroom", "the detected user")
+
+
+def test_the_robot_is_where_tf_says(bench: Bench) -> None:
+    assert not bench.call(GetXYPhi, "getRobotPosXYPhi").valid
+    assert not bench.call(GetRoom, "getRobotPosRoom").valid
+
+    def known() -> bool:
+        bench.missions.frames.send("map", "base_link", bench.missions.timebase.now(), Pose2(1.5, 0.5, 0.25))
+        return bool(bench.call(GetXYPhi, "getRobotPosXYPhi").valid)
+
+    bench.until(known, "the robot's pose")
+    where = bench.call(GetXYPhi, "getRobotPosXYPhi")
+    assert (where.x, where.y, where.phi) == pytest.approx((1.5, 0.5, 0.25))
+    assert bench.call(GetRoom, "getRobotPosRoom").room == "kitchen"
+
+
+def test_the_goal_is_the_one_of_navigation(bench: Bench) -> None:
+    assert not bench.call(GetRoom, "getGoalPosRoom").valid
+    bench.missions.goals.publish(pose_stamped_to_ros(Pose2(5.0, 1.0, 0.5), "map", 0.0))
+    bench.until(lambda: bench.call(GetXYPhi, "getGoalPosXYPhi").valid, "the goal")
+    assert bench.call(GetRoom, "getGoalPosRoom").room == "bedroom"
+
+
+def test_hotspots_are_read_and_saved(bench: Bench) -> None:
+    kitchen = bench.call(GetHotspot, "getHotspot", label="kitchen")
+    assert (kitchen.x, kitchen.y, kitchen.phi, kitchen.valid) == (1.0, 1.0, 1.5, True)
+    unknown = bench.call(GetHotspot, "getHotspot", label="bed room")
+    assert not unknown.valid and "bedroom" in unknown.message
+    saved = bench.call(SetHotspot, "setHotspot", label="study", x=3.0, y=4.0, phi=0.5)
+    assert saved.success and str(bench.file) in saved.message
+    assert load_hotspots(bench.file).get("study") is not None
+    assert not bench.call(SetHotspot, "setHotspot", label=" ", x=3.0).success
+    assert not bench.call(SetHotspot, "setHotspot", label="study", x=math.inf).success
+
+
+def test_the_status_is_that_of_the_mission(bench: Bench) -> None:
+    assert bench.call(GetStatus, "getStatus").status == "LOST"
+    for state in ("ACTIVE", "SUCCEEDED", "PREEMPTED", "ABORTED"):
+        bench.missions.states.publish(RunState(run_id="1", mission="goto_room", state=state))
+        bench.until(lambda state=state: bench.call(GetStatus, "getStatus").status == state, state)
+
+
+def test_goto_runs_missions_and_answers_what_they_answer(bench: Bench) -> None:
+    bench.serve_missions()
+    answer = bench.call(GotoRoom, "gotoRoom", room="kitchen")
+    assert (answer.success, answer.message, answer.run_id) == (True, "runs", "run-1")
+    request = bench.missions.asked[-1]
+    assert (request.mission, request.policy) == ("goto_room", "preempt")
+    assert (list(request.input_names), list(request.input_values)) == (["room"], ["kitchen"])
+    bench.missions.accept = False
+    refused = bench.call(GotoXYPhi, "gotoXYPhi", x=1.25, y=-2.0, phi=0.5)
+    assert not refused.success and refused.message == "something more important runs"
+    request = bench.missions.asked[-1]
+    assert request.mission == "goto_pose"
+    values = dict(zip(request.input_names, request.input_values, strict=True))
+    assert values == {"x": "1.250000 m", "y": "-2.000000 m", "phi": "0.500000 rad"}
+
+
+def test_goto_user_needs_a_known_user(bench: Bench) -> None:
+    bench.serve_missions()
+    assert not bench.call(Trigger, "gotoUser").success
+    assert bench.missions.asked == []
+    bench.call(SetRoom, "setUserPosRoom", room="kitchen")
+    assert bench.call(Trigger, "gotoUser").success
+    assert bench.missions.asked[-1].mission == "goto_user"
+
+
+def test_a_bad_goal_never_reaches_the_missions(bench: Bench) -> None:
+    bench.serve_missions()
+    assert not bench.call(GotoXYPhi, "gotoXYPhi", x=math.nan).success
+    assert "bedroom" in bench.call(GotoRoom, "gotoRoom", room="bedrom").message
+    assert bench.missions.asked == []
+
+
+def test_without_a_mission_server_goto_fails_soon(bench: Bench) -> None:
+    start = time.monotonic()
+    answer = bench.call(GotoRoom, "gotoRoom", room="kitchen")
+    assert not answer.success and "mission server is not there" in answer.message
+    assert time.monotonic() - start < 10.0
+
+
+def test_a_mission_server_that_does_not_answer_is_given_up_and_stopped_later(ros: Any, bench: Bench) -> None:
+    held: list[RunMission.Request] = []
+
+    class Slow(FlorenceNode):
+        def __init__(self) -> None:
+            super().__init__("slow")
+            self.stopped: list[str] = []
+            self.later: Any = None
+            from florence_bt.skills.locate._deferred import Deferred, allow_deferred
+
+            self.later = Deferred()
+            allow_deferred(self.create_service(RunMission, "florence_bt/run_mission", self._run))
+            self.create_service(StopMission, "florence_bt/stop", self._stop)
+
+        def _run(self, request: RunMission.Request, response: RunMission.Response) -> Any:
+            held.append(request)
+            return self.later
+
+        def _stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
+            self.stopped.append(request.run_id)
+            return response
+
+    slow = ros.add(Slow())
+    bench.until(bench._mission_client_is_ready, "the slow server")
+    answer = bench.call(GotoRoom, "gotoRoom", room="kitchen")
+    assert not answer.success and "within 2 s" in answer.message
+    # Meanwhile the locator answered everybody else.
+    assert bench.call(GetStatus, "getStatus").status == "LOST"
+    slow.later.answer(RunMission.Response(accepted=True, run_id="run-7"))
+    bench.until(lambda: slow.stopped == ["run-7"], "the stop of the late run")
+
+
+def test_the_override_stops_and_refuses_until_it_is_taken_back(bench: Bench) -> None:
+    bench.serve_missions()
+    bench.until(lambda: bench.missions.override.get_subscription_count(), "the subscription")
+    bench.missions.override.publish(Bool(data=True))
+    bench.until(lambda: bench.missions.stops, "the stop")
+    assert bench.missions.stops[0].run_id == ""
+    refused = bench.call(GotoRoom, "gotoRoom", room="kitchen")
+    assert not refused.success and "override" in refused.message
+    assert bench.call(SetRoom, "setUserPosRoom", room="kitchen").success
+    bench.missions.override.publish(Bool(data=False))
+    bench.until(lambda: bench.call(GotoRoom, "gotoRoom", room="kitchen").success, "acceptance")

@@ -1,0 +1,258 @@
+"""The user tracker and the approach over real ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("florence_interfaces.srv")
+
+from florence_interfaces.action import LookForUser
+from florence_interfaces.msg import DetectedUser, RunState, TrackedUsers
+from florence_interfaces.srv import ProposeApproach
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import CameraModel, DepthImage, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.ros.conversions import camera_info_to_ros, depth_to_ros, grid_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
+from florence_bt.skills.approach_user.node import UNCHECKED, ApproachNode
+from florence_bt.skills.track_users.node import UserTrackerNode
+
+pytestmark = pytest.mark.ros
+
+CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
+FRAME = "camera_depth_optical_frame"
+OPTICAL_IN_BASE = Transform3.from_xyz_rpy((-0.087, 0.0, 0.54), (-math.pi / 2, 0.0, -math.pi / 2))
+
+
+def person_picture(distance: float) -> np.ndarray:
+    """Legs, a round chest and a head straight ahead of the camera, nothing else."""
+    v, u = np.mgrid[0:240, 0:320]
+    depth = np.full((240, 320), np.nan, np.float32)
+    for lateral, radius, low, high in (
+        (0.1, 0.07, 0.0, 0.85),
+        (-0.1, 0.07, 0.0, 0.85),
+        (0.0, 0.2, 0.85, 1.45),
+        (0.0, 0.1, 1.45, 1.72),
+    ):
+        # The ray through column u meets the upright cylinder at the depth z.
+        slope = -(u - CAMERA.cx) / CAMERA.fx
+        a, b, c = 1.0 + slope**2, distance + slope * lateral, distance**2 + lateral**2 - radius**2
+        root = b**2 - a * c
+        z = (b - np.sqrt(np.maximum(root, 0.0))) / a
+        height = 0.54 - (v - CAMERA.cy) / CAMERA.fy * z
+        hit = (root > 0.0) & (height >= low) & (height <= high)
+        depth = np.where(hit & ~(depth <= z), z, depth)
+    return depth.astype(np.float32)
+
+
+class Robot(FlorenceNode):
+    """Publishes pictures and frames, and hears what the tracker says."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.depth: np.ndarray | None = None
+        self.users: list[TrackedUsers] = []
+        self.filtered: list[TrackedUsers] = []
+        self.detected: list[DetectedUser] = []
+        self._static = StaticTransformBroadcaster(self)
+        self._static.send([("base_footprint", FRAME, OPTICAL_IN_BASE)])
+        self._moving = TransformBroadcaster(self)
+        self._info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
+        self.pictures = self.create_publisher(Image, "camera/depth/image", SENSOR)
+        self.create_subscription(TrackedUsers, "tracked_users", self.users.append, RELIABLE)
+        self.create_subscription(TrackedUsers, "filtered_tracked_users", self.filtered.append, RELIABLE)
+        self.create_subscription(DetectedUser, "detected_user", self.detected.append, RELIABLE)
+        self.look = ActionClient(self, LookForUser, "look_for_user")
+        self.create_timer(0.05, self._tick)
+
+    def _tick(self) -> None:
+        now = self.timebase.now()
+        self._moving.send("map", "odom", now, Pose2(1.0, 2.0, math.pi / 2))
+        self._moving.send("odom", "base_footprint", now, Pose2())
+        self._info.publish(camera_info_to_ros(CAMERA, FRAME, now))
+        if self.depth is not None:
+            self.pictures.publish(depth_to_ros(DepthImage(now, FRAME, CAMERA, self.depth)))
+
+
+def call(ros: Any, node: Node, service_type: Any, name: str, request: Any) -> Any:
+    client = node.create_client(service_type, name)
+    ros.spin_until(client.service_is_ready, what=name)
+    future = client.call_async(request)
+    ros.spin_until(future.done, what=f"the answer of {name}")
+    node.destroy_client(client)
+    return future.result()
+
+
+def look(ros: Any, robot: Robot, window: float) -> Any:
+    ros.spin_until(robot.look.server_is_ready, what="the action server")
+    handle = robot.look.send_goal_async(LookForUser.Goal(window=window))
+    ros.spin_until(handle.done, what="acceptance")
+    if not handle.result().accepted:
+        return None
+    result = handle.result().get_result_async()
+    ros.spin_until(result.done, what="the result of the look")
+    return result.result()
+
+
+@pytest.fixture
+def robot(ros: Any) -> Robot:
+    return ros.add(Robot())
+
+
+@pytest.fixture
+def tracker(ros: Any) -> UserTrackerNode:
+    return ros.add(UserTrackerNode())
+
+
+def test_the_tracker_takes_pictures_only_while_it_runs(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+    robot.depth = person_picture(2.0)
+    assert robot.pictures.get_subscription_count() == 0
+    assert call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request()).success
+    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a tracked user")
+    assert list(robot.users[-1].user_ids_ni) == [1]
+    ros.spin_until(lambda: robot.filtered and robot.filtered[-1].num_users_tracked == 1, what="the filter")
+    assert call(ros, robot, Trigger, "user_tracker_ni_node/Stop", Trigger.Request()).success
+    ros.spin_until(lambda: robot.pictures.get_subscription_count() == 0, what="the end of the subscription")
+    robot.users.clear()
+    ros.spin_for(0.3)
+    assert robot.users == []
+    assert call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request()).success
+    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after a restart")
+    assert list(robot.users[-1].user_ids_ni) == [1], "device ids count from 1 again"
+
+
+def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+    robot.depth = person_picture(2.0)
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    result = look(ros, robot, 10.0)
+    assert result.status == 4
+    assert result.result.found
+    # 2.0 m before the camera, which looks along the map's y axis from (1, 2 - 0.087).
+    assert result.result.x == pytest.approx(1.0, abs=0.05)
+    assert result.result.y == pytest.approx(2.0 - 0.087 + 2.0, abs=0.08)
+    assert result.result.distance == pytest.approx(2.0, abs=0.08)
+    ros.spin_until(lambda: robot.detected, what="detected_user")
+    assert robot.detected[0].command
+    assert robot.detected[0].user_position_y == pytest.approx(result.result.y)
+
+
+def test_a_look_at_nobody_fails_in_time_and_leaves_the_tracker_as_it_was(
+    ros: Any, robot: Robot, tracker: UserTrackerNode
+) -> None:
+    robot.depth = np.full((240, 320), 3.0, np.float32)
+    result = look(ros, robot, 0.8)
+    assert result.status == 6
+    assert not result.result.found
+    assert "no user seen within 0.8 s" in result.result.error_msg
+    ros.spin_until(lambda: robot.pictures.get_subscription_count() == 0, what="the tracker to stop again")
+
+
+def test_a_look_without_any_picture_ends_in_time(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+    assert look(ros, robot, 0.6).status == 6
+
+
+@pytest.mark.parametrize("window", [-1.0, 100.0, math.nan])
+def test_a_senseless_window_is_refused(ros: Any, robot: Robot, tracker: UserTrackerNode, window: float) -> None:
+    assert look(ros, robot, window) is None
+
+
+def test_a_look_can_be_cancelled(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+    ros.spin_until(robot.look.server_is_ready)
+    goal = robot.look.send_goal_async(LookForUser.Goal(window=15.0))
+    ros.spin_until(goal.done)
+    end = goal.result().get_result_async()
+    goal.result().cancel_goal_async()
+    ros.spin_until(end.done, what="the cancelled look")
+    assert end.result().status == 5
+
+
+def test_a_broken_picture_is_left_out(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(lambda: robot.pictures.get_subscription_count() == 1)
+    for _ in range(5):
+        robot.pictures.publish(Image(height=3, width=4, encoding="32FC1", step=16, data=[0] * 7))
+        ros.spin_for(0.05)
+    robot.depth = person_picture(2.0)
+    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after nonsense")
+
+
+# ---- approach -----------------------------------------------------------------------------------------
+
+
+class Caller(FlorenceNode):
+    """Publishes what the approach listens to and hears its status."""
+
+    def __init__(self) -> None:
+        super().__init__("caller")
+        self.words: list[str] = []
+        self.costmap = self.create_publisher(OccupancyGridMsg, "global_costmap/costmap", LATCHED)
+        self.states = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+        self.create_subscription(
+            String, "approach_user/status", lambda message: self.words.append(message.data), RELIABLE
+        )
+
+
+@pytest.fixture
+def caller(ros: Any) -> Caller:
+    ros.add(ApproachNode())
+    return ros.add(Caller())
+
+
+@pytest.fixture
+def propose(ros: Any, caller: Caller) -> Callable[..., Any]:
+    def ask(**changes: Any) -> Any:
+        fields = {"user_x": 3.0, "user_y": 2.0, "robot_x": 1.0, "robot_y": 2.0, "trial": 1, **changes}
+        return call(ros, caller, ProposeApproach, "approach_user/propose", ProposeApproach.Request(**fields))
+
+    return ask
+
+
+def test_a_proposal_without_a_costmap_says_that_it_is_unchecked(propose: Callable[..., Any]) -> None:
+    answer = propose()
+    assert answer.valid
+    assert (answer.x, answer.y, answer.phi) == pytest.approx((2.5, 2.0, 0.0), abs=1e-6)
+    assert answer.message == UNCHECKED
+
+
+def test_a_proposal_in_an_obstacle_is_refused(ros: Any, caller: Caller, propose: Callable[..., Any]) -> None:
+    cells = np.zeros((80, 80), np.int8)
+    cells[39:42, 49:52] = 99
+    caller.costmap.publish(grid_to_ros(OccupancyGrid(0.05, Pose2(), cells), "map", 0.0))
+    ros.spin_until(lambda: propose().message != UNCHECKED, what="the costmap")
+    taken, free = propose(), propose(trial=2)
+    assert not taken.valid and "cost 99" in taken.message
+    assert free.valid and free.message == ""
+    assert (free.x, free.y) == pytest.approx((2.646, 1.646), abs=1e-3) or free.y == pytest.approx(2.354, abs=1e-3)
+    assert not propose(trial=4).valid
+    assert not propose(safe_distance=9.0).valid
+    assert not propose(user_x=math.nan).valid
+
+
+def test_the_status_follows_the_missions(ros: Any, caller: Caller) -> None:
+    ros.spin_until(lambda: caller.states.get_subscription_count() == 1)
+    ros.spin_until(lambda: caller.count_publishers("approach_user/status") == 1)
+    caller.states.publish(RunState(state="IDLE"))
+    caller.states.publish(RunState(run_id="1", mission="goto_room", state="ACTIVE"))
+    ros.spin_for(0.3)
+    assert caller.words == []
+    caller.states.publish(RunState(run_id="2", mission="goto_user", state="ACTIVE"))
+    ros.spin_until(lambda: caller.words.count("ACTIVE") >= 3, what="ACTIVE again and again")
+    caller.states.publish(RunState(run_id="2", mission="goto_user", state="SUCCEEDED"))
+    ros.spin_until(lambda: caller.words.count("SUCCEEDED") == 6, what="the last word and five repeats")
+    ros.spin_for(0.5)
+    assert caller.words.count("SUCCEEDED") == 6

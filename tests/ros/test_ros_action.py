@@ -1,0 +1,271 @@
+"""Action skill against single-goal server over DDS."""
+
+from __future__ import annotations
+
+import signal
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+from nav2_msgs.action import Spin
+
+from florence_bt.core.outcome import Outcome, Result, failure, success
+from florence_bt.ros.action_server import PREEMPTED, SHUT_DOWN, SingleGoalServer
+from florence_bt.ros.action_skill import ActionSkill, Deadlines
+from florence_bt.ros.node import FlorenceNode
+
+pytestmark = pytest.mark.ros
+
+
+class Spinner(FlorenceNode):
+    """Serves ``spin``; the test decides when a goal ends. Negative turns are refused."""
+
+    def __init__(self, name: str = "spinner") -> None:
+        super().__init__(name)
+        self.goals: list[float] = []
+        self.cancels = 0
+        self.at_once = False
+        self.obey = True
+        self.server = SingleGoalServer(self, Spin, "spin", on_goal=self.on_goal, on_cancel=self.on_cancel)
+
+    def on_goal(self, goal: Any) -> str | None:
+        if goal.target_yaw < 0.0:
+            return "only to the left"
+        self.goals.append(goal.target_yaw)
+        if self.at_once:
+            self.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+        return None
+
+    def on_cancel(self) -> None:
+        self.cancels += 1
+        if self.obey:
+            self.server.finish(Spin.Result(error_msg="stopped"), Outcome.CANCELLED)
+
+
+def spin_skill(node: FlorenceNode, **deadlines: float) -> ActionSkill:
+    return ActionSkill(
+        node,
+        Spin,
+        "spin",
+        to_goal=lambda inputs: Spin.Goal(target_yaw=float(inputs["angle"])),
+        to_result=read_result,
+        to_feedback=lambda message: f"turned {message.angular_distance_traveled:.1f} rad",
+        deadlines=Deadlines(**{"accept_s": 20.0, **deadlines}),
+    )
+
+
+def read_result(message: Any, outcome: Outcome) -> Result:
+    if outcome is Outcome.SUCCEEDED:
+        return success(code=message.error_code)
+    if outcome is Outcome.CANCELLED:
+        return Result(outcome, "cancelled", message.error_msg)
+    return failure("spin_failed", message.error_msg, server_code=message.error_code)
+
+
+@pytest.fixture
+def client(ros: Any) -> FlorenceNode:
+    return ros.add(FlorenceNode("client"))
+
+
+def test_success_with_feedback(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    changes: list[str] = []
+    run = spin_skill(client).start({"angle": 1.5})
+    run.on_change(lambda: changes.append(run.feedback))
+    ros.spin_until(lambda: spinner.server.active)
+    assert spinner.goals == [1.5]
+    assert run.poll() is None
+    spinner.server.publish_feedback(Spin.Feedback(angular_distance_traveled=0.5))
+    ros.spin_until(lambda: run.feedback == "turned 0.5 rad")
+    spinner.server.finish(Spin.Result(error_code=0), Outcome.SUCCEEDED)
+    assert not spinner.server.active
+    result = ros.spin_until(run.poll)
+    assert result == success(code=0)
+    assert "turned 0.5 rad" in changes
+
+
+def test_end_within_the_goal_callback(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    spinner.at_once = True
+    skill = spin_skill(client)
+    for _ in range(20):
+        assert ros.spin_until(skill.start({"angle": 1.0}).poll) == success(code=0)
+    assert not spinner.server.active
+
+
+def test_refusal(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    skill = spin_skill(client)
+    running = skill.start({"angle": 1.0})
+    ros.spin_until(lambda: spinner.server.active)
+    refused = ros.spin_until(skill.start({"angle": -1.0}).poll)
+    assert refused.code == "rejected"
+    assert "/spin (nav2_msgs/action/Spin)" in refused.reason
+    assert spinner.server.active, "a refused goal must not touch the running one"
+    spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+    assert ros.spin_until(running.poll).succeeded
+
+
+def test_wrong_inputs_send_nothing(ros: Any, client: FlorenceNode) -> None:
+    result = spin_skill(client).start({}).poll()
+    assert result is not None
+    assert result.code == "bad_input"
+
+
+def test_cancel_before_the_server_is_known(ros: Any, client: FlorenceNode) -> None:
+    run = spin_skill(client).start({"angle": 1.0})
+    run.cancel()
+    result = run.poll()
+    assert result is not None
+    assert result.outcome is Outcome.CANCELLED
+
+
+def test_cancel_before_the_acceptance_is_remembered(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    skill = spin_skill(client)
+    ros.spin_until(skill._client.server_is_ready)
+    run = skill.start({"angle": 1.0})
+    run.cancel()
+    run.cancel()
+    assert run.poll() is None, "the goal is on its way"
+    result = ros.spin_until(run.poll)
+    assert (result.outcome, result.reason) == (Outcome.CANCELLED, "stopped")
+    assert spinner.cancels == 1
+    assert not spinner.server.active
+
+
+def test_cancel_while_it_runs(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase.value == "active")
+    run.cancel()
+    assert ros.spin_until(run.poll).outcome is Outcome.CANCELLED
+    assert spinner.cancels == 1
+
+
+def test_a_server_that_does_not_stop(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    spinner.obey = False
+    run = spin_skill(client, cancel_s=0.2).start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase.value == "active")
+    run.cancel()
+    result = ros.spin_until(run.poll)
+    assert result.outcome is Outcome.CANCELLED
+    assert "did not confirm the stop within 0.2 s" in result.reason
+    assert spinner.cancels == 1
+
+
+def test_what_was_reached_counts_in_spite_of_a_cancel(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    spinner.obey = False
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase.value == "active")
+    run.cancel()
+    ros.spin_until(lambda: spinner.cancels == 1)
+    spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+    assert ros.spin_until(run.poll).succeeded
+
+
+def test_a_newer_goal_replaces_the_older_one(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    skill = spin_skill(client)
+    older = skill.start({"angle": 1.0})
+    ros.spin_until(lambda: spinner.server.active)
+    newer = skill.start({"angle": 2.0})
+    result = ros.spin_until(older.poll)
+    assert (result.code, result.reason) == ("spin_failed", PREEMPTED)
+    assert newer.poll() is None
+    assert spinner.goals == [1.0, 2.0]
+    spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+    assert ros.spin_until(newer.poll).succeeded
+    assert spinner.cancels == 0
+
+
+def test_a_component_that_gives_up_is_aborted(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: spinner.server.active)
+    spinner.server.finish(Spin.Result(error_code=703, error_msg="a wall"), Outcome.FAILED)
+    result = ros.spin_until(run.poll)
+    assert (result.code, result.reason, result.server_code) == ("spin_failed", "a wall", 703)
+
+
+def test_cancelled_without_a_request_is_a_failure_for_the_client(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: spinner.server.active)
+    spinner.server.finish(Spin.Result(error_msg="emergency stop"), Outcome.CANCELLED)
+    assert ros.spin_until(run.poll).reason == "emergency stop"
+
+
+def test_no_server(ros: Any, client: FlorenceNode) -> None:
+    run = spin_skill(client, accept_s=0.3).start({"angle": 1.0})
+    result = ros.spin_until(run.poll)
+    assert result.code == "server_lost"
+    assert "nobody serves action /spin" in result.reason
+
+
+def test_a_server_that_comes_late_is_found(ros: Any, client: FlorenceNode) -> None:
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_for(0.2)
+    spinner = ros.add(Spinner())
+    spinner.at_once = True
+    assert ros.spin_until(run.poll).succeeded
+
+
+def test_result_deadline_stops_the_server(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    run = spin_skill(client, result_s=0.2).start({"angle": 1.0})
+    result = ros.spin_until(run.poll)
+    assert result.code == "timed_out"
+    ros.spin_until(lambda: spinner.cancels == 1)
+
+
+def test_a_server_that_shuts_down_says_so(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase.value == "active")
+    ros.close_node(spinner)
+    assert ros.spin_until(run.poll).reason == SHUT_DOWN
+
+
+SPINNER_SCRIPT = """
+import sys
+from nav2_msgs.action import Spin
+from florence_bt.ros.action_server import SingleGoalServer
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.process import run_nodes
+
+def make():
+    node = FlorenceNode("spinner")
+    def on_goal(goal):
+        print("goal", flush=True)
+        return None
+    node.server = SingleGoalServer(node, Spin, "spin", on_goal=on_goal, on_cancel=lambda: None)
+    return node
+
+sys.exit(run_nodes([make]))
+"""
+
+
+def test_another_process_that_dies(ros: Any, client: FlorenceNode, start_process: Any) -> None:
+    child = start_process("-c", SPINNER_SCRIPT)
+    run = spin_skill(client, result_s=1.0).start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase.value == "active")
+    child.end(signal.SIGKILL)
+    # Discovery misses a killed process only after its lease of 20 s; the run's own deadline holds.
+    assert ros.spin_until(run.poll).code == "timed_out"
+
+
+def test_a_bug_in_the_goal_callback_ends_the_server_not_the_client(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+
+    def broken(goal: Any) -> str | None:
+        raise ZeroDivisionError("bug")
+
+    spinner.server._on_goal = broken
+    run = spin_skill(client).start({"angle": 1.0})
+    with pytest.raises(ZeroDivisionError):
+        ros.spin_until(run.poll)
+    assert ros.spin_until(run.poll).code == "rejected"

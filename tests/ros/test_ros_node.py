@@ -1,0 +1,315 @@
+"""The base node: clock, parameters, callbacks from threads, the end of a process."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+from rosgraph_msgs.msg import Clock as ClockMsg
+from std_srvs.srv import SetBool, Trigger
+
+from florence_bt.core.clock import call_every
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.outcome import failure, success
+from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.service_skill import ServiceSkill
+
+pytestmark = pytest.mark.ros
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    rate: float = 10.0
+    frame: str = "map"
+    limit: float | None = None
+    window: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.rate <= 0.0:
+            raise ConfigError(f"rate must be above zero, not {self.rate}")
+
+
+def test_parameters(ros: Any) -> None:
+    node = ros.add(FlorenceNode("a", parameters={"rate": 5, "window": (1.0, 2.0), "limit": None}))
+    assert node.read_parameters(Settings) == Settings(5.0, "map", None, (1.0, 2.0))
+    assert node.unknown_parameters() is None
+    assert node.read_parameters(Settings) == Settings(5.0, "map", None, (1.0, 2.0)), (
+        "reading again is harmless"
+    )
+    empty = ros.add(FlorenceNode("b", parameters={"window": ()}))
+    assert empty.read_parameters(Settings) == Settings()
+
+
+def test_wrong_parameters(ros: Any) -> None:
+    node = ros.add(FlorenceNode("a", parameters={"rate": "fast"}))
+    with pytest.raises(ConfigError, match="node a: parameter 'rate' cannot be 'fast'"):
+        node.read_parameters(Settings)
+    node = ros.add(FlorenceNode("b", parameters={"rate": -1.0}))
+    with pytest.raises(ConfigError, match="node b: rate must be above zero"):
+        node.read_parameters(Settings)
+    node = ros.add(FlorenceNode("c", parameters={"frme": "odom"}))
+    node.read_parameters(Settings)
+    assert "no parameter 'frme'" in str(node.unknown_parameters())
+    assert node.unknown_parameters().valid == ("frame",)
+
+
+def test_call_soon_from_a_thread_runs_on_the_executor(ros: Any) -> None:
+    node = FlorenceNode("a")
+    ran: list[tuple[str, threading.Thread]] = []
+    node.call_soon(lambda: ran.append(("before there is an executor", threading.current_thread())))
+    ros.add(node)
+    thread = threading.Thread(
+        target=lambda: node.call_soon(lambda: ran.append(("thread", threading.current_thread())))
+    )
+    thread.start()
+    thread.join()
+    ros.spin_until(lambda: len(ran) == 2)
+    assert [name for name, _ in ran] == ["before there is an executor", "thread"]
+    assert {where for _, where in ran} == {threading.main_thread()}
+
+
+def test_an_exception_of_a_guarded_callback_reaches_the_loop(ros: Any) -> None:
+    node = ros.add(FlorenceNode("a"))
+    node.call_soon(lambda: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        ros.spin_for(5.0)
+
+
+def test_timers_of_the_wall_clock(ros: Any) -> None:
+    clock = ros.add(FlorenceNode("a")).timebase
+    order: list[str] = []
+    begin = clock.now()
+    clock.call_at(begin + 0.06, lambda: order.append("third"))
+    clock.call_at(begin + 0.03, lambda: order.append("first"))
+    clock.call_at(begin + 0.03, lambda: order.append("second"))
+    clock.call_at(begin - 1.0, lambda: order.append("past"))
+    cancelled = clock.call_at(begin + 0.04, lambda: order.append("cancelled"))
+    cancelled.cancel()
+    assert order == []
+    ros.spin_until(lambda: len(order) == 4)
+    assert order == ["past", "first", "second", "third"]
+    assert clock.now() - begin >= 0.06
+    cancelled.cancel()
+
+
+def test_many_cancelled_timers_are_cleared_up(ros: Any) -> None:
+    clock = ros.add(FlorenceNode("a")).timebase
+    for _ in range(1000):
+        clock.call_at(clock.now() + 100.0, lambda: None).cancel()
+    assert len(clock._queue) < 100
+    fired: list[int] = []
+    clock.call_at(clock.now() + 0.01, lambda: fired.append(1))
+    ros.spin_until(lambda: fired)
+
+
+def test_periodic_timer(ros: Any) -> None:
+    clock = ros.add(FlorenceNode("a")).timebase
+    moments: list[float] = []
+    timer = call_every(clock, 0.02, lambda: moments.append(clock.now()))
+    ros.spin_until(lambda: len(moments) == 10)
+    timer.cancel()
+    ros.spin_for(0.05)
+    assert len(moments) == 10
+    assert moments[-1] - moments[0] >= 9 * 0.02 - 1e-3
+
+
+class SimulatedTime:
+    """A node on simulated time, and the hand that drives the clock."""
+
+    def __init__(self, ros: Any) -> None:
+        self.ros = ros
+        self.source = ros.add(FlorenceNode("source"))
+        self.node = ros.add(FlorenceNode("a", parameters={"use_sim_time": True}))
+        self.publisher = self.source.create_publisher(ClockMsg, "/clock", 1)
+        ros.spin_until(lambda: self.source.count_subscribers("/clock") == 1)
+
+    def set(self, seconds: float) -> None:
+        def arrived() -> bool:
+            self.publisher.publish(ClockMsg(clock=stamp_to_ros(seconds)))
+            self.ros.spin_for(0.01)
+            return bool(self.node.timebase.now() == seconds)
+
+        self.ros.spin_until(arrived)
+        self.ros.spin_for(0.02)
+
+
+def test_timers_follow_simulated_time(ros: Any) -> None:
+    simulated = SimulatedTime(ros)
+    clock = simulated.node.timebase
+    fired: list[float] = []
+    simulated.set(10.0)
+    clock.call_at(11.0, lambda: fired.append(clock.now()))
+    simulated.set(10.9)
+    assert fired == []
+    simulated.set(11.5)
+    assert fired == [11.5]
+
+
+def test_waits_begun_before_the_first_simulated_time_keep_their_length(ros: Any) -> None:
+    simulated = SimulatedTime(ros)
+    clock = simulated.node.timebase
+    fired: list[float] = []
+    assert clock.now() == 0.0
+    clock.call_at(clock.now() + 5.0, lambda: fired.append(clock.now()))
+    ros.spin_for(0.05)
+    simulated.set(1000.0)
+    assert fired == []
+    simulated.set(1004.0)
+    assert fired == []
+    simulated.set(1005.5)
+    assert fired == [1005.5]
+
+
+def test_waits_survive_a_simulation_that_starts_over(ros: Any) -> None:
+    simulated = SimulatedTime(ros)
+    clock = simulated.node.timebase
+    fired: list[float] = []
+    simulated.set(500.0)
+    clock.call_at(502.0, lambda: fired.append(clock.now()))
+    simulated.set(1.0)
+    simulated.set(2.0)
+    assert fired == []
+    simulated.set(3.25)
+    assert fired == [3.25]
+
+
+def test_service_skill(ros: Any) -> None:
+    server, client = ros.add(FlorenceNode("server")), ros.add(FlorenceNode("client"))
+
+    def answer(request: Any, response: Any) -> Any:
+        response.success, response.message = request.data, "because"
+        return response
+
+    server.create_service(SetBool, "light", answer)
+    skill = ServiceSkill(
+        client,
+        SetBool,
+        "light",
+        to_request=lambda inputs: SetBool.Request(data=inputs["on"]),
+        to_result=lambda m: success() if m.success else failure("dark", m.message),
+        deadline_s=20.0,
+    )
+    assert ros.spin_until(skill.start({"on": True}).poll).succeeded
+    assert ros.spin_until(skill.start({"on": False}).poll) == failure("dark", "because")
+    assert skill.start({}).poll().code == "bad_input"
+    dropped = skill.start({"on": True})
+    dropped.cancel()
+    assert dropped.poll().code == "cancelled"
+    ros.spin_for(0.1)
+
+
+def test_service_skill_without_a_server(ros: Any) -> None:
+    client = ros.add(FlorenceNode("client"))
+    skill = ServiceSkill(
+        client,
+        Trigger,
+        "stop",
+        to_request=lambda _: Trigger.Request(),
+        to_result=lambda m: success(),
+        deadline_s=0.2,
+    )
+    result = ros.spin_until(skill.start({}).poll)
+    assert result.code == "server_lost"
+    assert "service /stop" in result.reason
+
+
+def test_shut_down_closes_every_part(ros: Any) -> None:
+    closed: list[str] = []
+
+    class Fragile(FlorenceNode):
+        def close(self) -> None:
+            closed.append("node")
+            raise OSError("the port is gone")
+
+    node = ros.add(Fragile("a"))
+    node.on_close(lambda: closed.append("first"))
+    node.on_close(lambda: closed.append("second"))
+    with pytest.raises(ExceptionGroup, match="closing a"):
+        node.shut_down()
+    assert closed == ["node", "second", "first"]
+    node.close = lambda: None  # type: ignore[method-assign]
+
+
+CHILD = """
+import os, sys
+from florence_bt.core.clock import call_every
+from florence_bt.core.errors import ConfigError
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.process import run_nodes
+
+class Talker(FlorenceNode):
+    def __init__(self, name, parameters=None):
+        super().__init__(name, parameters=parameters)
+        print("range", os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"], flush=True)
+        self.call_soon(lambda: print(name, "spins", flush=True))
+
+    def close(self):
+        print("closing", self.get_name(), flush=True)
+        if "fragile" in sys.argv:
+            raise OSError("no port")
+
+def broken():
+    raise ConfigError("no such device", valid=["/dev/ttyUSB0"])
+
+def failing():
+    node = Talker("b")
+    node.timebase.call_at(0.0, lambda: 1 / 0)
+    return node
+
+second = {"broken": broken, "failing": failing, "typo": lambda: Talker("b", {"rat": 1.0})}
+sys.exit(run_nodes([lambda: Talker("a"), second.get(sys.argv[1], lambda: Talker("b"))]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_process_in_order(
+    start_process: Any, number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    child = start_process("-c", CHILD, "fine")
+    child.wait_for("b spins")
+    child.wait_for("a spins")
+    assert child.end(number) == 0
+    assert child.output.splitlines()[-2:] == ["closing b", "closing a"]
+    assert "range LOCALHOST" in child.output
+    assert "Traceback" not in child.output
+
+
+@pytest.mark.parametrize(
+    ("how", "text", "closed"),
+    [
+        ("broken", "error: no such device (would have worked: /dev/ttyUSB0)", ["closing a"]),
+        ("failing", "ZeroDivisionError", ["closing b", "closing a"]),
+        ("typo", "error: node b has no parameter 'rat'", ["closing b", "closing a"]),
+    ],
+)
+def test_a_failure_closes_all_and_is_told(start_process: Any, how: str, text: str, closed: list[str]) -> None:
+    child = start_process("-c", CHILD, how)
+    assert child.process.wait(30.0) == 1
+    assert text in child.output
+    assert [line for line in child.output.splitlines() if line.startswith("closing")] == closed
+
+
+def test_a_failure_while_closing_does_not_stop_the_others(start_process: Any) -> None:
+    child = start_process("-c", CHILD, "fine", "fragile")
+    child.wait_for("b spins")
+    assert child.end(signal.SIGINT) == 1
+    assert "closing b" in child.output
+    assert "closing a" in child.output
+    assert "no port" in child.output
+
+
+def test_a_start_after_killed_processes(start_process: Any) -> None:
+    for _ in range(2):
+        killed = start_process("-c", CHILD, "fine")
+        killed.wait_for("b spins")
+        killed.end(signal.SIGKILL)
+    child = start_process("-c", CHILD, "fine")
+    child.wait_for("b spins")
+    assert child.end() == 0

@@ -1,0 +1,236 @@
+"""The TurtleBot node against the emulated Create behind a pseudo-terminal."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("florence_interfaces")
+from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import TurtlebotSensorState
+from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
+
+from florence_bt.drivers.turtlebot.node import TurtlebotNode
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.tf import TransformListener
+from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
+from florence_bt.simulation.emulators.create import CreateEmulator, Mode
+from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+
+pytestmark = pytest.mark.ros
+
+
+class Device:
+    """A base that does at once what it is told, its emulator and its port, on a thread of their own."""
+
+    def __init__(self, link: Path) -> None:
+        self.wheels = (0.0, 0.0)
+        self._rolled = (0.0, 0.0)
+        self._link = link
+        self.create = CreateEmulator(self, BaseSensors(self, 0, PERFECT_BASE))
+        self._line: PseudoTerminal | None = PseudoTerminal(link)
+        self._lock = threading.Lock()
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def set_wheels(self, left_mps: float, right_mps: float) -> None:
+        self.wheels = (left_mps, right_mps)
+
+    def travel(self) -> tuple[float, float]:
+        return self._rolled
+
+    def yaw_rate(self) -> float:
+        return (self.wheels[1] - self.wheels[0]) / 0.26
+
+    def bumpers(self) -> tuple[bool, bool]:
+        return (False, False)
+
+    def unplug(self) -> None:
+        with self._lock:
+            assert self._line is not None
+            self._line.unplug()
+            self._line = None
+
+    def plug_in(self) -> None:
+        with self._lock:
+            self._line = PseudoTerminal(self._link)
+
+    def close(self) -> None:
+        self._end.set()
+        self._thread.join()
+        if self._line is not None:
+            self._line.close()
+
+    def _run(self) -> None:
+        before = time.monotonic()
+        while not self._end.wait(0.004):
+            now = time.monotonic()
+            left, right = self.wheels
+            self._rolled = (
+                self._rolled[0] + left * (now - before),
+                self._rolled[1] + right * (now - before),
+            )
+            before = now
+            with self._lock:
+                if self._line is not None:
+                    answer = self.create.receive(self._line.read(), now) + self.create.poll(now)
+                    self._line.write(answer)
+
+
+@pytest.fixture
+def device(tmp_path: Path) -> Iterator[Device]:
+    made = Device(tmp_path / "create")
+    yield made
+    made.close()
+
+
+class Listener(FlorenceNode):
+    """Keeps the newest message of every topic."""
+
+    def __init__(self) -> None:
+        super().__init__("listener")
+        self.seen: dict[str, list[Any]] = {}
+        for kind, topic in (
+            (Odometry, "odom"),
+            (Imu, "imu/data"),
+            (TurtlebotSensorState, "turtlebot_node/sensor_state"),
+            (DiagnosticArray, "diagnostics"),
+        ):
+            self.seen[topic] = []
+            self.create_subscription(kind, topic, self.seen[topic].append, RELIABLE)
+        self.transforms = TransformListener(self)
+        self.command = self.create_publisher(Twist, "cmd_vel", RELIABLE)
+
+    def newest(self, topic: str) -> Any:
+        return self.seen[topic][-1] if self.seen[topic] else None
+
+    def drive(self, linear: float, angular: float) -> None:
+        message = Twist()
+        message.linear.x, message.angular.z = linear, angular
+        self.command.publish(message)
+
+
+def call(ros: Any, listener: Listener, kind: Any, name: str, **fields: int) -> Any:
+    client = listener.create_client(kind, f"turtlebot_node/{name}")
+    ros.spin_until(client.service_is_ready)
+    future = client.call_async(kind.Request(**fields))
+    ros.spin_until(future.done)
+    listener.destroy_client(client)
+    return future.result()
+
+
+def start(ros: Any, tmp_path: Path, **parameters: Any) -> tuple[TurtlebotNode, Listener]:
+    listener = ros.add(Listener())
+    settings = {"port": str(tmp_path / "create"), "reconnect_delay_s": 0.05, **parameters}
+    node = ros.add(TurtlebotNode(parameters=settings))
+    assert node.unknown_parameters() is None
+    return node, listener
+
+
+def test_drives_and_tells(ros: Any, device: Device, tmp_path: Path) -> None:
+    node, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.newest("imu/data"), what="the gyro's rest offset")
+    assert listener.newest("odom").pose.covariance[0] == 1e-9
+
+    def moved() -> bool:
+        listener.drive(0.2, 0.5)
+        return listener.newest("odom").pose.pose.position.x > 0.1
+
+    ros.spin_until(moved)
+    assert device.wheels == (0.135, 0.265)
+    odometry = listener.newest("odom")
+    assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base_footprint")
+    assert odometry.pose.covariance[35] == 1e3
+    imu = listener.newest("imu/data")
+    assert imu.header.frame_id == "gyro_link"
+    assert imu.angular_velocity.z == pytest.approx(0.5, abs=0.02)
+    pose = listener.transforms.buffer.lookup_pose("odom", "base_footprint")
+    assert pose.yaw > 0.1
+    # Silence on cmd_vel stops the base.
+    ros.spin_until(lambda: device.wheels == (0.0, 0.0))
+    state = listener.newest("turtlebot_node/sensor_state")
+    assert (state.oi_mode, state.user_digital_outputs) == (3, 1)
+    total = sum(state.distance for state in listener.seen["turtlebot_node/sensor_state"])
+    assert total > 0.1
+    ros.spin_until(lambda: listener.newest("diagnostics").status[0].message == "RUNNING")
+    assert [status.message for status in listener.newest("diagnostics").status[1:]] == ["Full", "OK"]
+    # The node's end stops a base that drives.
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
+    ros.close_node(node)
+    for _ in range(500):
+        if device.wheels == (0.0, 0.0):
+            break
+        time.sleep(0.01)
+    assert device.wheels == (0.0, 0.0)
+
+
+def test_rates(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: len(listener.seen["odom"]) > 60)
+    stamps = [message.header.stamp for message in listener.seen["odom"][-40:]]
+    seconds = [stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]
+    assert 20.0 < (len(seconds) - 1) / (seconds[-1] - seconds[0]) < 35.0
+    assert len(listener.seen["odom"]) > 2 * len(listener.seen["turtlebot_node/sensor_state"])
+
+
+def test_services(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.newest("odom"))
+    assert call(
+        ros, listener, SetDigitalOutputs, "set_digital_outputs", digital_out_0=0, digital_out_2=1
+    ).done
+    ros.spin_until(lambda: device.create.digital_outputs == 4)
+    assert not call(ros, listener, SetTurtlebotMode, "set_operation_mode", mode=4).valid_mode
+    assert call(ros, listener, SetTurtlebotMode, "set_operation_mode", mode=1).valid_mode
+    ros.spin_until(lambda: device.create.mode is Mode.PASSIVE)
+    assert not call(ros, listener, SetDigitalOutputs, "set_digital_outputs", digital_out_0=1).done
+    assert call(ros, listener, SetTurtlebotMode, "set_operation_mode", mode=2).valid_mode
+    ros.spin_until(lambda: device.create.mode is Mode.SAFE)
+    ros.spin_until(lambda: device.create.digital_outputs == 4)
+
+
+def test_bad_commands_stop(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
+    ros.spin_until(lambda: [listener.drive(math.nan, 0.0), device.wheels == (0.0, 0.0)][1])
+    ros.spin_until(lambda: [listener.drive(50.0, 0.0), device.wheels == (0.5, 0.5)][1])
+
+
+def test_the_plug_is_pulled_and_put_back(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.newest("odom"))
+    device.unplug()
+
+    def connection() -> Any:
+        newest = listener.newest("diagnostics")
+        return newest.status[0] if newest else None
+
+    ros.spin_until(lambda: connection() and connection().level == b"\x02")
+    assert "no such port" in connection().message
+    device.plug_in()
+    count = len(listener.seen["odom"])
+    ros.spin_until(lambda: len(listener.seen["odom"]) > count + 5)
+    ros.spin_until(lambda: connection().message == "RUNNING")
+
+
+def test_silence_opens_the_port_again(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path, operation_mode=2, data_timeout=0.3)
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
+    device.create.faults.silent = True
+    ros.spin_until(lambda: device.wheels == (0.0, 0.0))
+    device.create.faults.silent = False
+    count = len(listener.seen["odom"])
+    ros.spin_until(lambda: len(listener.seen["odom"]) > count + 5)
+    assert device.create.mode is Mode.SAFE

@@ -1,0 +1,123 @@
+"""Whole missions in the rig: the same parts as on the robot, in one process, on a manual clock."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.simulation.server import closeness
+from florence_bt.wiring.rigs import make_rig
+
+pytestmark = pytest.mark.slow
+
+ROOMS = ("kitchen", "bedroom", "bathroom", "living_room", "study", "hall")
+
+
+def speed(rig, seconds=0.5):
+    """How fast the robot really moves, m/s."""
+    before = rig.world.robot_pose
+    rig.clock.advance(seconds)
+    return rig.world.robot_pose.distance_to(before) / seconds
+
+
+def test_goto_user_ends_politely_before_the_person(tmp_path):
+    rig = make_rig(seed=1, runs_folder=tmp_path)
+    run = rig.run("goto_user")
+    assert run.status is RunStatus.SUCCEEDED, run.reason
+    rig.clock.advance(1.0)
+    end = closeness(rig.world.robot_pose, rig.world.person_pose("user"))
+    assert end.distance == pytest.approx(0.5, abs=0.1)
+    assert end.facing <= math.radians(15.0)
+    assert rig.world.contacts == []
+    # What the mission says agrees with the truth.
+    assert run.outputs["user"].distance_to(rig.world.person_pose("user")) < 0.1
+    record = rig.records[0]
+    assert record.looks and record.path[0][1].distance_to(rig.world.flat.start) < 0.1
+    result = json.loads((record.folder / "result.json").read_text())
+    assert result["status"] == "SUCCEEDED" and len(result["looks"]) == len(record.looks)
+
+
+def test_the_same_seed_gives_the_same_run_bit_for_bit(tmp_path):
+    journals = []
+    for folder in ("first", "second"):
+        rig = make_rig(seed=7, person="bathroom", runs_folder=tmp_path / folder)
+        run = rig.run("goto_user")
+        journals.append((tmp_path / folder / run.run_id / "journal.jsonl").read_bytes())
+        journals.append((tmp_path / folder / run.run_id / "result.json").read_bytes())
+    assert journals[:2] == journals[2:]
+
+
+def test_another_seed_gives_another_run(tmp_path):
+    ends = {make_rig(seed=seed, person="bathroom").run("goto_user").ended for seed in (7, 8)}
+    assert len(ends) == 2
+
+
+def test_with_nobody_at_home_it_looks_all_round_fails_and_stands_still():
+    rig = make_rig(seed=2, person="absent", user_room="living_room")
+    run = rig.run("goto_user")
+    assert run.status is RunStatus.FAILED
+    assert (run.code, run.reason) == ("no_user_seen", "no user seen in 8 of 8 looks")
+    rig.clock.advance(1.5)
+    assert speed(rig) == pytest.approx(0.0, abs=1e-4)
+    assert rig.world.contacts == []
+
+
+def test_it_drives_through_every_door_and_touches_nothing():
+    rig = make_rig(seed=3, person="absent")
+    for room in (*ROOMS, *reversed(ROOMS)):
+        run = rig.run("goto_room", {"room": room})
+        assert run.status is RunStatus.SUCCEEDED, f"{room}: {run.reason}"
+        here = rig.world.robot_pose
+        assert here.distance_to(rig.world.flat.room(room).hotspot.pose) < 0.15
+    assert rig.world.contacts == []
+
+
+@pytest.mark.parametrize("moment", [0.0, 0.05, 0.5, 3.0, 17.0, 21.0, 26.0])
+def test_a_stop_at_any_moment_stops_the_robot(moment):
+    rig = make_rig(seed=1, person="kitchen")
+    run = rig.executor.trigger(Request("goto_user", caller="test"))
+    rig.clock.advance(moment)
+    rig.executor.stop("enough")
+    rig.clock.advance(2.0)
+    assert run.status is RunStatus.STOPPED
+    assert speed(rig) == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("mission", "inputs", "message"),
+    [
+        ("goto_usr", {}, "goto_user"),
+        ("goto_user", {"safe_distance": "0.5 kg"}, "safe_distance"),
+        ("goto_user", {"safe_distance": "9 m"}, "safe_distance"),
+        ("goto_pose", {"x": "1 m"}, "y"),
+    ],
+)
+def test_bad_requests_move_nothing(mission, inputs, message):
+    rig = make_rig(seed=1, person="absent")
+    with pytest.raises(ConfigError, match=message):
+        rig.executor.trigger(Request(mission, inputs))
+    assert speed(rig, 1.0) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_an_unknown_room_fails_with_the_rooms_that_exist():
+    rig = make_rig(seed=1, person="absent")
+    run = rig.run("goto_room", {"room": "kitchn"})
+    assert run.status is RunStatus.FAILED and run.code == "unknown_hotspot" and "kitchen" in run.reason
+
+
+def test_a_goal_in_a_wall_fails_and_nothing_moves():
+    rig = make_rig(seed=1, person="absent")
+    wall = rig.world.flat.solids[0]
+    run = rig.run("goto_pose", {"x": f"{wall.x} m", "y": f"{wall.y} m", "phi": "0 deg"})
+    assert run.status is RunStatus.FAILED and run.code in ("goal_occupied", "goal_outside", "no_path")
+    assert speed(rig) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_person_elsewhere_than_believed_is_not_found():
+    rig = make_rig(seed=4, person="bathroom", user_room="living_room")
+    run = rig.run("goto_user")
+    assert run.status is RunStatus.FAILED and run.code == "no_user_seen"

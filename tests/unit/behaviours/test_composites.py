@@ -1,0 +1,81 @@
+import pytest
+from py_trees.common import Status
+from py_trees.composites import Sequence
+
+from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.run_skill import RunSkill
+from florence_bt.behaviours.why import explain
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.outcome import failure, success
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.testing.ticking import drain, make_context, tick_until
+
+WORK = SkillDeclaration("work", "Work", failures={"broken": "it broke"})
+CLEAN = SkillDeclaration("clean", "Clean up")
+
+
+CLEANED = Step(success(), after=1.0)
+
+
+def build(clock, work, clean=CLEANED):
+    skills = {"work": ScriptedSkill(WORK, clock, [work]), "clean": ScriptedSkill(CLEAN, clock, [clean])}
+    context = make_context(clock, skills, {"work": WORK, "clean": CLEAN})
+    root = Finally(
+        "root",
+        context,
+        RunSkill("work", context, "work"),
+        lambda c: Sequence("clean up", True, [RunSkill("clean", c, "clean"), RunSkill("again", c, "clean")]),
+    )
+    return root, skills["work"], skills["clean"], context
+
+
+@pytest.mark.parametrize(
+    ("result", "status"), [(success(), Status.SUCCESS), (failure("broken", "it broke"), Status.FAILURE)]
+)
+def test_the_clean_up_follows_and_the_status_of_the_body_stands(clock, result, status):
+    # 0: work; 2: clean; 3: clean again; 4: done
+    root, _, clean, context = build(clock, Step(result, after=2.0))
+    tick_until(root, clock, context)
+    assert (root.status, clock.now(), len(clean.runs)) == (status, 4.0, 2)
+    assert explain(root) is None or explain(root).path == "root/work"
+
+
+def test_a_failing_clean_up_changes_nothing(clock):
+    root, _, clean, context = build(clock, Step(success()), Step(failure("rejected", "no")))
+    tick_until(root, clock, context)
+    assert (root.status, len(clean.runs)) == (Status.SUCCESS, 1)
+
+
+def test_a_stop_cleans_up_beside_the_tree(clock):
+    # stop at 1: clean 1-2, again 2-3
+    root, work, clean, context = build(clock, Step(None))
+    root.tick_once()
+    clock.advance(1.0)
+    root.stop(Status.INVALID)
+    assert (work.active, clean.active, root.status) == (0, 1, Status.INVALID)
+    drain(clock, context)
+    assert (clock.now(), len(clean.runs), clean.active) == (3.0, 2, 0)
+
+
+def test_a_stop_during_the_clean_up_begins_it_again(clock):
+    root, _, clean, context = build(clock, Step(success()))
+    tick_until(root, clock, context, lambda: clock.now() >= 0.5 or bool(clean.runs))
+    clock.advance(0.5)
+    root.stop(Status.INVALID)
+    drain(clock, context)
+    assert (clock.now(), len(clean.runs), clean.active) == (2.5, 3, 0)
+
+
+def test_a_clean_up_that_hangs_ends_with_its_skills_deadline(clock):
+    root, _, clean, context = build(clock, Step(None), Step(None))
+    root.tick_once()
+    root.stop(Status.INVALID)
+    drain(clock, context)
+    assert (clock.now(), clean.active) == (CLEAN.deadline_s, 0)
+
+
+def test_stopping_a_finished_tree_does_not_clean_again(clock):
+    root, _, clean, context = build(clock, Step(success()))
+    tick_until(root, clock, context)
+    root.stop(Status.INVALID)
+    assert (len(clean.runs), context.runs) == (2, [])

@@ -1,0 +1,65 @@
+import pytest
+
+from florence_bt.behaviours.keys import (
+    KeyReference,
+    KeyStore,
+    MissingKey,
+    PoseFromParts,
+    TextTemplate,
+    readable,
+    resolve,
+)
+from florence_bt.behaviours.leaves import Fail, SetKey
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.geometry import Pose2
+from florence_bt.testing.ticking import make_context
+
+
+def test_read_write_reset():
+    keys = KeyStore({"a": 1})
+    keys.write("b", Pose2(1, 2, 3))
+    assert (keys.read("a"), keys.read("b"), "b" in keys, list(keys)) == (1, Pose2(1, 2, 3), True, ["a", "b"])
+    copy = keys.as_dict()
+    keys.reset({"c": "x"})
+    assert (keys.as_dict(), copy["a"]) == ({"c": "x"}, 1)
+
+
+def test_a_key_that_was_never_written():
+    with pytest.raises(MissingKey, match=r"'gaol' has no value yet .*goal"):
+        KeyStore({"goal": 1.0}).read("gaol")
+    with pytest.raises(MissingKey, match="none at all"):
+        KeyStore().read("goal")
+
+
+def test_a_value_of_a_strange_type():
+    with pytest.raises(TypeError, match="cannot hold"):
+        KeyStore().write("a", [1])
+
+
+def test_sources():
+    keys = KeyStore({"x": 1, "name": "Ada", "ok": True})
+    assert resolve(5, keys) == 5
+    assert resolve(KeyReference("x"), keys) == 1
+    assert resolve(TextTemplate(("hello ", KeyReference("name"))), keys) == "hello Ada"
+    assert resolve(PoseFromParts(KeyReference("x"), 2.0, 0.5), keys) == Pose2(1.0, 2.0, 0.5)
+
+
+def test_readable():
+    assert [readable(v) for v in (True, 3, 0.123456, "t")] == ["true", "3", "0.1235", "t"]
+    assert readable(Pose2(1, 2, 3)) == "(x 1.00 m, y 2.00 m, yaw 3.00 rad)"
+
+
+def test_set_key_writes_all_or_nothing():
+    context = make_context(ManualClock(), keys={"a": 1})
+    node = SetKey("set", context, {"b": KeyReference("a"), "c": KeyReference("gone")})
+    node.tick_once()
+    assert (node.result.code, context.keys.as_dict()) == ("missing_key", {"a": 1})
+    SetKey("set", context, {"b": KeyReference("a")}).tick_once()
+    assert context.keys.read("b") == 1
+
+
+def test_fail_with_a_key_in_its_reason():
+    context = make_context(ManualClock(), keys={"room": "kitchen"})
+    node = Fail("fail", context, TextTemplate(("nobody in the ", KeyReference("room"))), "nobody")
+    node.tick_once()
+    assert (node.result.code, node.result.reason) == ("nobody", "nobody in the kitchen")

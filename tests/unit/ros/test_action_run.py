@@ -1,0 +1,254 @@
+"""A run on an action server, without ROS: every order of events ends it, and no goal is left running."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.skill import Phase
+from florence_bt.ros._action_run import ActionRun, Deadlines
+
+DEADLINES = Deadlines(accept_s=2.0, result_s=10.0, cancel_s=3.0, lost_s=1.0)
+
+
+class FakeServer:
+    """A server in reach of the run; what it was told is recorded."""
+
+    def __init__(self, there: bool = True) -> None:
+        self.there = there
+        self.sent: list[str] = []
+
+    def server_is_there(self) -> bool:
+        return self.there
+
+    def send_goal(self) -> None:
+        self.sent.append("goal")
+
+    def send_cancel(self) -> None:
+        self.sent.append("cancel")
+
+
+def begin(there: bool = True, deadlines: Deadlines = DEADLINES) -> tuple[ManualClock, FakeServer, ActionRun]:
+    clock, server = ManualClock(100.0), FakeServer(there)
+    return clock, server, ActionRun(clock, server, deadlines, "action /dance")
+
+
+def ended(run: ActionRun) -> Result:
+    result = run.poll()
+    assert result is not None
+    return result
+
+
+# What may happen to a run; "wait" lets every deadline pass.
+EVENTS = ("accepted", "rejected", "finished", "cancel", "refused", "wait")
+
+
+def apply(event: str, clock: ManualClock, run: ActionRun) -> None:
+    if event == "accepted":
+        run.accepted()
+    elif event == "rejected":
+        run.rejected()
+    elif event == "finished":
+        run.finished(success())
+    elif event == "cancel":
+        run.cancel()
+    elif event == "refused":
+        run.cancel_refused()
+    else:
+        clock.advance(20.0)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_every_order_of_events_ends_the_run_once(there: bool) -> None:
+    for length in range(5):
+        for events in itertools.product(EVENTS, repeat=length):
+            clock, _server, run = begin(there)
+            first: Result | None = None
+            for event in (*events, "wait"):
+                apply(event, clock, run)
+                first = first or run.poll()
+                assert first is None or run.poll() == first, f"{events}: the result changed"
+            assert run.poll() is not None, f"{events}: the run never ended"
+            assert ended(run).succeeded or ended(run).reason, f"{events}: no reason"
+            assert clock.next_time() is None, f"{events}: a timer is left"
+
+
+def test_no_order_of_events_leaves_a_goal_running() -> None:
+    for length in range(5):
+        for events in itertools.product(EVENTS, repeat=length):
+            if events.count("accepted") + events.count("rejected") != 1:
+                continue
+            clock, server, run = begin()
+            for event in (*events, "wait"):
+                apply(event, clock, run)
+            unfinished = "accepted" in events and "finished" not in events
+            if unfinished:
+                assert server.sent[-1] == "cancel", f"{events}: the goal runs on"
+
+
+def test_success() -> None:
+    clock, server, run = begin()
+    assert server.sent == ["goal"]
+    run.accepted()
+    assert run.phase is Phase.ACTIVE
+    clock.advance(9.9)
+    run.finished(success(x=1))
+    assert run.poll() == success(x=1)
+    assert server.sent == ["goal"]
+
+
+def test_a_server_that_comes_late_gets_the_goal_once() -> None:
+    clock, server, _run = begin(there=False)
+    clock.advance(1.0)
+    assert server.sent == []
+    server.there = True
+    clock.advance(0.5)
+    assert server.sent == ["goal"]
+
+
+def test_nobody_serves() -> None:
+    clock, _, run = begin(there=False)
+    clock.advance(1.99)
+    assert run.poll() is None
+    clock.advance(0.01)
+    assert ended(run).code == "server_lost"
+    assert "nobody serves action /dance" in ended(run).reason
+
+
+def test_no_answer_to_the_goal() -> None:
+    clock, server, run = begin()
+    clock.advance(2.0)
+    assert ended(run).code == "timed_out"
+    run.accepted()
+    assert server.sent == ["goal", "cancel"], "who accepts too late is stopped"
+
+
+def test_cancel_before_the_goal_is_sent() -> None:
+    clock, server, run = begin(there=False)
+    run.cancel()
+    assert ended(run).outcome is Outcome.CANCELLED
+    server.there = True
+    clock.advance(20.0)
+    assert server.sent == []
+
+
+def test_cancel_before_the_acceptance() -> None:
+    _clock, server, run = begin()
+    run.cancel()
+    run.cancel()
+    assert run.poll() is None
+    assert server.sent == ["goal"]
+    run.accepted()
+    assert server.sent == ["goal", "cancel"]
+    run.finished(cancelled("stopped"))
+    assert run.poll() == cancelled("stopped")
+
+
+def test_cancel_and_no_answer_to_the_goal() -> None:
+    clock, server, run = begin()
+    run.cancel()
+    clock.advance(2.0)
+    assert ended(run).outcome is Outcome.CANCELLED
+    run.accepted()
+    assert server.sent == ["goal", "cancel"]
+
+
+def test_cancel_while_active_has_a_deadline_of_its_own() -> None:
+    clock, _server, run = begin()
+    run.accepted()
+    clock.advance(9.0)
+    run.cancel()
+    clock.advance(2.9)
+    assert run.poll() is None, "the deadline of the result counts no more"
+    clock.advance(0.1)
+    assert ended(run).outcome is Outcome.CANCELLED
+    assert "did not confirm the stop within 3 s" in ended(run).reason
+
+
+def test_a_second_cancel_does_not_extend_the_deadline() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    run.cancel()
+    clock.advance(2.0)
+    run.cancel()
+    clock.advance(1.0)
+    assert ended(run).outcome is Outcome.CANCELLED
+    assert server.sent == ["goal", "cancel"]
+
+
+def test_a_refused_cancel_is_named() -> None:
+    clock, _, run = begin()
+    run.accepted()
+    run.cancel()
+    run.cancel_refused()
+    clock.advance(3.0)
+    assert "refused to stop" in ended(run).reason
+
+
+def test_result_deadline() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    clock.advance(10.0)
+    assert ended(run).code == "timed_out"
+    assert server.sent == ["goal", "cancel"]
+
+
+def test_a_server_that_goes_away() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    clock.advance(2.0)
+    server.there = False
+    clock.advance(0.9)
+    server.there = True
+    clock.advance(3.0)
+    assert run.poll() is None, "discovery may blink"
+    server.there = False
+    clock.advance(1.5)
+    assert ended(run).code == "server_lost"
+
+
+def test_a_server_that_goes_away_while_it_cancels() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    run.cancel()
+    server.there = False
+    clock.advance(1.5)
+    assert ended(run).outcome is Outcome.CANCELLED
+    assert "went away" in ended(run).reason
+
+
+def test_rejection() -> None:
+    _, server, run = begin()
+    run.rejected()
+    assert ended(run).code == "rejected"
+    assert server.sent == ["goal"]
+
+
+def test_a_failure_without_a_reason_gets_one() -> None:
+    _, _, run = begin()
+    run.accepted()
+    run.finished(failure("stuck", ""))
+    assert ended(run).reason == "action /dance failed"
+
+
+def test_changes_are_told() -> None:
+    _, _, run = begin()
+    seen: list[tuple[Phase, str]] = []
+    run.on_change(lambda: seen.append((run.phase, run.feedback)))
+    run.accepted()
+    run.set_feedback("half way")
+    run.set_feedback("half way")
+    run.finished(success())
+    run.set_feedback("too late")
+    start = "waiting for action /dance"
+    assert seen == [(Phase.ACTIVE, start), (Phase.ACTIVE, "half way"), (Phase.DONE, "half way")]
+
+
+@pytest.mark.parametrize("name", ["accept_s", "result_s", "cancel_s", "lost_s"])
+def test_deadlines_must_be_above_zero(name: str) -> None:
+    with pytest.raises(ConfigError, match=name):
+        Deadlines(**{name: 0.0})

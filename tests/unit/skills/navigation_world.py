@@ -1,0 +1,166 @@
+"""A small world for the navigation tests: boxes, a laser that is cast exactly, a base with inertia.
+
+The geometry is exact and independent of the code under test; the map is made from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
+from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.transforms import Transform3
+
+UPSIDE_DOWN_LASER = Transform3.from_xyz_rpy((0.057, 0.0, 0.087), (math.pi, 0.0, 0.0))
+CAMERA = Transform3.from_xyz_rpy((-0.087, 0.018, 0.3), (0.0, 0.0, 0.0))
+TRUE_FOOTPRINT = ((-0.16, -0.16), (-0.16, 0.16), (0.19, 0.16), (0.24, 0.0), (0.19, -0.16))
+Box = tuple[float, float, float, float]
+"""x from, y from, x to, y to"""
+
+WALLS: tuple[Box, ...] = (
+    (-0.1, -0.1, 8.1, 0.0),
+    (-0.1, 5.0, 8.1, 5.1),
+    (-0.1, 0.0, 0.0, 5.0),
+    (8.0, 0.0, 8.1, 5.0),
+    (4.0, 0.0, 4.1, 2.0),
+    (4.0, 2.8, 4.1, 5.0),
+    (1.2, 4.2, 2.0, 5.0),
+    (6.0, 0.0, 6.6, 0.9),
+)
+"""Two rooms of 4 x 5 m, a door of 0.8 m at x = 4, y = 2.0 .. 2.8, a cupboard in each."""
+
+
+def make_map(boxes: Sequence[Box] = WALLS, resolution: float = 0.05) -> OccupancyGrid:
+    """The map of some boxes; everything around the rooms is unknown."""
+    origin = Pose2(-0.5, -0.5)
+    columns, rows = round(9.0 / resolution), round(6.0 / resolution)
+    x = origin.x + (np.arange(columns) + 0.5) * resolution
+    y = origin.y + (np.arange(rows) + 0.5) * resolution
+    cells = np.zeros((rows, columns), np.int8)
+    cells[(y < 0) | (y > 5), :] = -1
+    cells[:, (x < 0) | (x > 8)] = -1
+    for x0, y0, x1, y1 in boxes:
+        cells[np.ix_((y >= y0) & (y <= y1), (x >= x0) & (x <= x1))] = 100
+    return OccupancyGrid(resolution, origin, cells)
+
+
+@njit(cache=True)
+def cast(
+    x: float, y: float, angles: NDArray[np.float64], boxes: NDArray[np.float64], longest: float
+) -> NDArray:
+    ranges = np.full(len(angles), longest)
+    for i in range(len(angles)):
+        dx, dy = math.cos(angles[i]), math.sin(angles[i])
+        for b in range(len(boxes)):
+            near, far = 0.0, longest
+            for start, step, low, high in (
+                (x, dx, boxes[b, 0], boxes[b, 2]),
+                (y, dy, boxes[b, 1], boxes[b, 3]),
+            ):
+                if abs(step) < 1e-12:
+                    if start < low or start > high:
+                        near = far + 1.0
+                else:
+                    one, two = (low - start) / step, (high - start) / step
+                    near, far = max(near, min(one, two)), min(far, max(one, two))
+            if near <= far and near < ranges[i]:
+                ranges[i] = near
+    return ranges
+
+
+@dataclass
+class World:
+    """The truth: boxes, the robot, its wheels' slip and its sensors' noise."""
+
+    pose: Pose2
+    boxes: list[Box] = field(default_factory=lambda: list(WALLS))
+    seed: int = 1
+    range_noise: float = 0.01
+    odometry_noise: float = 0.01
+    now: float = 0.0
+    command: Twist2 = STANDSTILL
+    twist: Twist2 = STANDSTILL
+    odom: Pose2 = field(default_factory=Pose2)
+    hits: int = 0
+
+    def __post_init__(self) -> None:
+        self.random = np.random.default_rng(self.seed)
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass, with the velocity filter's limits (1 m/s2, 1 rad/s2 at 50 Hz)."""
+        for _ in range(round(seconds * 50)):
+            self.twist = Twist2(
+                _towards(self.twist.linear, self.command.linear, 0.02),
+                _towards(self.twist.angular, self.command.angular, 0.02),
+            )
+            self.pose = integrate_twist(self.pose, self.twist, 0.02)
+            slip = 1.0 + self.odometry_noise * self.random.standard_normal(2)
+            seen = Twist2(self.twist.linear * slip[0], self.twist.angular * slip[1])
+            self.odom = integrate_twist(self.odom, seen, 0.02)
+            self.now += 0.02
+            self.hits += self.touches()
+
+    def odometry(self) -> Odometry:
+        return Odometry(self.now, self.odom, self.twist)
+
+    def touches(self) -> bool:
+        """Whether the true footprint overlaps any box."""
+        points = np.array([self.pose.apply(*corner) for corner in outline(0.01)])
+        return any(
+            bool(
+                np.any((points[:, 0] > x0) & (points[:, 0] < x1) & (points[:, 1] > y0) & (points[:, 1] < y1))
+            )
+            for x0, y0, x1, y1 in self.boxes
+        )
+
+    def scan(
+        self, *, longest: float = 5.6, half_angle: float = math.radians(120), step: float = 0.00613592
+    ) -> LaserScan:
+        """The Hokuyo: 240 degrees, upside down, 1 % noise; what is out of range reads range_max - 1e-4."""
+        count = int(2 * half_angle / step) + 1
+        mount = UPSIDE_DOWN_LASER.to_pose2()
+        laser = self.pose @ mount
+        angles = -half_angle + step * np.arange(count)
+        ranges = cast(laser.x, laser.y, laser.yaw - angles, np.array(self.boxes), longest)
+        return self._scan(ranges, "laser", -half_angle, step, longest, 0.02)
+
+    def kinect(self, boxes: Sequence[Box], longest: float = 4.0) -> LaserScan:
+        """A flat scan of the depth camera: 57 degrees, from 0.5 m on, of boxes that only it can see."""
+        camera = self.pose @ CAMERA.to_pose2()
+        half, count = math.radians(28.5), 160
+        step = 2 * half / (count - 1)
+        ranges = cast(
+            camera.x,
+            camera.y,
+            camera.yaw - half + step * np.arange(count),
+            np.array([*self.boxes, *boxes]),
+            longest,
+        )
+        ranges = np.where(ranges < 0.5, math.nan, ranges)
+        return self._scan(ranges, "camera", -half, step, longest, 0.45)
+
+    def _scan(
+        self, ranges: NDArray, frame: str, start: float, step: float, longest: float, least: float
+    ) -> LaserScan:
+        noisy = ranges * (1.0 + self.range_noise * self.random.standard_normal(len(ranges)))
+        noisy = np.where(ranges >= longest, longest - 1e-4, np.minimum(noisy, longest - 1e-4))
+        return LaserScan(self.now, frame, start, step, least, longest, noisy.astype(np.float32))
+
+
+def outline(spacing: float) -> list[tuple[float, float]]:
+    """Points along the robot's true outline."""
+    points: list[tuple[float, float]] = []
+    for (x0, y0), (x1, y1) in zip(TRUE_FOOTPRINT, (*TRUE_FOOTPRINT[1:], TRUE_FOOTPRINT[0]), strict=True):
+        count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))
+        points += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
+    return points
+
+
+def _towards(value: float, wanted: float, limit: float) -> float:
+    return value + max(-limit, min(limit, wanted - value))

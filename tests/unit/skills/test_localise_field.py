@@ -1,0 +1,155 @@
+"""The parts of the localisation: field, filter, fit, queue."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
+from florence_bt.skills.localise._kernels import resample_systematic, weigh_particles
+from florence_bt.skills.localise.likelihood_field import build_likelihood_field
+from florence_bt.skills.localise.parameters import LocaliserParameters
+from florence_bt.skills.localise.particle_filter import ParticleFilter
+from florence_bt.skills.localise.scan_match import match_scan
+from florence_bt.skills.localise.scan_queue import ScanQueue
+
+
+def room() -> OccupancyGrid:
+    """A room of 2 x 1 m with walls of two cells."""
+    cells = np.zeros((24, 44), np.int8)
+    cells[:2] = cells[-2:] = 100
+    cells[:, :2] = cells[:, -2:] = 100
+    return OccupancyGrid(0.05, Pose2(-0.1, -0.1), cells)
+
+
+def test_distances_are_zero_at_the_border_of_free_and_occupied() -> None:
+    field = build_likelihood_field(room(), 2.0)
+    # Cell 2 is the first free one: its centre is half a cell from the wall.
+    assert field.signed[12, 2] == pytest.approx(0.025)
+    assert field.signed[12, 1] == pytest.approx(-0.025)
+    assert field.signed[12, 10] == pytest.approx(0.025 + 8 * 0.05)
+    assert build_likelihood_field(room(), 0.3).signed.max() == pytest.approx(0.3)
+    centres = build_likelihood_field(room(), 2.0, surface_offset=0.0)
+    assert centres.signed[12, 2] == pytest.approx(0.05)
+
+
+def test_a_map_without_obstacles_is_far_from_everything() -> None:
+    field = build_likelihood_field(OccupancyGrid(0.05, Pose2(), np.zeros((4, 4), np.int8)), 2.0)
+    assert np.all(field.signed == 2.0)
+
+
+def test_weights_follow_the_formula() -> None:
+    cubes = np.array([[0.0, 0.5], [0.25, 0.125]], np.float32)
+    particles = np.array([[0.5, 0.5, 0.0], [0.5, 0.5, math.pi / 2]])
+    points = np.array([[1.0, 0.0], [5.0, 0.0]])
+    # Facing x: cell [0, 1] and off the map; facing y: cell [1, 0] and off the map.
+    weights = weigh_particles(particles, points, cubes, 0.01, 0.0, 0.0, 1.0)
+    assert weights == pytest.approx([1.51, 1.26])
+
+
+def test_resampling_draws_in_proportion() -> None:
+    drawn = resample_systematic(np.array([0.5, 0.0, 0.25, 0.25]), 0.5, 8)
+    assert drawn.tolist() == [0, 0, 0, 0, 2, 2, 3, 3]
+    assert resample_systematic(np.array([1.0]), 0.999, 3).tolist() == [0, 0, 0]
+
+
+def points_of(pose: Pose2) -> np.ndarray:
+    """Beam ends on the walls of the room, seen from a pose, shape (n, 2)."""
+    ends = [(x, y) for x in np.linspace(0.05, 1.95, 40) for y in (0.0, 1.0)]
+    ends += [(x, y) for y in np.linspace(0.05, 0.95, 20) for x in (0.0, 2.0)]
+    return np.array([pose.inverse().apply(*end) for end in ends])
+
+
+def test_the_fit_finds_the_pose() -> None:
+    field = build_likelihood_field(room(), 2.0)
+    truth = Pose2(0.8, 0.45, 0.3)
+    match = match_scan(
+        field,
+        points_of(truth),
+        Pose2(0.9, 0.38, 0.2),
+        np.diag([0.01, 0.01, 0.01]),
+        sigma=0.05,
+        independent_beams=60.0,
+    )
+    assert match.pose.distance_to(truth) < 0.005
+    assert abs(normalize_angle(match.pose.yaw - truth.yaw)) < 0.005
+    assert match.near_fraction > 0.95
+    assert np.all(np.linalg.eigvalsh(match.covariance) > 0.0)
+
+
+def test_without_anything_to_fit_the_belief_stays() -> None:
+    field = build_likelihood_field(room(), 2.0)
+    belief = Pose2(0.8, 0.45, 0.3)
+    far = np.full((20, 2), 30.0)
+    match = match_scan(field, far, belief, np.eye(3) * 0.01, sigma=0.05, independent_beams=60.0)
+    assert match.pose.distance_to(belief) < 1e-6
+    assert match.near_fraction == 0.0
+
+
+def cloud(**changes: float) -> ParticleFilter:
+    parameters = LocaliserParameters(particles=2000, **changes)  # type: ignore[arg-type]
+    field = build_likelihood_field(room(), 2.0)
+    return ParticleFilter(field, parameters, np.random.default_rng(1))
+
+
+def test_motion_without_noise_is_exact() -> None:
+    particles = cloud(alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
+    particles.set_pose(Pose2(1.0, 0.5, math.pi / 2), (0.0, 0.0, 0.0))
+    particles.move(Pose2(0.2, 0.1, 0.3))
+    mean, covariance = particles.estimate()
+    assert (mean.x, mean.y, mean.yaw) == pytest.approx((0.9, 0.7, math.pi / 2 + 0.3))
+    assert np.allclose(covariance, 0.0)
+
+
+@pytest.mark.parametrize("motion", [Pose2(0.5, 0.0, 0.0), Pose2(-0.5, 0.0, 0.0)])
+def test_driving_backwards_is_as_noisy_as_forwards(motion: Pose2) -> None:
+    particles = cloud(alpha1=0.04, alpha2=0.0, alpha3=0.01, alpha4=0.04)
+    particles.set_pose(Pose2(), (0.0, 0.0, 0.0))
+    particles.move(motion)
+    assert particles.particles[:, 0].std() == pytest.approx(0.05, rel=0.15)
+    assert particles.particles[:, 2].std() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_mean_of_headings_goes_around_the_circle() -> None:
+    particles = cloud()
+    particles.set_pose(Pose2(0.0, 0.0, math.pi), (0.01, 0.01, 0.05))
+    mean, _ = particles.estimate()
+    assert abs(normalize_angle(mean.yaw - math.pi)) < 0.02
+
+
+@pytest.mark.parametrize("name", ["particles", "sigma_hit", "alpha1", "match_sigma"])
+def test_bad_parameters(name: str) -> None:
+    with pytest.raises(ConfigError, match=name):
+        LocaliserParameters(**{name: -1})  # type: ignore[arg-type]
+
+
+def scan_at(stamp: float) -> LaserScan:
+    return LaserScan(stamp, "laser", 0.0, 0.1, 0.1, 4.0, np.ones(3, np.float32))
+
+
+def test_a_scan_waits_for_the_odometry() -> None:
+    queue = ScanQueue()
+    queue.add_scan("scan", scan_at(1.05))
+    assert queue.take_ready() == []
+    queue.add_odometry(Odometry(1.0, Pose2(0.0, 0.0, 0.0)))
+    assert queue.take_ready() == []
+    queue.add_odometry(Odometry(1.1, Pose2(1.0, 0.0, 0.0)))
+    [(source, scan, pose)] = queue.take_ready()
+    assert (source, scan.stamp) == ("scan", 1.05)
+    assert pose.x == pytest.approx(0.5)
+    assert queue.take_ready() == []
+
+
+def test_the_newest_scan_of_each_source_counts_and_old_ones_are_dropped() -> None:
+    queue = ScanQueue()
+    queue.add_odometry(Odometry(5.0, Pose2()))
+    queue.add_scan("depth", scan_at(1.0))
+    queue.add_scan("scan", scan_at(5.1))
+    queue.add_scan("scan", scan_at(5.2))
+    queue.add_odometry(Odometry(6.0, Pose2(math.nan, 0.0, 0.0)))
+    queue.add_odometry(Odometry(5.3, Pose2()))
+    assert [(source, scan.stamp) for source, scan, _ in queue.take_ready()] == [("scan", 5.2)]

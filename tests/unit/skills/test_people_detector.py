@@ -1,0 +1,290 @@
+"""The detector on rendered scenes: ellipses and boxes that stand on a floor, seen by a Kinect."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.track_users.detector import Detection, detect_people
+from florence_bt.skills.track_users.known_obstacles import KnownObstacles
+from florence_bt.skills.track_users.parameters import DetectorParameters
+
+CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
+CAMERA_HEIGHT = 0.54
+OPTICAL_IN_BASE = Transform3.from_xyz_rpy((-0.087, 0.0, CAMERA_HEIGHT), (-math.pi / 2, 0.0, -math.pi / 2))
+
+
+@dataclass(frozen=True)
+class Post:
+    """An upright elliptic cylinder; semi-axes a (along its yaw) and b, from z_low to z_high."""
+
+    x: float
+    y: float
+    a: float
+    b: float
+    z_low: float
+    z_high: float
+    yaw: float = 0.0
+    colour: tuple[int, int, int] = (128, 128, 128)
+
+
+@dataclass(frozen=True)
+class Box:
+    """An upright box; half sizes a (along its yaw) and b, from z_low to z_high."""
+
+    x: float
+    y: float
+    a: float
+    b: float
+    z_low: float
+    z_high: float
+    yaw: float = 0.0
+    colour: tuple[int, int, int] = (128, 128, 128)
+
+
+@dataclass
+class Scene:
+    """Renders shapes in the robot frame to what a Kinect would say."""
+
+    shapes: list[Post | Box] = field(default_factory=list)
+    noise: bool = True
+
+    def render(self, seed: int = 0) -> tuple[DepthImage, ColourImage]:
+        u, v = np.meshgrid(np.arange(CAMERA.width), np.arange(CAMERA.height))
+        rays = np.stack(
+            [(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones_like(u, float)], axis=-1
+        )
+        directions = rays @ OPTICAL_IN_BASE.rotation.T
+        origin = OPTICAL_IN_BASE.translation
+        with np.errstate(divide="ignore", invalid="ignore"):
+            best = np.where(directions[..., 2] < 0, -origin[2] / directions[..., 2], np.inf)
+            colours = np.full((*best.shape, 3), 90, np.uint8)
+            for shape in self.shapes:
+                t = _hit(shape, origin, directions)
+                colours[t < best] = shape.colour
+                best = np.minimum(best, t)
+        depth = best.copy()
+        depth[~((depth > 0.5) & (depth < 8.0))] = np.nan
+        if self.noise:
+            rng = np.random.default_rng(seed)
+            raw = (3.3309495161 - 1.0 / depth) / 0.0030711016 + rng.normal(0.0, 0.5, depth.shape)
+            depth = 1.0 / (3.3309495161 - 0.0030711016 * np.round(raw))
+        image = DepthImage(0.0, "camera_depth_optical_frame", CAMERA, depth.astype(np.float32))
+        return image, ColourImage(0.0, "camera_rgb_optical_frame", CAMERA, colours)
+
+
+def _hit(shape: Post | Box, origin: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Depth of the first hit of each ray, infinity where there is none."""
+    c, s = math.cos(shape.yaw), math.sin(shape.yaw)
+    turn = np.array([[c, s], [-s, c]])
+    o = turn @ (origin[:2] - np.array([shape.x, shape.y])) / (shape.a, shape.b)
+    d = directions[..., :2] @ turn.T / (shape.a, shape.b)
+    z_near = (shape.z_low - origin[2]) / directions[..., 2]
+    z_far = (shape.z_high - origin[2]) / directions[..., 2]
+    low, high = np.minimum(z_near, z_far), np.maximum(z_near, z_far)
+    if isinstance(shape, Post):
+        qa, qb, qc = (d**2).sum(-1), (d * o).sum(-1), (o**2).sum() - 1.0
+        root = np.sqrt(qb**2 - qa * qc)
+        enter, leave = (-qb - root) / qa, (-qb + root) / qa
+    else:
+        t1, t2 = (-1.0 - o) / d, (1.0 - o) / d
+        enter, leave = np.minimum(t1, t2).max(-1), np.maximum(t1, t2).min(-1)
+    enter, leave = np.maximum(enter, low), np.minimum(leave, high)
+    return np.where((enter <= leave) & (enter > 0.0), enter, np.inf)
+
+
+SHIRT = (180, 30, 40)
+
+
+def standing(x: float, y: float, yaw: float = 0.0, shirt: tuple[int, int, int] = SHIRT) -> list[Post | Box]:
+    """A person of 1.75 m: two legs, an elliptic trunk with arms, a head. The yaw is where it looks."""
+    c, s = math.cos(yaw), math.sin(yaw)
+
+    def side(offset: float) -> tuple[float, float]:
+        return x - s * offset, y + c * offset
+
+    return [
+        Post(*side(0.09), 0.08, 0.08, 0.0, 0.85),
+        Post(*side(-0.09), 0.08, 0.08, 0.0, 0.85),
+        Post(x, y, 0.12, 0.18, 0.85, 1.48, yaw, shirt),
+        Post(*side(0.2), 0.05, 0.05, 0.75, 1.42, yaw, shirt),
+        Post(*side(-0.2), 0.05, 0.05, 0.75, 1.42, yaw, shirt),
+        Post(x, y, 0.10, 0.08, 1.48, 1.75, yaw, (220, 180, 150)),
+    ]
+
+
+def sitting(x: float, y: float, yaw: float = 0.0) -> list[Post | Box]:
+    """A person on a stool: shins, thighs forward, trunk, head at 1.27 m."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    knees = [(x + 0.4 * c - s * o, y + 0.4 * s + c * o) for o in (0.1, -0.1)]
+    return [
+        *[Post(kx, ky, 0.06, 0.06, 0.0, 0.5) for kx, ky in knees],
+        Box(x + 0.22 * c, y + 0.22 * s, 0.24, 0.17, 0.42, 0.58, yaw),
+        Post(x, y, 0.12, 0.19, 0.45, 1.0, yaw, SHIRT),
+        Post(x, y, 0.10, 0.08, 1.0, 1.27, yaw, (220, 180, 150)),
+    ]
+
+
+ROOM = [
+    Box(4.6, 0.0, 0.05, 4.0, 0.0, 2.5),
+    Box(2.0, 3.0, 4.0, 0.05, 0.0, 2.5),
+    Box(2.0, -3.0, 4.0, 0.05, 0.0, 2.5),
+]
+WARDROBE = Box(2.5, 0.6, 0.3, 0.6, 0.0, 2.0)
+NARROW_WARDROBE = Box(2.2, 0.3, 0.25, 0.3, 0.0, 1.9, 0.4)
+FRIDGE = Box(1.8, 0.1, 0.3, 0.3, 0.0, 1.8)
+SHELF = Box(2.0, -0.4, 0.15, 0.4, 0.0, 1.7, 0.7)
+DOOR_FRAME = [Box(2.0, 0.45, 0.08, 0.05, 0.0, 2.1), Box(2.0, -0.45, 0.08, 0.05, 0.0, 2.1)]
+LAMP = [
+    Post(1.5, 0.0, 0.02, 0.02, 0.0, 1.4),
+    Post(1.5, 0.0, 0.18, 0.18, 1.3, 1.6),
+    Post(1.5, 0, 0.15, 0.15, 0, 0.03),
+]
+TABLE = [
+    Box(1.5, 0.0, 0.4, 0.6, 0.71, 0.75),
+    *[Box(1.5 + dx, dy, 0.025, 0.025, 0.0, 0.71) for dx in (-0.36, 0.36) for dy in (-0.55, 0.55)],
+]
+
+
+def people(shapes: list[Post | Box], seed: int = 0, colour: bool = False) -> list[Detection]:
+    depth, picture = Scene(ROOM + shapes).render(seed)
+    return detect_people(depth, OPTICAL_IN_BASE, picture if colour else None)
+
+
+def only(found: list[Detection]) -> Detection:
+    assert len(found) == 1, found
+    return found[0]
+
+
+@pytest.mark.parametrize("distance", [0.95, 1.2, 1.6, 2.0, 2.5, 3.0, 3.5])
+@pytest.mark.parametrize("yaw_deg", [0, 45, 90, 150])
+def test_a_standing_person_is_where_it_stands(distance: float, yaw_deg: float) -> None:
+    x = distance - 0.087
+    found = only(people(standing(x, 0.1, math.radians(yaw_deg))))
+    assert math.hypot(found.x - x, found.y - 0.1) < 0.05
+    assert found.distance == pytest.approx(math.hypot(distance, 0.1), abs=0.05)
+
+
+def test_the_position_has_hardly_a_bias() -> None:
+    errors = []
+    for distance in np.arange(1.0, 3.51, 0.25):
+        for yaw_deg in range(0, 180, 30):
+            bearing = 0.2 * math.sin(yaw_deg)
+            x, y = distance * math.cos(bearing) - 0.087, distance * math.sin(bearing)
+            found = only(people(standing(x, y, math.radians(yaw_deg)), seed=yaw_deg))
+            errors.append((found.distance - distance, math.hypot(found.x - x, found.y - y)))
+    along, total = np.array(errors).T
+    assert abs(along.mean()) < 0.02
+    assert np.sqrt((total**2).mean()) < 0.03
+
+
+@pytest.mark.parametrize("distance", [1.7, 2.5, 3.2])
+@pytest.mark.parametrize("yaw_deg", [180, 135, 90, 0])
+def test_a_sitting_person_is_found(distance: float, yaw_deg: float) -> None:
+    found = only(people(sitting(distance, -0.2, math.radians(yaw_deg))))
+    assert math.hypot(found.x - distance, found.y + 0.2) < 0.07
+
+
+@pytest.mark.parametrize(
+    "furniture",
+    [
+        [],
+        [WARDROBE],
+        [NARROW_WARDROBE],
+        [FRIDGE],
+        [SHELF],
+        DOOR_FRAME,
+        LAMP,
+        TABLE,
+        [Box(2.0, 0.0, 0.2, 0.2, 0.0, 1.2, 0.5)],
+        [Box(3.0, 0.0, 0.05, 0.25, 0.0, 2.5, 0.3)],
+    ],
+    ids=["room", "wardrobe", "narrow", "fridge", "shelf", "door", "lamp", "table", "box", "pillar"],
+)
+@pytest.mark.parametrize("shift", [-0.7, -0.35, 0.0, 0.35, 0.7])
+def test_furniture_is_not_a_person(furniture: list[Post | Box], shift: float) -> None:
+    moved = [
+        type(f)(f.x + 0.5 * abs(shift), f.y + shift, f.a, f.b, f.z_low, f.z_high, f.yaw) for f in furniture
+    ]
+    assert people(moved) == []
+
+
+@pytest.mark.parametrize("angle_deg", range(0, 90, 15))
+@pytest.mark.parametrize("size", [0.25, 0.4, 0.6])
+@pytest.mark.parametrize("height", [1.3, 1.8, 2.4])
+def test_a_box_is_not_a_person_whichever_way_it_is_turned(
+    angle_deg: float, size: float, height: float
+) -> None:
+    for distance in (1.0, 1.5, 2.2, 3.0):
+        box = Box(distance + size / 2, 0.1, size / 2, size / 2, 0.0, height, math.radians(angle_deg))
+        assert people([box]) == []
+
+
+def test_a_person_behind_a_table_is_found() -> None:
+    found = only(people([*TABLE, *standing(2.4, 0.1, math.pi)]))
+    assert math.hypot(found.x - 2.4, found.y - 0.1) < 0.05
+
+
+def test_a_person_between_furniture_is_found_among_it() -> None:
+    found = only(people([Box(2.6, 1.2, 0.3, 0.4, 0.0, 2.0), *standing(2.3, 0.3, math.pi), SHELF]))
+    assert math.hypot(found.x - 2.3, found.y - 0.3) < 0.05
+
+
+def test_two_people_are_two_nearest_first() -> None:
+    found = people([*standing(2.6, 0.6, 2.5), *standing(1.6, -0.4, math.pi)])
+    assert [round(person.y, 1) for person in found] == [-0.4, 0.6]
+    assert found[0].distance < found[1].distance
+
+
+def test_a_person_at_the_edge_of_the_picture_is_found_there() -> None:
+    bearing = math.radians(27.0)
+    x, y = 1.5 * math.cos(bearing) - 0.087, 1.5 * math.sin(bearing)
+    found = only(people(standing(x, y, bearing + math.pi)))
+    assert math.hypot(found.x - x, found.y - y) < 0.12
+
+
+def test_the_colours_of_the_shirt_are_told() -> None:
+    red = only(people(standing(2.0, 0.0), colour=True)).histogram
+    green = only(people(standing(2.0, 0.0, shirt=(20, 160, 60)), colour=True)).histogram
+    assert red is not None and green is not None
+    assert red.shape == (16, 8)
+    assert red.sum() == pytest.approx(1.0, abs=1e-5)
+    assert not np.allclose(red, green)
+    assert only(people(standing(2.0, 0.0))).histogram is None
+
+
+def test_an_empty_or_blind_picture_has_nobody() -> None:
+    blind = DepthImage(0.0, "o", CAMERA, np.full((240, 320), np.nan, np.float32))
+    assert detect_people(blind, OPTICAL_IN_BASE) == []
+    zeros = DepthImage(0.0, "o", CAMERA, np.zeros((240, 320), np.float32))
+    assert detect_people(zeros, OPTICAL_IN_BASE) == []
+
+
+def test_what_the_map_knows_is_not_a_person() -> None:
+    depth, _ = Scene(ROOM + standing(2.0, 0.0)).render()
+    cells = np.zeros((100, 100), np.int8)
+    robot = Pose2(1.0, 2.0, math.pi / 2)
+    grid = OccupancyGrid(0.05, Pose2(), cells.copy())
+    row, column = grid.cell_of(*robot.apply(2.0, 0.0))
+    cells[row - 4 : row + 5, column - 4 : column + 5] = 100
+    free, taken = (KnownObstacles(OccupancyGrid(0.05, Pose2(), c)) for c in (grid.cells, cells))
+    assert len(detect_people(depth, OPTICAL_IN_BASE, known=free, robot=robot)) == 1
+    assert detect_people(depth, OPTICAL_IN_BASE, known=taken, robot=robot) == []
+
+
+def test_a_detection_moves_with_the_robot() -> None:
+    moved = Detection(1.0, 0.0, 1.1, 0.4, 1.7).moved_by(Pose2(1.0, 1.0, math.pi / 2))
+    assert (moved.x, moved.y) == pytest.approx((1.0, 2.0))
+
+
+@pytest.mark.parametrize("bad", [{"cell": 0.0}, {"minimum_width": 1.0}, {"tall_height": float("nan")}])
+def test_senseless_parameters_are_refused(bad: dict[str, float]) -> None:
+    with pytest.raises(ConfigError):
+        DetectorParameters(**bad)

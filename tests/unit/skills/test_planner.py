@@ -1,0 +1,153 @@
+"""The global planner: potentials, paths and the codes of what cannot be planned."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result
+from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.skills.navigate._wave import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
+from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigate.planner import Plan, PlannerParameters, plan_path
+from tests.unit.skills.navigation_world import make_map
+
+PARAMETERS = PlannerParameters()
+
+
+def costmap() -> Costmap:
+    return Costmap(CostmapParameters(), make_map())
+
+
+def planned(start: Pose2, goal: Pose2, **options: float) -> Plan:
+    plan = plan_path(costmap(), start, goal, PARAMETERS, **options)
+    assert isinstance(plan, Plan), plan
+    return plan
+
+
+def test_potentials_on_open_ground_are_nearly_round() -> None:
+    side = 63
+    costs = np.full((side, side), NEUTRAL, np.int32)
+    costs[[0, -1], :] = costs[:, [0, -1]] = OBSTACLE
+    middle = side // 2
+    start = np.array([middle * side + middle])
+    potential = spread_wave(costs.ravel(), side, start, -1, 100.0).reshape(side, side) / NEUTRAL
+    assert potential[middle, middle + 20] == pytest.approx(20.0)
+    assert potential[middle + 20, middle + 20] == pytest.approx(20 * math.sqrt(2), rel=0.06)
+    assert np.all(potential[[0, -1], :] >= UNVISITED / NEUTRAL)
+    assert np.allclose(potential, potential[::-1, ::-1])
+
+
+def test_the_path_goes_through_the_middle_of_the_door() -> None:
+    plan = planned(Pose2(1.0, 1.0), Pose2(7.0, 1.0, 2.0))
+    in_door = plan.points[(plan.points[:, 0] > 3.95) & (plan.points[:, 0] < 4.15)]
+    assert len(in_door) > 2
+    assert np.all(np.abs(in_door[:, 1] - 2.4) < 0.1)
+    assert plan.points[0].tolist() == [1.0, 1.0]
+    assert plan.points[-1].tolist() == [7.0, 1.0]
+    assert plan.goal == Pose2(7.0, 1.0, 2.0)
+    shortest = math.hypot(3.0, 1.4) * 2
+    assert shortest < plan.length < 1.1 * shortest
+
+
+def test_no_point_of_a_path_is_too_near_to_an_obstacle() -> None:
+    place, plan = costmap(), planned(Pose2(0.5, 4.0), Pose2(7.5, 0.5))
+    assert max(place.cost_at(x, y) for x, y in plan.points) < 253
+    assert np.hypot(*np.diff(plan.points, axis=0).T).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("goal", "code", "server_code"),
+    [
+        (Pose2(40.0, 1.0), "goal_outside", 204),
+        (Pose2(4.05, 1.0), "goal_occupied", 206),
+        (Pose2(3.9, 1.0), "goal_occupied", 206),
+        (Pose2(8.4, 2.0), "no_path", 208),
+        (Pose2(math.nan, 1.0), "bad_input", 200),
+    ],
+)
+def test_what_cannot_be_planned(goal: Pose2, code: str, server_code: int) -> None:
+    result = plan_path(costmap(), Pose2(1.0, 1.0), goal, PARAMETERS)
+    assert isinstance(result, Result)
+    assert (result.code, result.server_code) == (code, server_code)
+    assert result.reason
+
+
+def test_a_robot_outside_of_the_map() -> None:
+    result = plan_path(costmap(), Pose2(-9.0, 1.0), Pose2(1.0, 1.0), PARAMETERS)
+    assert isinstance(result, Result)
+    assert (result.code, result.server_code) == ("start_outside", 203)
+
+
+def test_a_tolerance_finds_the_nearest_free_place() -> None:
+    plan = planned(Pose2(1.0, 1.0), Pose2(4.05, 1.0, 0.7), tolerance=0.5)
+    assert plan.goal.x == pytest.approx(3.825)
+    assert abs(plan.goal.y - 1.0) < 0.05
+    assert plan.goal.yaw == 0.7
+    result = plan_path(costmap(), Pose2(1.0, 1.0), Pose2(4.05, 1.0), PARAMETERS, tolerance=0.1)
+    assert isinstance(result, Result)
+    assert result.code == "goal_occupied"
+
+
+def test_a_robot_too_near_to_a_wall_can_leave() -> None:
+    plan = planned(Pose2(0.12, 2.0), Pose2(2.0, 2.0))
+    assert plan.length == pytest.approx(1.9, abs=0.2)
+
+
+def test_unknown_ground_may_be_forbidden() -> None:
+    cells = np.zeros((40, 60), np.int8)
+    cells[:, 28:32] = -1
+    place = Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), cells))
+    start, goal = Pose2(0.5, 1.0), Pose2(2.5, 1.0)
+    assert isinstance(plan_path(place, start, goal, PARAMETERS), Plan)
+    refused = plan_path(place, start, goal, PlannerParameters(allow_unknown=False))
+    assert isinstance(refused, Result)
+    assert refused.code == "no_path"
+
+
+def test_start_and_goal_in_the_same_cell() -> None:
+    plan = planned(Pose2(1.01, 1.01), Pose2(1.02, 1.03))
+    assert plan.points.tolist() == [[1.01, 1.01], [1.02, 1.03]]
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_paths_over_random_costs_arrive_and_never_cross_walls(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    cells = (random.random((40, 40)) < 0.03).astype(np.int8) * 100
+    place = Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), cells))
+    free = np.argwhere(place.master < 253)
+    if len(free) < 2:
+        return
+    (r0, c0), (r1, c1) = free[random.integers(len(free), size=2)]
+    start, goal = Pose2((c0 + 0.5) * 0.05, (r0 + 0.5) * 0.05), Pose2((c1 + 0.5) * 0.05, (r1 + 0.5) * 0.05)
+    plan = plan_path(place, start, goal, PlannerParameters(start_clearance=0.0))
+    if isinstance(plan, Result):
+        assert plan.code == "no_path"
+        return
+    assert max(place.cost_at(x, y) for x, y in plan.points) < 254
+    assert plan.length >= start.distance_to(goal) - 1e-9
+
+
+def test_as_short_as_scikit_image_finds() -> None:
+    graph = pytest.importorskip("skimage.graph")
+    place = costmap()
+    costs = np.where(place.master < 253, np.minimum(50 + 3.0 * place.master, 253), -1)
+    solver = graph.MCP_Geometric(costs)
+    start, goal = place.cell_of(1.0, 1.0), place.cell_of(7.0, 1.0)
+    solver.find_costs([start], [goal])
+    cells = np.array(solver.traceback(goal))
+    length = np.hypot(*np.diff(cells, axis=0).T).sum() * 0.05
+    assert planned(Pose2(1.0, 1.0), Pose2(7.0, 1.0)).length < 1.03 * length
+
+
+@pytest.mark.parametrize("name", ["neutral_cost", "cost_factor", "start_clearance"])
+def test_bad_parameters(name: str) -> None:
+    with pytest.raises(ConfigError, match=name):
+        PlannerParameters(**{name: -1})  # type: ignore[arg-type]

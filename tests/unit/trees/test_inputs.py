@@ -1,0 +1,86 @@
+import math
+from pathlib import Path
+
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.trees.inputs import parse_inputs
+from florence_bt.trees.parse import parse_mission
+
+MISSION = parse_mission(
+    """\
+mission: m
+inputs:
+  far: {type: length, default: 1 m, min: 0 m, max: 2 m, description: how far}
+  who: {type: text, description: whom to look for}
+  n: {type: integer, default: 3}
+  loud: {type: boolean, default: false}
+tree: {fail: x}
+""",
+    Path("m.yaml"),
+)
+POSE = parse_mission("mission: m\ninputs: {goal: {type: pose}}\ntree: {fail: x}\n", Path("m.yaml"))
+
+
+def test_texts_are_read_like_yaml_and_defaults_filled_in():
+    assert parse_inputs(MISSION, {"who": "Ada", "far": "50 cm", "loud": "true"}) == {
+        "far": 0.5,
+        "who": "Ada",
+        "n": 3,
+        "loud": True,
+    }
+
+
+def test_values_in_si_units():
+    assert parse_inputs(MISSION, {"who": "", "far": 2, "n": 7})["far"] == 2.0
+    assert isinstance(parse_inputs(MISSION, {"who": "", "far": 2})["far"], float)
+
+
+@pytest.mark.parametrize("goal", ["{x: 1 m, y: 200 cm, yaw: 90 deg}", Pose2(1.0, 2.0, math.pi / 2)])
+def test_poses(goal):
+    assert parse_inputs(POSE, {"goal": goal}) == {"goal": Pose2(1.0, 2.0, pytest.approx(math.pi / 2))}
+
+
+@pytest.mark.parametrize(
+    "goal", ["1 2 3", "{x: 1 m}", "{x: 1 m, y: $y, yaw: 0}", "$pose", "[1", "", Pose2(math.nan, 0, 0), 5]
+)
+def test_bad_poses(goal):
+    with pytest.raises(ConfigError, match="goal: "):
+        parse_inputs(POSE, {"goal": goal})
+
+
+@pytest.mark.parametrize(
+    ("given", "problem"),
+    [
+        ({"far": 3.0}, "far: 3.0 is above the maximum of 2.0"),
+        ({"far": "3 m"}, "far: 3 m is above the maximum of 2 m"),
+        ({"far": math.nan}, "far: nan is not finite"),
+        ({"far": True}, "far: a value of type length is needed"),
+        ({"n": 2.0}, "n: a value of type integer is needed"),
+        ({"n": "2.0"}, "n: a whole number is needed"),
+        ({"loud": 1}, "loud: a value of type boolean is needed"),
+        ({"loud": "yes"}, "true or false is needed"),
+        ({"who": 5}, "who: a value of type text is needed"),
+        ({"who": None}, "who: a value of type text is needed"),
+    ],
+)
+def test_bad_values(given, problem):
+    with pytest.raises(ConfigError, match=problem):
+        parse_inputs(MISSION, {"who": "Ada", **given})
+
+
+def test_everything_wrong_is_in_one_error():
+    with pytest.raises(ConfigError) as error:
+        parse_inputs(MISSION, {"fra": "1 m", "far": "1"})
+    assert error.value.problem == (
+        "m has no input 'fra'; far: a length needs a unit: '1'; who is missing: whom to look for"
+    )
+    assert error.value.valid == ("far", "far=1 m", "far=1 cm", "far=1 mm", "far=1 km", "who=kitchen")
+
+
+def test_a_mission_without_inputs():
+    mission = parse_mission("mission: m\ntree: {fail: x}\n", Path("m.yaml"))
+    assert parse_inputs(mission, {}) == {}
+    with pytest.raises(ConfigError, match="no inputs at all"):
+        parse_inputs(mission, {"a": "1"})

@@ -1,0 +1,227 @@
+import pytest
+
+from florence_bt.core.declaration import Kind
+from florence_bt.trees._facts import fits
+from florence_bt.trees.declarations import collect_declarations
+from florence_bt.trees.lint import check, check_files
+from florence_bt.trees.loader import MissionLibrary
+
+
+def test_the_built_in_missions_are_without_findings():
+    library = MissionLibrary.load()
+    assert len(library.names()) >= 5
+    assert library.findings == []
+    assert check(library, library, collect_declarations(), ["kitchen"]) == []
+
+
+@pytest.mark.parametrize(
+    ("tree", "expected"),
+    [
+        # names
+        ("{seqence: [{wait: 1 s}]}", "2:8 error there is no skill and no kind of node 'seqence' | sequence"),
+        (
+            "{navigate: {goal: $x}}",
+            "2:8 error there is no skill and no kind of node 'navigate' | navigate_to",
+        ),
+        ("{m: {}}", "2:8 error there is no skill and no kind of node 'm' | run: m"),
+        ("{turn: {angel: 5 deg}}", "2:15 error turn has no input 'angel' | angle"),
+        ("{turn: }", "2:8 error turn needs the input 'angle' (how far) | "),
+        ("{turn: 5 deg}", "2:8 error the inputs of turn must be a table | turn: {input: value}"),
+        ("{look_for_user: , out: {usr: u}}", "2:31 error look_for_user has no output 'usr' | user"),
+        ("{run: detekt}", "2:13 error there is no mission 'detekt' | m"),
+        # kinds, units and limits
+        ("{turn: {angle: 45}}", "2:22 error angle: an angle needs a unit: '45' | 45 deg, 45 °, 45 rad"),
+        ("{turn: {angle: 5 m}}", "2:22 error angle: 'm' is no unit of an angle | 5 deg, 5 °, 5 rad"),
+        ("{look_for_user: {window: 1 min}}", "2:32 error window: 60 s is above the maximum of 15 s | "),
+        (
+            "{look_for_user: {window: {x: 1 m, y: 1 m, yaw: 0}}}",
+            "2:32 error window: a duration is needed, not a pose",
+        ),
+        ('{turn: {angle: "a $b"}}', "2:22 error angle: an angle cannot be a text with keys in it"),
+        ("{wait: 5}", "2:14 error wait: a duration needs a unit: '5' | 5 s, 5 ms, 5 min, 5 h"),
+        ("{wait: -1 s}", "2:14 error wait: -1 s is below the minimum of 0 s | "),
+        ("{retry: 0, do: {wait: 1 s}}", "2:15 error retry: 0 is below the minimum of 1 | "),
+        ("{repeat: many, do: {wait: 1 s}}", "2:16 error repeat: a whole number is needed, not 'many' | 3"),
+        ("{timeout: $x, do: {wait: 1 s}}", "2:17 error no node writes a key 'x' | "),
+        # structure
+        ("{run: m}", "2:13 error the mission calls itself: m -> m | "),
+        (
+            "{retry: 3, on: [no_user_sen], do: {look_for_user: }}",
+            "2:23 error what is retried cannot fail with 'no_user_sen' | no_user_seen",
+        ),
+        (
+            "{parallel: [{turn: {angle: 5 deg}}, {turn: {angle: 6 deg}, name: again}]}",
+            "2:44 error 'turn' and 'again' both need the base at the same time | sequence: one after",
+        ),
+        (
+            "{look_for_user: , because: {no_usr_seen: x}}",
+            "2:34 warning because: 'look for user' cannot fail with 'no_usr_seen' | no_user_seen",
+        ),
+        # keys
+        ("{wait: $pause}", "2:14 error no node writes a key 'pause' | "),
+        ('{fail: "no $pause"}', "2:14 error no node writes a key 'pause' | "),
+        ('{wait: 1 s, because: "no $pause"}', "2:28 error no node writes a key 'pause' | "),
+        (
+            "{sequence: [{navigate_to: {goal: $user}}, {look_for_user: , out: {user: user}}]}",
+            "2:40 error the key 'user' is read before any node has written it | ",
+        ),
+        (
+            "{sequence: [{set: {n: 5 m}}, {turn: {angle: $n}}]}",
+            "2:51 error angle: an angle is needed, but $n is a length | ",
+        ),
+        (
+            "{sequence: [{set: {n: 5 m}}, {set: {n: 5 s}}]}",
+            "2:43 error the key 'n' is a length elsewhere and a duration here | ",
+        ),
+    ],
+)
+def test_findings(workshop, tree, expected):
+    found = workshop.lines(f"tree: {tree}\n")
+    assert any(line.startswith(expected) for line in found), found
+
+
+def test_all_at_once_and_in_order(workshop):
+    found = workshop.lines(
+        """\
+tree:
+  sequence:
+    - turn: {angle: 45}
+    - look_for_user: {windw: 3 s}
+      out: {user: user}
+    - navigate_to: {goal: $usr}
+    - wait: 1
+"""
+    )
+    assert [line.split(" ")[0] for line in found] == ["4:21", "5:23", "7:27", "8:13"]
+
+
+def test_inputs_and_calls_of_missions(workshop):
+    workshop.write(
+        """\
+inputs:
+  far: {type: length, max: 2 m}
+  near: {type: length, default: 1 m}
+outputs:
+  user: {type: pose}
+tree: {look_for_user: , out: {user: user}}
+""",
+        "other",
+    )
+    found = workshop.lines(
+        """\
+inputs:
+  n: {type: integer, default: 1}
+tree:
+  sequence:
+    - run: other
+      with: {nera: 1 m}
+      out: {usr: u}
+    - run: other
+      with: {far: 3 m}
+    - run: other
+      with: {far: $n}
+      out: {user: n}
+"""
+    )
+    assert found == [
+        "6:7 error other needs the input 'far' | ",
+        "7:14 error other has no input 'nera' | near",
+        "8:13 error other has no output 'usr' | user",
+        "10:19 error far: 3 m is above the maximum of 2 m | ",
+        "12:19 error far: a length is needed, but $n is an integer | ",
+        "13:19 error the key 'n' is an input of the mission and cannot be written | ",
+    ]
+
+
+def test_recursion_through_others(workshop):
+    workshop.write("tree: {run: c}\n", "b")
+    workshop.write("tree: {run: a}\n", "c")
+    assert workshop.lines("tree: {run: b}\n", "a") == [
+        "2:13 error the mission calls itself: a -> b -> c -> a | "
+    ]
+    # A mission that calls a circle is not itself at fault.
+    assert workshop.lines("tree: {retry: 2, on: [x], do: {run: b}}\n", "d") == [
+        "2:23 error what is retried cannot fail with 'x' | bad_input, missing_key"
+    ]
+
+
+def test_hotspot_labels(workshop):
+    tree = "tree: {get_hotspot: {label: kichen}}\n"
+    assert workshop.lines(tree, hotspots=["kitchen", "hall"]) == [
+        "2:29 error there is no hotspot 'kichen' | kitchen"
+    ]
+    assert workshop.lines(tree, hotspots=None) == []
+    assert workshop.lines(tree, hotspots=["kichen"]) == []
+
+
+@pytest.mark.parametrize(
+    ("tree", "warned"),
+    [
+        # written on every way
+        ("{sequence: [{selector: [A, B]}, USE]}", False),
+        ("{sequence: [{parallel: [A, C]}, USE]}", False),
+        ("{sequence: [{retry: 3, do: A}, USE]}", False),
+        ("{sequence: [{selector: [A, {fail: x}]}, USE]}", False),
+        ("{sequence: [{selector: [A, {sequence: [C, {fail: x}]}]}, USE]}", False),
+        ("{sequence: [{timeout: 5 s, do: A}, USE]}", False),
+        ("{selector: [{sequence: [A, USE]}, C]}", False),
+        ("{retry: 2, attempt: g, do: {repeat: $g, do: C}}", False),
+        # on some
+        ("{sequence: [{selector: [A, C]}, USE]}", True),
+        ("{sequence: [{succeed: A}, USE]}", True),
+        ("{sequence: [{parallel: [A, C], policy: any}, USE]}", True),
+        ("{selector: [A, USE]}", True),
+        ("{sequence: [A, C], finally: USE}", True),
+    ],
+)
+def test_keys_that_may_be_missing(workshop, tree, warned):
+    tree = tree.replace("A", "{look_for_user: , out: {user: u}}").replace(
+        "B", "{set: {u: {x: 0, y: 0, yaw: 0}}}"
+    )
+    tree = tree.replace("C", "{wait: 1 s}").replace("USE", "{navigate_to: {goal: $u}}")
+    found = workshop.lines(f"tree: {tree}\n")
+    assert ["may have no value" in line for line in found] == [True] * warned, found
+
+
+def test_declared_outputs_must_be_written(workshop):
+    head = "outputs: {user: {type: pose}}\n"
+    assert "no node writes the output 'user'" in workshop.lines(head + "tree: {wait: 1 s}\n")[0]
+    (line,) = workshop.lines(head + "tree: {succeed: {look_for_user: , out: {user: user}}}\n")
+    assert line.startswith("2:11 warning the mission can succeed without writing")
+    (line,) = workshop.lines(head + "tree: {look_for_user: , out: {distance: user}}\n")
+    assert "the output 'user' is a pose, but its key is a length" in line
+
+
+def test_an_unknown_skill_does_not_bring_further_findings(workshop):
+    (line,) = workshop.lines("tree: {retry: 2, on: [odd], do: {lok_for_user: }}\n")
+    assert "lok_for_user" in line
+
+
+def test_a_broken_node_does_not_bring_findings_about_its_keys(workshop):
+    (line,) = workshop.lines(
+        "tree: {sequence: [{look_for_user: , out: {user: u}, do: {wait: 1 s}}, {navigate_to: {goal: $u}}]}\n"
+    )
+    assert "'do' does not belong" in line
+
+
+def test_parallel_resources_in_called_missions(workshop):
+    workshop.write("tree: {turn: {angle: 5 deg}}\n", "other")
+    (line,) = workshop.lines("tree: {parallel: [{run: other}, {turn: {angle: 5 deg}}]}\n")
+    assert "'run other' and 'turn' both need the base" in line
+
+
+def test_check_files(workshop, tmp_path):
+    good = workshop.write("tree: {run: helper}\n", "good")
+    helper = workshop.write("tree: {wait: 1 s}\n", "helper")
+    broken = tmp_path / "broken.yaml"
+    broken.write_text("a: [\n")
+    library = MissionLibrary.load(built_in=False)
+    assert check_files([good, helper], library, workshop.declarations) == []
+    (finding,) = check_files([good, helper, broken], library, workshop.declarations)
+    assert (finding.file, finding.severity) == (str(broken), "error")
+
+
+def test_an_integer_is_a_number_but_not_the_other_way_round():
+    assert fits(Kind.INTEGER, Kind.NUMBER)
+    assert not fits(Kind.NUMBER, Kind.INTEGER)
+    assert not fits(Kind.INTEGER, Kind.LENGTH)

@@ -1,0 +1,74 @@
+import sys
+from types import ModuleType
+
+import pytest
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.declarations import collect_declarations, declarations_in
+from florence_bt.trees.loader import BUILT_IN, MissionLibrary
+
+
+def test_the_built_in_missions():
+    library = MissionLibrary.load()
+    assert {"approach_user", "detect_user", "goto_pose", "goto_room", "goto_user"} <= set(library.names())
+    assert all(mission.description for mission in library)
+    assert library.get("goto_user").file == BUILT_IN / "goto_user.yaml"
+
+
+def test_later_folders_shadow_earlier_ones(tmp_path):
+    for folder, text in (("a", "one"), ("b", "two")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "m.yaml").write_text(f"mission: m\ndescription: {text}\ntree: {{fail: x}}\n")
+    library = MissionLibrary.load([tmp_path / "a", tmp_path / "b"], built_in=False)
+    assert [mission.description for mission in library.missions()] == ["two"]
+
+
+def test_unknown_missions_and_folders(tmp_path):
+    with pytest.raises(ConfigError) as error:
+        MissionLibrary.load().get("goto_usr")
+    assert "goto_user" in error.value.valid
+    with pytest.raises(ConfigError, match="no folder of missions"):
+        MissionLibrary.load([tmp_path / "gone"])
+
+
+def test_one_broken_file_does_not_take_the_others_away(tmp_path):
+    (tmp_path / "bad.yaml").write_text("a: [\n")
+    (tmp_path / "good.yaml").write_text("mission: good\ntree: {fail: x}\n")
+    library = MissionLibrary.load([tmp_path], built_in=False)
+    assert library.names() == ["good"]
+    assert [finding.file for finding in library.findings] == [str(tmp_path / "bad.yaml")]
+    with pytest.raises(ConfigError, match="not YAML"):
+        library.get("bad")
+    (tmp_path / "bad.yaml").write_text("mission: bad\ntree: {fail: x}\n")
+    assert library.add_file(tmp_path / "bad.yaml") is library.get("bad")
+
+
+def module(name, **values):
+    made = ModuleType(name)
+    made.__dict__.update(values)
+    return made
+
+
+def test_declarations_are_collected_by_their_type():
+    one, two = SkillDeclaration("one", "1"), SkillDeclaration("two", "2")
+    found = declarations_in([module("b", TWO=two, ALIAS=two, ALL=(two,)), module("a", ONE=one, OTHER=5)])
+    assert found == {"one": one, "two": two}
+    assert list(found) == ["one", "two"]
+
+
+def test_two_skills_of_one_name():
+    modules = [module("a", X=SkillDeclaration("x", "1")), module("b", X=SkillDeclaration("x", "2"))]
+    with pytest.raises(ConfigError, match="two skills are called 'x': in a and in b"):
+        declarations_in(modules)
+
+
+@pytest.mark.parametrize("name", ["sequence", "because", "Turn", "a b", ""])
+def test_names_that_a_skill_cannot_have(name):
+    with pytest.raises(ConfigError, match="cannot be called"):
+        declarations_in([module("a", X=SkillDeclaration(name, "1"))])
+
+
+def test_the_real_declarations():
+    assert {"navigate_to", "turn", "look_for_user"} <= set(collect_declarations())
+    assert "florence_bt.skills" in sys.modules

@@ -1,0 +1,62 @@
+"""Missions with mistakes in them: the check never breaks, and what it lets through can be built."""
+
+import tempfile
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.errors import ConfigError
+from florence_bt.testing.ticking import make_context
+from florence_bt.trees.compile import compile_mission
+from florence_bt.trees.declarations import collect_declarations
+from florence_bt.trees.draw import FORMATS, draw
+from florence_bt.trees.findings import has_errors
+from florence_bt.trees.lint import check
+from florence_bt.trees.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.parse import parse_mission
+
+DECLARATIONS = collect_declarations()
+LIBRARY = MissionLibrary.load()
+TEXTS = {name: (BUILT_IN / f"{name}.yaml").read_text() for name in LIBRARY.names()}
+ODD_WORDS = ("", "[]", "{}", "$", "~", "5", "- ")
+WORDS = [*sorted({word for text in TEXTS.values() for word in text.split()}), *ODD_WORDS]
+
+
+@st.composite
+def mutations(draw_from):
+    name = draw_from(st.sampled_from(sorted(TEXTS)))
+    lines = TEXTS[name].split("\n")
+    for _ in range(draw_from(st.integers(1, 3))):
+        row = draw_from(st.integers(0, len(lines) - 1))
+        words = lines[row].split(" ")
+        match draw_from(st.sampled_from(["drop line", "indent", "dedent", "word"])):
+            case "drop line":
+                lines[row] = ""
+            case "indent":
+                lines[row] = "  " + lines[row]
+            case "dedent":
+                lines[row] = lines[row].removeprefix("  ")
+            case "word":
+                words[draw_from(st.integers(0, len(words) - 1))] = draw_from(st.sampled_from(WORDS))
+                lines[row] = " ".join(words)
+    return name, "\n".join(lines)
+
+
+@settings(max_examples=150, deadline=None)
+@given(mutations())
+def test_checking_a_mutated_mission(mutated):
+    name, text = mutated
+    try:
+        mission = parse_mission(text, Path(tempfile.gettempdir()) / f"{name}.yaml")
+    except ConfigError as error:
+        assert error.line is not None
+        return
+    findings = check(mission, LIBRARY, DECLARATIONS, ["kitchen"])
+    assert all(finding.line >= 1 and finding.column >= 1 and finding.message for finding in findings)
+    for format_name in FORMATS:
+        draw(mission, format_name, LIBRARY, expand=True)
+    if not has_errors(findings):
+        inputs = {key: port.default for key, port in mission.inputs.items() if not port.required}
+        compile_mission(mission, LIBRARY, inputs, make_context(ManualClock(), {}, DECLARATIONS))

@@ -1,0 +1,125 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.trees.quantities import (
+    NUMERIC_KINDS,
+    UNITS,
+    example_of,
+    format_value,
+    guess_value,
+    out_of_range,
+    read_value,
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("30 s", Kind.DURATION, 30.0),
+        ("2 min", Kind.DURATION, 120.0),
+        ("500ms", Kind.DURATION, 0.5),
+        ("1 h", Kind.DURATION, 3600.0),
+        ("45 deg", Kind.ANGLE, math.pi / 4),
+        ("-90°", Kind.ANGLE, -math.pi / 2),
+        ("1.5 rad", Kind.ANGLE, 1.5),
+        ("0.5 m", Kind.LENGTH, 0.5),
+        ("50 cm", Kind.LENGTH, 0.5),
+        (".5m", Kind.LENGTH, 0.5),
+        ("1e-3 km", Kind.LENGTH, 1.0),
+        ("0.3 m/s", Kind.SPEED, 0.3),
+        ("3.6 km/h", Kind.SPEED, 1.0),
+        ("0", Kind.LENGTH, 0.0),
+        ("-0.0", Kind.SPEED, 0.0),
+        ("2.5", Kind.NUMBER, 2.5),
+        ("+3", Kind.INTEGER, 3),
+        (" 7 ", Kind.INTEGER, 7),
+        ("true", Kind.BOOLEAN, True),
+        ("false", Kind.BOOLEAN, False),
+        ("30 s", Kind.TEXT, "30 s"),
+        (" x ", Kind.TEXT, " x "),
+    ],
+)
+def test_reading(text, kind, value):
+    assert read_value(text, kind) == (value if isinstance(value, str) else pytest.approx(value))
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "problem", "valid"),
+    [
+        ("30", Kind.DURATION, "a duration needs a unit: '30'", ("30 s", "30 ms", "30 min", "30 h")),
+        ("45", Kind.ANGLE, "an angle needs a unit", ("45 deg", "45 °", "45 rad")),
+        ("45 degrees", Kind.ANGLE, "'degrees' is no unit of an angle", ("45 deg", "45 °", "45 rad")),
+        ("3 s", Kind.LENGTH, "'s' is no unit of a length", ("3 m", "3 cm", "3 mm", "3 km")),
+        ("far", Kind.LENGTH, "a length is needed, not 'far'", ("0.5 m",)),
+        ("nan m", Kind.LENGTH, "a length is needed", ("0.5 m",)),
+        ("inf s", Kind.DURATION, "a duration is needed", ("30 s",)),
+        ("1e999 m", Kind.LENGTH, "too large", ()),
+        ("2.5", Kind.INTEGER, "a whole number is needed, not '2.5'", ("3",)),
+        ("2 m", Kind.NUMBER, "a plain number is needed, not '2 m'", ("2",)),
+        ("yes", Kind.BOOLEAN, "true or false is needed", ("true",)),
+        ("Off", Kind.BOOLEAN, "true or false is needed", ("false",)),
+        ("1", Kind.BOOLEAN, "true or false is needed", ("true", "false")),
+        ("1 2 3", Kind.POSE, "a pose is needed", ("{x: 1 m, y: 2 m, yaw: 90 deg}", "$key")),
+        ("", Kind.LENGTH, "a length is needed", ("0.5 m",)),
+    ],
+)
+def test_refusing(text, kind, problem, valid):
+    with pytest.raises(ConfigError, match=problem.replace("(", r"\(")) as error:
+        read_value(text, kind)
+    assert error.value.valid == valid
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("true", Kind.BOOLEAN, True),
+        ("3", Kind.INTEGER, 3),
+        ("3.5", Kind.NUMBER, 3.5),
+        ("30 s", Kind.DURATION, 30.0),
+        ("2 m", Kind.LENGTH, 2.0),
+        ("1 m/s", Kind.SPEED, 1.0),
+        ("30 sheep", Kind.TEXT, "30 sheep"),
+        ("kitchen", Kind.TEXT, "kitchen"),
+    ],
+)
+def test_guessing(text, kind, value):
+    assert guess_value(text) == (kind, value)
+
+
+def test_no_unit_belongs_to_two_kinds():
+    units = [unit for table in UNITS.values() for unit in table]
+    assert len(units) == len(set(units))
+
+
+@pytest.mark.parametrize("kind", sorted(NUMERIC_KINDS - {Kind.INTEGER}, key=lambda kind: kind.value))
+@given(number=st.floats(-1e6, 1e6))
+def test_what_is_formatted_can_be_read_again(kind, number):
+    assert read_value(format_value(number, kind), kind) == pytest.approx(number, rel=1e-5, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in Kind if kind is not Kind.POSE])
+def test_every_example_can_be_read(kind):
+    assert Port(kind, "").problem_with(read_value(example_of(kind), kind)) is None
+
+
+@given(st.text(max_size=30), st.sampled_from(list(Kind)))
+def test_any_text_is_read_or_refused(text, kind):
+    try:
+        value = read_value(text, kind)
+    except ConfigError:
+        return
+    assert Port(kind, "").problem_with(value) is None
+
+
+def test_limits_speak_in_units():
+    port = Port(Kind.ANGLE, "", minimum=0.0, maximum=math.pi)
+    assert out_of_range(2 * math.pi, port) == "360 deg is above the maximum of 180 deg"
+    assert out_of_range(-math.pi, port) == "-180 deg is below the minimum of 0 deg"
+    assert out_of_range(1.0, port) is None
+    assert format_value(Pose2(1, 2, math.pi / 2), Kind.POSE) == "{x: 1 m, y: 2 m, yaw: 90 deg}"

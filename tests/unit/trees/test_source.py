@@ -1,0 +1,113 @@
+import contextlib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.source import (
+    MAX_BYTES,
+    MAX_DEPTH,
+    Listing,
+    Position,
+    Table,
+    Text,
+    parse_source,
+    read_source,
+)
+
+FILE = Path("m.yaml")
+
+
+def parse(text):
+    return parse_source(text.encode() if isinstance(text, str) else text, FILE)
+
+
+def test_scalars_stay_text_and_know_their_place():
+    table = parse("a: no\nb:\n  - 12:30\n  - '7'\n  - |\n    long\n")
+    assert table == Table(
+        (
+            (Text("a", False, Position(1, 1)), Text("no", False, Position(1, 4))),
+            (
+                Text("b", False, Position(2, 1)),
+                Listing(
+                    (
+                        Text("12:30", False, Position(3, 5)),
+                        Text("7", True, Position(4, 5)),
+                        Text("long\n", True, Position(5, 5)),
+                    ),
+                    Position(3, 3),
+                ),
+            ),
+        ),
+        Position(1, 1),
+    )
+    assert table.get("b").items[1].quoted
+    assert table.get("c") is None and table.key("b").position == Position(2, 1)
+
+
+@pytest.mark.parametrize("text", ["", "~", "null"])
+def test_empty_values(text):
+    assert parse(f"a: {text}\n").get("a").empty
+    assert not parse(f"a: '{text}'\n").get("a").empty
+
+
+def test_a_byte_order_mark_is_skipped():
+    assert parse(b"\xef\xbb\xbfa: b\n").get("a").text == "b"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "problem"),
+    [
+        ("", 1, 1, "the file is empty"),
+        ("# nothing\n", 1, 1, "the file is empty"),
+        ("a: 1\na: 2\n", 2, 1, "twice .first in line 1"),
+        ("a: {b: 1, b: 2}\n", 1, 11, "twice"),
+        ("a:\n\tb: 1\n", 2, 1, "a tab in the indentation"),
+        ("a: &x 1\nb: *x\n", 1, 4, "anchors"),
+        ("a: 1\nb: *x\n", 2, 4, "anchors"),
+        ("a: !!int 1\n", 1, 4, "the tag"),
+        ("a: !python/object:os.system x\n", 1, 4, "the tag"),
+        ("a: 1\n---\nb: 1\n", 2, 1, "second document"),
+        ("? [a, b]\n: 1\n", 1, 3, "a key must be a plain text"),
+        (b"a: \xff\n", 1, 4, "byte 0xff is not UTF-8"),
+        (b"a: 1\nb: x\xc3\n", 2, 5, "not UTF-8"),
+        ("a: [1, 2\n", None, None, "not YAML"),
+        ("a: 'x\n", None, None, "not YAML"),
+        ("a: b: c\n", 1, None, "not YAML"),
+        ("a: \x07\n", 1, None, "not YAML"),
+        ("a: " + "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1), 1, None, "nested more than"),
+        ("[" * 100_000, 1, None, "nested more than"),
+    ],
+)
+def test_what_is_refused(text, line, column, problem):
+    with pytest.raises(ConfigError, match=problem) as error:
+        parse(text)
+    assert error.value.file == "m.yaml"
+    assert line is None or error.value.line == line
+    assert column is None or error.value.column == column
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(ConfigError, match="cannot be read: No such file"):
+        read_source(tmp_path / "gone.yaml")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_source(tmp_path)
+    (tmp_path / "big.yaml").write_bytes(b"a" * (MAX_BYTES + 1))
+    with pytest.raises(ConfigError, match="more than 1000000 bytes"):
+        read_source(tmp_path / "big.yaml")
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused(data):
+    try:
+        parse_source(data, FILE)
+    except ConfigError as error:
+        assert error.file == "m.yaml"
+
+
+@given(st.text(alphabet="abc:-[]{}\"'|>&*!?#,\n $%@`~", max_size=60))
+def test_any_text_is_read_or_refused(text):
+    with contextlib.suppress(ConfigError):
+        parse(text)

@@ -1,0 +1,60 @@
+"""Sets up the folder ``.venv``: the pinned dependencies, Florence itself and its interface packages.
+
+Runs on a bare Python 3.11 or 3.12 (standard library only) and is called by the Makefile::
+
+    python3 tools/setup.py            # set up, or bring up to date; does nothing when nothing changed
+    python3 tools/setup.py lock       # choose the newest fitting versions and write requirements.lock
+
+Each step leaves a stamp with a hash of what it was made from, written when the step is through: what is up to
+date is skipped, and an interrupted run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+if sys.version_info < (3, 11):  # noqa: UP036 (it may be run by any Python)
+    found = ".".join(map(str, sys.version_info[:2]))
+    sys.exit(f"Florence needs Python 3.11 or 3.12, and this is {found}: make setup PYTHON=python3.12")
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+from setup_steps import dependencies, interfaces, machine
+from setup_steps.progress import Log, StepFailed
+
+
+def set_up() -> None:
+    """Bring ``.venv`` up to date."""
+    machine.check()
+    log = Log(machine.STATE / "setup.log")
+    steps = [*dependencies.steps(log), *interfaces.steps(log), dependencies.florence_step(log)]
+    done = [log.progress(number, len(steps), step) for number, step in enumerate(steps, 1)]
+    if any(done):
+        print(f"ready: {machine.VENV.name}/bin/florence --help", flush=True)
+
+
+def main() -> int:
+    """Run the verb of the command line.
+
+    Returns:
+        0 when everything is in place, 1 when a step failed, 2 for a wrong command line.
+    """
+    verbs = {"": set_up, "lock": dependencies.lock}
+    verb = " ".join(sys.argv[1:])
+    if verb not in verbs:
+        print(f"unknown: {verb} (would have worked: nothing, lock)", file=sys.stderr)
+        return 2
+    try:
+        verbs[verb]()
+    except StepFailed as failed:
+        print(failed, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("\ninterrupted; run it again to go on", file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

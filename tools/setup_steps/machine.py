@@ -1,0 +1,51 @@
+"""Where things are, and whether this machine can build Florence."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import sys
+from pathlib import Path
+
+from .progress import StepFailed
+
+ROOT = Path(__file__).resolve().parents[2]
+VENV = ROOT / ".venv"
+PYTHON = VENV / "bin" / "python"
+STATE = VENV / "florence-setup"
+"""Stamps, logs and build folders."""
+
+PYTHONS = ((3, 11), (3, 12))
+
+
+def check() -> None:
+    """Refuse a machine that cannot do it, and say what is missing.
+
+    Raises:
+        StepFailed: With everything that is missing and how to get it.
+    """
+    problems = []
+    if sys.version_info[:2] not in PYTHONS:
+        found = f"{sys.version_info.major}.{sys.version_info.minor}"
+        problems.append(
+            f"Florence needs Python 3.11 or 3.12, and this is {found}: make setup PYTHON=python3.12"
+        )
+    if importlib.util.find_spec("ensurepip") is None:
+        problems.append("Python's venv module is not complete: apt install python3-venv")
+    if not (_compiler("CC", "cc", "gcc", "clang") and _compiler("CXX", "c++", "g++", "clang++")):
+        problems.append(
+            "no C and C++ compiler (the ROS interfaces are compiled here): apt install build-essential; "
+            "or name one: CC=... CXX=... make setup"
+        )
+    if os.environ.get("AMENT_PREFIX_PATH"):
+        problems.append(
+            "a ROS 2 installation is sourced in this shell, and .venv brings its own: use a shell without "
+            "it, or build with colcon against that installation (CONTRIBUTING.md)"
+        )
+    if problems:
+        raise StepFailed("cannot set up:\n" + "\n".join(f"  - {problem}" for problem in problems))
+
+
+def _compiler(variable: str, *names: str) -> bool:
+    return any(shutil.which(name) for name in (os.environ.get(variable, ""), *names) if name)
