@@ -12,6 +12,7 @@ date is skipped, and an interrupted run goes on where it was.
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 if sys.version_info < (3, 11):  # noqa: UP036 (it may be run by any Python)
@@ -45,6 +46,7 @@ def main() -> int:
     if verb not in verbs:
         print(f"unknown: {verb} (would have worked: nothing, lock)", file=sys.stderr)
         return 2
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         verbs[verb]()
     except StepFailed as failed:

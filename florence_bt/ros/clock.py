@@ -61,6 +61,7 @@ class RosClock:
         self._before_jump = 0.0
         self._timer: RclTimer = node.create_timer(1.0, self._serve, clock=self._ros_clock, autostart=False)
         self._armed_for: float | None = None
+        self._closed = False
         self._jumps = self._ros_clock.create_jump_callback(
             JumpThreshold(
                 min_forward=Duration(nanoseconds=int(FIRST_TIME_S * NANO)),
@@ -93,7 +94,8 @@ class RosClock:
             self._arm()
 
     def close(self) -> None:
-        """Forget every callback and stop listening to time jumps."""
+        """Forget every callback and stop listening to time jumps; what is asked for later never comes."""
+        self._closed = True
         self._jumps.unregister()
         self._queue.clear()
         self._node.destroy_timer(self._timer)
@@ -114,6 +116,8 @@ class RosClock:
                 callback()
 
     def _arm(self) -> None:
+        if self._closed:
+            return
         while self._queue and self._queue[0][2].callback is None:
             heapq.heappop(self._queue)
             self._cancelled -= 1

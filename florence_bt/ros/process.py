@@ -21,7 +21,7 @@ from florence_bt.ros.node import FlorenceNode
 NodeFactory = Callable[[], FlorenceNode]
 
 
-def run_nodes(factories: Sequence[NodeFactory]) -> int:
+def run_nodes(factories: Sequence[NodeFactory], *, remappings: Sequence[str] = ()) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
     Talks to this machine only (ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST) unless the environment has another
@@ -29,13 +29,16 @@ def run_nodes(factories: Sequence[NodeFactory]) -> int:
 
     Args:
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
+        remappings: Rules such as ``node:from:=to``, for every node of the process.
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
         ran or while it was closed. What went wrong is on the standard error.
     """
     stay_on_this_machine()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rules = [part for rule in remappings for part in ("--remap", rule)]
+    arguments = ["--ros-args", *rules] if rules else []
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     loop = SpinLoop()
     nodes: list[FlorenceNode] = []
     failed = False

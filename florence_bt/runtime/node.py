@@ -71,11 +71,11 @@ class MissionNode(FlorenceNode):
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__("florence_bt", parameters=parameters)
-        self._parameters = self.read_parameters(MissionNodeParameters)
+        self._settings = self.read_parameters(MissionNodeParameters)
         self._declarations = declarations
-        library = MissionLibrary.load([Path(folder) for folder in self._parameters.mission_folders])
+        library = MissionLibrary.load([Path(folder) for folder in self._settings.mission_folders])
         self._tf = TransformListener(self)
-        self._executor = Executor(
+        self._missions = Executor(
             library,
             make_skills(self),
             declarations,
@@ -84,21 +84,21 @@ class MissionNode(FlorenceNode):
             call_soon=self.call_soon,
         )
         recorder = RunRecorder(
-            self._executor, Path(self._parameters.runs_folder), self.timebase, self._robot_pose, on_recorded
+            self._missions, Path(self._settings.runs_folder), self.timebase, self._robot_pose, on_recorded
         )
         self.on_close(recorder.close)
-        self._executor.add_listener(self._on_event)
+        self._missions.add_listener(self._on_event)
         self._tree_topic = self.create_publisher(String, "florence_bt/tree", LATCHED)
         self._state_topic = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
         self._tree_due = False
-        self._action_run: str | None = None
+        self._run_of_action: str | None = None
         self._create_services()
         self._state_topic.publish(RunState(state="IDLE"))
 
     def close(self) -> None:
         """Stop what runs; the skills' cancels go out before the node is destroyed."""
-        self._executor.blocked_by = "the mission server is shutting down"
-        self._executor.stop_all("the mission server is shutting down")
+        self._missions.blocked_by = "the mission server is shutting down"
+        self._missions.stop_all("the mission server is shutting down")
 
     # ---- services -------------------------------------------------------------------------------------
 
@@ -115,7 +115,7 @@ class MissionNode(FlorenceNode):
             on_goal=self._on_action_goal,
             on_cancel=self._on_action_cancel,
         )
-        for mission in self._executor.library.missions():
+        for mission in self._missions.library.missions():
             if not mission.required_inputs():
                 self.create_service(
                     Trigger,
@@ -144,7 +144,7 @@ class MissionNode(FlorenceNode):
         return response
 
     def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
-        run = self._executor.stop(request.reason or "stop asked by service", request.run_id or None)
+        run = self._missions.stop(request.reason or "stop asked by service", request.run_id or None)
         response.success = run is not None
         if run is not None:
             response.message = f"{run.run_id} stops"
@@ -157,7 +157,7 @@ class MissionNode(FlorenceNode):
     def _on_status(
         self, request: MissionStatus.Request, response: MissionStatus.Response
     ) -> MissionStatus.Response:
-        run = self._executor.find(request.run_id or None)
+        run = self._missions.find(request.run_id or None)
         if run is None:
             response.tree = (
                 f"no run {request.run_id!r} is known here" if request.run_id else "no mission has run yet"
@@ -166,14 +166,14 @@ class MissionNode(FlorenceNode):
         response.found = True
         response.run_id, response.mission = run.run_id, run.mission
         response.state, response.code, response.reason = run.status.value, run.code, run.reason
-        tree = self._executor.render(run, colour=request.colour)
+        tree = self._missions.render(run, colour=request.colour)
         response.tree = status_text(run, tree, self.timebase.now())
         return response
 
     def _on_list(
         self, request: ListMissions.Request, response: ListMissions.Response
     ) -> ListMissions.Response:
-        missions = list(self._executor.library.missions())
+        missions = list(self._missions.library.missions())
         response.names = [mission.name for mission in missions]
         response.descriptions = [mission.description for mission in missions]
         return response
@@ -182,11 +182,11 @@ class MissionNode(FlorenceNode):
         self, request: CheckMission.Request, response: CheckMission.Response
     ) -> CheckMission.Response:
         try:
-            mission = self._executor.library.get(request.mission)
+            mission = self._missions.library.get(request.mission)
         except ConfigError as error:
             response.report = str(error)
             return response
-        findings = check([mission], self._executor.library, self._declarations, None)
+        findings = check([mission], self._missions.library, self._declarations, None)
         response.ok = not any(finding.severity == "error" for finding in findings)
         response.report = report_text(findings) if findings else f"{mission.name}: no problem found"
         return response
@@ -204,15 +204,15 @@ class MissionNode(FlorenceNode):
         )
         if not accepted:
             return message
-        self._action_run = run_id
+        self._run_of_action = run_id
         return None
 
     def _on_action_cancel(self) -> None:
-        if self._action_run is not None:
-            self._executor.stop("cancelled by the action client", self._action_run)
+        if self._run_of_action is not None:
+            self._missions.stop("cancelled by the action client", self._run_of_action)
 
     def _finish_action(self, run: MissionRun) -> None:
-        self._action_run = None
+        self._run_of_action = None
         result = ExecuteMission.Result(
             run_id=run.run_id, state=run.status.value, code=run.code, reason=run.reason, tree=run.tree
         )
@@ -230,7 +230,7 @@ class MissionNode(FlorenceNode):
         """Trigger a mission: (accepted, run id, message). Nothing that a caller sends raises from here."""
         try:
             request = Request(mission, _pair_inputs(names, values), caller, _policy(policy), priority)
-            run = self._executor.trigger(request)
+            run = self._missions.trigger(request)
         except FlorenceError as error:
             self.get_logger().warning(f"{mission!r} asked by {caller} was refused: {error}")
             return False, "", str(error)
@@ -245,7 +245,7 @@ class MissionNode(FlorenceNode):
             self._publish_state(run)
             self._tree_topic.publish(String(data=status_text(run, run.tree, self.timebase.now())))
             self.get_logger().info(f"{run.run_id} {run.status.value}: {run.reason or 'ok'}")
-            if run.run_id == self._action_run:
+            if run.run_id == self._run_of_action:
                 self._finish_action(run)
         elif event.kind is EventKind.BROKEN:
             self.get_logger().error(f"{run.run_id} broke down:\n{event.data['detail']}")
@@ -267,19 +267,19 @@ class MissionNode(FlorenceNode):
 
     def _publish_tree(self) -> None:
         self._tree_due = False
-        run = self._executor.current
+        run = self._missions.current
         if run is None:
             return
-        tree = self._executor.render(run)
+        tree = self._missions.render(run)
         self._tree_topic.publish(String(data=status_text(run, tree, self.timebase.now())))
-        if run.run_id == self._action_run:
+        if run.run_id == self._run_of_action:
             self._action.publish_feedback(
                 ExecuteMission.Feedback(run_id=run.run_id, tip=run.mission, tree=tree)
             )
 
     def _robot_pose(self) -> Pose2 | None:
         try:
-            return self._tf.buffer.lookup_pose("map", self._parameters.base_frame)
+            return self._tf.buffer.lookup_pose("map", self._settings.base_frame)
         except TransformUnavailable:
             return None
 

@@ -6,73 +6,21 @@ Who drives it (``node.py``) decides how fast that goes against the wall clock.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.base_noise import BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.ports import HardwareMounts, HardwareSettings
 from florence_bt.simulation.sensors import KinectSensor, LaserSensor
 from florence_bt.simulation.world import World
 
 STEP_S = 0.005
 """Simulated seconds between two looks at the ports."""
-
-
-@dataclass(frozen=True, slots=True)
-class HardwareMounts:
-    """Where the sensors sit on the robot.
-
-    Attributes:
-        laser: base_footprint from the laser's frame.
-        camera: base_footprint from the depth camera's optical frame.
-    """
-
-    laser: Transform3
-    camera: Transform3
-
-
-@dataclass(frozen=True, slots=True)
-class HardwareSettings:
-    """Where the ports appear, and how often the Kinect gives a frame.
-
-    Attributes:
-        folder: Holds the links ``create`` and ``hokuyo`` to the pseudo-terminals and the socket ``kinect``.
-        kinect_rate: Frames per simulated second; 30 on the real device.
-        seed: Start of every noise generator.
-    """
-
-    folder: Path
-    kinect_rate: float = 10.0
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        if not 0.0 < self.kinect_rate <= 30.0:
-            raise ConfigError(f"kinect_rate is {self.kinect_rate}", valid=["0 < kinect_rate <= 30"])
-
-    @property
-    def base_port(self) -> Path:
-        """The serial port of the base."""
-        return self.folder / "create"
-
-    @property
-    def laser_port(self) -> Path:
-        """The serial port of the laser."""
-        return self.folder / "hokuyo"
-
-    @property
-    def kinect_socket(self) -> Path:
-        """The socket of the Kinect's frames."""
-        return self.folder / "kinect"
 
 
 class _LaserPlant:
@@ -156,28 +104,3 @@ class HardwareServer:
 
 def _pose_json(pose: Pose2) -> list[float]:
     return [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 4)]
-
-
-@dataclass(frozen=True, slots=True)
-class Closeness:
-    """How the robot stands to a person.
-
-    Attributes:
-        distance: Between the centres in metres.
-        facing: Angle between the robot's heading and the direction to the person, 0 = faces them, radians.
-    """
-
-    distance: float
-    facing: float
-
-
-def closeness(robot: Pose2, person: Pose2) -> Closeness:
-    """How the robot stands to a person."""
-    return Closeness(robot.distance_to(person), abs(robot.bearing_to(person.x, person.y)))
-
-
-def closeness_text(value: Closeness) -> str:
-    """For people: distance and how far the robot looks past the person."""
-    return (
-        f"{value.distance:.2f} m from the person, facing them within {math.degrees(value.facing):.0f} degrees"
-    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from rich.console import Console
 
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
-from florence_bt.simulation.server import Closeness, closeness, closeness_text
+from florence_bt.simulation.closeness import Closeness, closeness, closeness_text
 from florence_bt.wiring.live import Display, make_display, styled
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
@@ -127,9 +126,3 @@ def print_result(result: DemoResult, console: Console) -> None:
     console.print(touched, highlight=False)
     console.print(f"The run's folder: {result.run_folder}", soft_wrap=True, highlight=False)
 
-
-def polite(result: DemoResult) -> bool:
-    """Whether the robot really stands as the mission promises: 0.5 m +- 0.1, facing within 15 degrees, no contact."""
-    if result.closeness is None or result.contacts:
-        return False
-    return abs(result.closeness.distance - 0.5) <= 0.1 and result.closeness.facing <= math.radians(15.0)

@@ -6,11 +6,10 @@ import ctypes
 import signal
 import sys
 from pathlib import Path
+from types import FrameType
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.process import run_nodes
 from florence_bt.wiring.options import BringUp
-from florence_bt.wiring.topology import factories
 
 PR_SET_PDEATHSIG = 1
 """prctl(2): the signal that the kernel sends when the parent process ends."""
@@ -28,11 +27,21 @@ def main(group: str, options_file: Path) -> int:
     """
     # Should the supervisor be killed, its children must not drive on alone.
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _end_before_start)
+    # These imports take seconds; whoever ends the process meanwhile must not see a traceback.
+    from florence_bt.ros.process import run_nodes
+    from florence_bt.wiring.topology import REMAPPINGS, factories
+
     try:
-        return run_nodes(factories(group, BringUp.read(options_file)))
+        return run_nodes(factories(group, BringUp.read(options_file)), remappings=REMAPPINGS)
     except FlorenceError as error:
         print(f"florence {group}: {error}", file=sys.stderr)
         return 1
+
+
+def _end_before_start(number: int, frame: FrameType | None) -> None:
+    raise SystemExit(0)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.simulation.flat import Flat, load_flat
 from florence_bt.simulation.people import PersonSpec, place_person
-from florence_bt.simulation.server import HardwareMounts, HardwareSettings
+from florence_bt.simulation.ports import HardwareMounts, HardwareSettings
 from florence_bt.skills.describe_robot.description import load_description
 from florence_bt.wiring.options import ABSENT, BringUp
 

@@ -13,11 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.runtime.run import RunStatus
-from florence_bt.simulation.server import closeness
+from florence_bt.simulation.closeness import Closeness, closeness
 from florence_bt.wiring.rigs import make_rig
-
-POLITE_DISTANCE_M, DISTANCE_TOLERANCE_M = 0.5, 0.1
-FACING_TOLERANCE = math.radians(15.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +27,7 @@ class Trial:
         posture: What the person did.
         status: How the mission ended.
         reason: Why it did not succeed.
-        distance: Between the centres of robot and person at the end, metres.
-        facing: Angle between the robot's heading and the person at the end, radians.
+        end: How the robot really stood to the person in the end.
         contacts: What the robot touched.
         simulated: Simulated seconds of the mission.
         wall: Wall seconds of the mission.
@@ -42,8 +38,7 @@ class Trial:
     posture: str
     status: RunStatus
     reason: str
-    distance: float
-    facing: float
+    end: Closeness
     contacts: tuple[str, ...]
     simulated: float
     wall: float
@@ -51,12 +46,7 @@ class Trial:
     @property
     def good(self) -> bool:
         """Success in truth: the mission says so, the distance and the heading fit, nothing was touched."""
-        return (
-            self.status is RunStatus.SUCCEEDED
-            and abs(self.distance - POLITE_DISTANCE_M) <= DISTANCE_TOLERANCE_M
-            and self.facing <= FACING_TOLERANCE
-            and not self.contacts
-        )
+        return self.status is RunStatus.SUCCEEDED and self.end.polite and not self.contacts
 
 
 def run_trial(seed: int, runs_folder: Path | None = None) -> Trial:
@@ -80,8 +70,7 @@ def run_trial(seed: int, runs_folder: Path | None = None) -> Trial:
         posture=person.posture,
         status=run.status,
         reason=run.reason,
-        distance=end.distance,
-        facing=end.facing,
+        end=end,
         contacts=tuple(contact.name for contact in rig.world.contacts),
         simulated=run.ended - run.started,
         wall=wall,
@@ -109,8 +98,8 @@ def table(trials: Sequence[Trial]) -> str:
     for trial in trials:
         lines.append(
             f"| {trial.seed} | {trial.room} | {trial.posture} | {trial.status.value}"
-            f"{': ' + trial.reason if trial.reason else ''} | {trial.distance:.2f} | "
-            f"{math.degrees(trial.facing):.0f} | {', '.join(trial.contacts) or 'none'} | {trial.simulated:.0f} | "
+            f"{': ' + trial.reason if trial.reason else ''} | {trial.end.distance:.2f} | "
+            f"{math.degrees(trial.end.facing):.0f} | {', '.join(trial.contacts) or 'none'} | {trial.simulated:.0f} | "
             f"{'good' if trial.good else '**not good**'} |"
         )
     return "\n".join(lines) + "\n"
@@ -129,8 +118,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         trials.append(run_trial(seed, given.runs_folder))
         last = trials[-1]
         print(
-            f"seed {seed:3d} {last.room:12s} {last.posture:9s} {last.status.value:9s} {last.distance:5.2f} m "
-            f"{math.degrees(last.facing):4.0f} deg {last.simulated:5.0f} s in {last.wall:4.1f} s "
+            f"seed {seed:3d} {last.room:12s} {last.posture:9s} {last.status.value:9s} {last.end.distance:5.2f} m "
+            f"{math.degrees(last.end.facing):4.0f} deg {last.simulated:5.0f} s in {last.wall:4.1f} s "
             f"{' '.join(last.contacts)} {last.reason}",
             flush=True,
         )

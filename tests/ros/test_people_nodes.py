@@ -119,7 +119,9 @@ def tracker(ros: Any) -> UserTrackerNode:
     return ros.add(UserTrackerNode())
 
 
-def test_the_tracker_takes_pictures_only_while_it_runs(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+def test_the_tracker_takes_pictures_only_while_it_runs(
+    ros: Any, robot: Robot, tracker: UserTrackerNode
+) -> None:
     robot.depth = person_picture(2.0)
     assert robot.pictures.get_subscription_count() == 0
     assert call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request()).success
@@ -132,7 +134,9 @@ def test_the_tracker_takes_pictures_only_while_it_runs(ros: Any, robot: Robot, t
     ros.spin_for(0.3)
     assert robot.users == []
     assert call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request()).success
-    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after a restart")
+    ros.spin_until(
+        lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after a restart"
+    )
     assert list(robot.users[-1].user_ids_ni) == [1], "device ids count from 1 again"
 
 
@@ -167,7 +171,9 @@ def test_a_look_without_any_picture_ends_in_time(ros: Any, robot: Robot, tracker
 
 
 @pytest.mark.parametrize("window", [-1.0, 100.0, math.nan])
-def test_a_senseless_window_is_refused(ros: Any, robot: Robot, tracker: UserTrackerNode, window: float) -> None:
+def test_a_senseless_window_is_refused(
+    ros: Any, robot: Robot, tracker: UserTrackerNode, window: float
+) -> None:
     assert look(ros, robot, window) is None
 
 
@@ -188,7 +194,9 @@ def test_a_broken_picture_is_left_out(ros: Any, robot: Robot, tracker: UserTrack
         robot.pictures.publish(Image(height=3, width=4, encoding="32FC1", step=16, data=[0] * 7))
         ros.spin_for(0.05)
     robot.depth = person_picture(2.0)
-    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after nonsense")
+    ros.spin_until(
+        lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after nonsense"
+    )
 
 
 # ---- approach -----------------------------------------------------------------------------------------
@@ -237,7 +245,9 @@ def test_a_proposal_in_an_obstacle_is_refused(ros: Any, caller: Caller, propose:
     taken, free = propose(), propose(trial=2)
     assert not taken.valid and "cost 99" in taken.message
     assert free.valid and free.message == ""
-    assert (free.x, free.y) == pytest.approx((2.646, 1.646), abs=1e-3) or free.y == pytest.approx(2.354, abs=1e-3)
+    assert (free.x, free.y) == pytest.approx((2.646, 1.646), abs=1e-3) or free.y == pytest.approx(
+        2.354, abs=1e-3
+    )
     assert not propose(trial=4).valid
     assert not propose(safe_distance=9.0).valid
     assert not propose(user_x=math.nan).valid

@@ -9,7 +9,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.run import Request, RunStatus
-from florence_bt.simulation.server import closeness
+from florence_bt.simulation.closeness import closeness
 from florence_bt.wiring.rigs import make_rig
 
 pytestmark = pytest.mark.slow

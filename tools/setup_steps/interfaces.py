@@ -63,7 +63,8 @@ def _build_all(log: Log) -> None:
             for one in running:
                 one.result()
         except BaseException:
-            pool.shutdown(cancel_futures=True)
+            pool.shutdown(wait=False, cancel_futures=True)
+            log.end_commands()
             raise
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import signal
 import subprocess
 import threading
 import time
@@ -67,6 +69,12 @@ class Log:
         self._path = path
         self._mode = "w"
         self._lock = threading.Lock()
+        self._running: set[subprocess.Popen[str]] = set()
+
+    def end_commands(self) -> None:
+        """End every command that runs, with all that it started."""
+        for process in tuple(self._running):
+            _end_group(process)
 
     def progress(self, number: int, total: int, step: Step) -> bool:
         """Do a step that is not up to date, and say so: what begins, and the seconds that it took.
@@ -94,7 +102,7 @@ class Log:
         """
         words = [str(word) for word in command]
         try:
-            done = subprocess.run(
+            process = subprocess.Popen(
                 words,
                 env={**os.environ, **(environment or {})},
                 stdin=subprocess.DEVNULL,
@@ -102,15 +110,25 @@ class Log:
                 stderr=subprocess.STDOUT,
                 text=True,
                 errors="replace",
+                # A group of its own, so that an interrupted set-up leaves no compiler behind.
+                start_new_session=True,
             )
         except OSError as error:
             raise StepFailed(f"cannot run {words[0]}: {error}") from error
-        lines = [line for line in done.stdout.splitlines() if not line.startswith(NOISE)]
+        self._running.add(process)
+        try:
+            output, _ = process.communicate()
+        except BaseException:
+            _end_group(process)
+            raise
+        finally:
+            self._running.discard(process)
+        lines = [line for line in output.splitlines() if not line.startswith(NOISE)]
         self._keep("\n".join([f"$ {' '.join(words)}", *lines, ""]))
-        if done.returncode != 0:
+        if process.returncode != 0:
             tail = "\n".join("    " + line for line in lines[-TAIL_LINES:])
             raise StepFailed(
-                f"this failed with code {done.returncode}: {' '.join(words)}\n{tail}\n"
+                f"this failed with code {process.returncode}: {' '.join(words)}\n{tail}\n"
                 f"the whole output: {self._path}"
             )
 
@@ -120,3 +138,9 @@ class Log:
             with self._path.open(self._mode) as file:
                 file.write(text)
             self._mode = "a"
+
+
+def _end_group(process: subprocess.Popen[str]) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGTERM)
+    process.wait()

@@ -10,7 +10,9 @@ PROPOSE_APPROACH_POSE = SkillDeclaration(
     inputs={
         "user": Port(Kind.POSE, "where the person is"),
         "robot": Port(Kind.POSE, "where the robot was when the approach began; the same for all trials"),
-        "trial": Port(Kind.INTEGER, "1 straight ahead, 2 and 3 to either side", default=1, minimum=1, maximum=3),
+        "trial": Port(
+            Kind.INTEGER, "1 straight ahead, 2 and 3 to either side", default=1, minimum=1, maximum=3
+        ),
         "safe_distance": Port(
             Kind.LENGTH, "how far from the person the robot stops", default=0.5, minimum=0.3, maximum=2.0
         ),

@@ -89,7 +89,6 @@ def _problem_with(user: Pose2, robot: Pose2, trial: int, safe_distance: float) -
     if not 1 <= trial <= TRIALS:
         return f"trial is {trial}, it must be 1 to {TRIALS}"
     if not MINIMUM_SAFE_DISTANCE <= safe_distance <= MAXIMUM_SAFE_DISTANCE:
-        return (
-            f"safe_distance is {safe_distance} m, it must be {MINIMUM_SAFE_DISTANCE} to {MAXIMUM_SAFE_DISTANCE} m"
-        )
+        limits = f"{MINIMUM_SAFE_DISTANCE} to {MAXIMUM_SAFE_DISTANCE} m"
+        return f"safe_distance is {safe_distance} m, it must be {limits}"
     return None

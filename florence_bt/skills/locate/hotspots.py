@@ -85,7 +85,8 @@ class Hotspots:
         """A sentence that says that a label does not exist, and which do."""
         if not self._by_label:
             return f"there is no hotspot {label!r}: the list of hotspots is empty"
-        return f"there is no hotspot {label!r} (would have worked: {', '.join(closest_first(label, self.labels()))})"
+        close = ", ".join(closest_first(label, self.labels()))
+        return f"there is no hotspot {label!r} (would have worked: {close})"
 
 
 def load_hotspots(path: str | Path) -> Hotspots:
@@ -190,7 +191,9 @@ class _Reader:
         label = self._text(fields["label"], "label")
         kind = self._text(fields["kind"], "kind") if "kind" in fields else "room"
         if kind not in KINDS:
-            raise self._error(f"the kind {kind!r} does not exist", fields["kind"], valid=closest_first(kind, KINDS))
+            raise self._error(
+                f"the kind {kind!r} does not exist", fields["kind"], valid=closest_first(kind, KINDS)
+            )
         phi = self._number(fields["phi"], "phi") if "phi" in fields else 0.0
         pose = Pose2(self._number(fields["x"], "x"), self._number(fields["y"], "y"), phi)
         polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()

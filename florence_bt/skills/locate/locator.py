@@ -142,7 +142,9 @@ class Locator:
 
     def why_not_goto_pose(self, pose: Pose2) -> str | None:
         """Why the robot cannot be sent to a pose now, or None when it can."""
-        return self._override_reason() or (None if pose.is_finite() else f"the goal must be finite, not {pose}")
+        return self._override_reason() or (
+            None if pose.is_finite() else f"the goal must be finite, not {pose}"
+        )
 
     def _override_reason(self) -> str | None:
         if self.override:

@@ -101,7 +101,9 @@ class LocatorNode(FlorenceNode):
             return
         x, y = message.user_position_x, message.user_position_y
         robot = self._robot_pose()
-        self._locator.set_user_position(Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0))
+        self._locator.set_user_position(
+            Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0)
+        )
 
     def _on_run_state(self, message: RunState) -> None:
         self._locator.take_run_state(message.state)
@@ -132,7 +134,9 @@ class LocatorNode(FlorenceNode):
 
         return answer
 
-    def _on_get_hotspot(self, request: GetHotspot.Request, response: GetHotspot.Response) -> GetHotspot.Response:
+    def _on_get_hotspot(
+        self, request: GetHotspot.Request, response: GetHotspot.Response
+    ) -> GetHotspot.Response:
         result = self._locator.get_hotspot(request.label)
         response.valid, response.message = result.succeeded, result.reason
         if result.succeeded:
@@ -158,7 +162,9 @@ class LocatorNode(FlorenceNode):
         self._serve(SetRoom, "setUserPosRoom", self._on_set_user_room)
         self._serve(SetXYPhi, "setUserPosXYPhi", self._on_set_user_position)
 
-    def _on_set_hotspot(self, request: SetHotspot.Request, response: SetHotspot.Response) -> SetHotspot.Response:
+    def _on_set_hotspot(
+        self, request: SetHotspot.Request, response: SetHotspot.Response
+    ) -> SetHotspot.Response:
         result = self._locator.set_hotspot(request.label, _pose_of(request))
         response.success, response.message = result.succeeded, result.reason
         if result.succeeded:
@@ -182,7 +188,9 @@ class LocatorNode(FlorenceNode):
         response.success, response.message = result.succeeded, result.reason
         return response
 
-    def _on_set_user_position(self, request: SetXYPhi.Request, response: SetXYPhi.Response) -> SetXYPhi.Response:
+    def _on_set_user_position(
+        self, request: SetXYPhi.Request, response: SetXYPhi.Response
+    ) -> SetXYPhi.Response:
         result = self._locator.set_user_position(_pose_of(request))
         response.success, response.message = result.succeeded, result.reason
         return response
@@ -194,10 +202,14 @@ class LocatorNode(FlorenceNode):
         self._serve(GotoRoom, "gotoRoom", self._on_goto_room)
         self._serve(GotoXYPhi, "gotoXYPhi", self._on_goto_pose)
 
-    def _on_goto_user(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response | Deferred:
+    def _on_goto_user(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response | Deferred:
         return self._goto(response, self._locator.why_not_goto_user(), "goto_user", {})
 
-    def _on_goto_room(self, request: GotoRoom.Request, response: GotoRoom.Response) -> GotoRoom.Response | Deferred:
+    def _on_goto_room(
+        self, request: GotoRoom.Request, response: GotoRoom.Response
+    ) -> GotoRoom.Response | Deferred:
         refusal = self._locator.why_not_goto_room(request.room)
         return self._goto(response, refusal, "goto_room", {"room": request.room})
 

@@ -36,10 +36,10 @@ SERVER_CODES = {
     "goal_occupied": 206,
     "timed_out": 207,
     "no_path": 208,
-    "no_scan": 100,
     "no_pose": 102,
     "no_progress": 105,
     "blocked": 106,
+    "no_scan": 107,
 }
 """Our code -> error_code of NavigateToPose (REFERENCE 7.9)."""
 
@@ -58,11 +58,11 @@ SPIN_SERVER_CODES = {
 _NAVIGATE_CODES = {
     200: "bad_input",
     **{number: code for code, number in SERVER_CODES.items() if number},
-    # Other servers split our "blocked" and "no_pose" further.
+    # Nav2 splits our "blocked" further; its 107 is a costmap that gets no data.
+    100: "blocked",
     101: "blocked",
     103: "blocked",
     104: "blocked",
-    107: "blocked",
     205: "blocked",
 }
 _SPIN_CODES = {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}

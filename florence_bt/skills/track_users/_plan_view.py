@@ -34,8 +34,8 @@ def project_to_plan(
         shape: Rows (along y) and columns (along x) of the plan view.
 
     Returns:
-        The points, shape (h, w, 3), NaN where there is none in the limits; the flat index of each point's cell,
-        shape (h, w), -1 where there is none; the number of tall points in each cell, shape ``shape``.
+        The points, shape (h, w, 3), NaN where there is none in the limits; the flat index of each point's
+        cell, shape (h, w), -1 where there is none; the number of tall points in each cell, shape ``shape``.
     """
     height, width = depth.shape
     fx, fy, cx, cy = intrinsics

@@ -1,7 +1,8 @@
 """People in a depth picture: tall blobs in a plan view from above that are shaped like a body.
 
-Wrong positives send the robot to the wrong place, so every test is strict: width, a rounded front, a head where
-the picture is high enough to show it, no gaps from low to high, and at least one free edge.
+Wrong positives send the robot to the wrong place, so every test is strict: the width, a rounded front, a head
+where the picture is high enough to show it (else an outline that changes from low to high), no gaps on the way
+up, and free edges on both sides.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import ColourImage, DepthImage
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.track_users._body import Camera, Front, fit_front, find_head, shape_spread
+from florence_bt.skills.track_users._body import Camera, Front, find_head, fit_front, shape_spread
 from florence_bt.skills.track_users._plan_view import project_to_plan
 from florence_bt.skills.track_users._visibility import Borders, filled_layers, hidden_edges, touched_borders
 from florence_bt.skills.track_users.appearance import Histogram, colour_histogram
@@ -122,7 +123,7 @@ def _tall_blobs(
     use: DetectorParameters,
     map_and_robot: tuple[KnownObstacles, Pose2] | None = None,
 ) -> tuple[NDArray[np.float32], list[_Blob]]:
-    """All points, shape (h, w, 3), and the connected groups of tall ones that are small enough for a person."""
+    """All points, shape (h, w, 3), and the connected groups of tall ones that are small as a person."""
     reach = use.maximum_depth
     x0, y0 = optical_in_base.translation[0] - reach, optical_in_base.translation[1] - reach
     side = math.ceil(2.0 * reach / use.cell)
@@ -198,7 +199,11 @@ def _has_a_sensible_top(top: float, borders: Borders, use: DetectorParameters) -
     """Whether the height of a blob may be that of a person, given what cuts it off."""
     if borders.left or borders.right:
         # A person near enough to be cut by one side reaches the upper edge as well.
-        return borders.top and not (borders.left and borders.right) and use.minimum_cut_top <= top <= use.maximum_height
+        return (
+            borders.top
+            and not (borders.left and borders.right)
+            and use.minimum_cut_top <= top <= use.maximum_height
+        )
     return (use.minimum_clipped_top if borders.top else use.minimum_top) <= top <= use.maximum_height
 
 

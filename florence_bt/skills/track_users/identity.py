@@ -34,7 +34,9 @@ class Gallery:
             now: Seconds.
             present: The ids of the people who are there already; nobody is there twice.
         """
-        self._forget(now)
+        self._known = {
+            key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
+        }
         best, best_distance = None, self._use.match_distance
         for user_id, known in self._known.items():
             if histogram is None or known.histogram is None or user_id in present:
@@ -43,9 +45,7 @@ class Gallery:
             if distance < best_distance:
                 best, best_distance = user_id, distance
         if best is None:
-            best = self._next_id
-            self._next_id += 1
-            self._known[best] = _Known(histogram, now)
+            best = self._add(histogram, now, present)
         self._known[best].seen = now
         return best
 
@@ -57,8 +57,12 @@ class Gallery:
             old = known.histogram
             known.histogram = histogram if old is None else blend(old, histogram, self._use.blend)
 
-    def _forget(self, now: float) -> None:
-        """Drop who was not seen for long, and the oldest when there are too many."""
-        recent = [item for item in self._known.items() if now - item[1].seen <= self._use.remember_s]
-        recent.sort(key=lambda item: item[1].seen)
-        self._known = dict(recent[max(0, len(recent) - self._use.remembered_people + 1) :])
+    def _add(self, histogram: Histogram | None, now: float, present: Collection[int]) -> int:
+        """Remember somebody new; when there are too many the one not seen for longest makes room."""
+        absent = [key for key in self._known if key not in present]
+        if len(self._known) >= self._use.remembered_people and absent:
+            del self._known[min(absent, key=lambda key: self._known[key].seen)]
+        user_id = self._next_id
+        self._next_id += 1
+        self._known[user_id] = _Known(histogram, now)
+        return user_id

@@ -177,9 +177,7 @@ class UserTrackerNode(FlorenceNode):
         colour = self._colour
         if colour is not None and abs(colour.stamp - depth.stamp) > use.colour_age_s:
             colour = None
-        found = detect_people(
-            depth, optical_in_base, colour, self._detector, known=self._known, robot=robot
-        )
+        found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
         users = self._tracker.update(depth.stamp, [detection.moved_by(robot) for detection in found])
         self._publish(users, depth.stamp)
         if self._action.active:

@@ -29,8 +29,8 @@ class DetectorParameters:
         maximum_thickness: Largest extent of the visible body along the line of sight, metres.
         usual_half_width: Half of a usual body, for the side that cannot be seen, metres.
         usual_bulge: Half the thickness of a usual body, metres.
-        cut_distance: Only nearer people may be cut by the side of the picture, metres: turned by 45 degrees the
-            camera sees everybody further away as a whole.
+        cut_distance: Only nearer people may be cut by the side of the picture, metres: with steps of 45
+            degrees the camera sees everybody further away as a whole.
         minimum_cut_bulge: As minimum_bulge when a side of the picture cuts the body, metres.
         minimum_bulge: A front that is flatter than this is furniture, metres.
         maximum_bulge: A front that bulges more than this is a corner, metres.

@@ -61,9 +61,9 @@ class _Track:
 class UserTracker:
     """Tracks people in the map frame.
 
-    A person is confirmed when it was seen in some of the last pictures. It then has a device id, counted from
-    1 at every start, and a persistent id by its colours. A lost person is told with the distance 0 for a while
-    (whoever wants only those who are there filters by the distance) and gets its ids back when it returns.
+    A person is confirmed when it was seen in some of the last pictures. It then has a device id, counted
+    from 1 at every start, and a persistent id by its colours. A lost person is told with the distance 0 for a
+    while (whoever wants only those who are there filters by the distance) and has its ids when it returns.
 
     Args:
         parameters: How people are followed.
@@ -114,7 +114,9 @@ class UserTracker:
         for track in self._tracks:
             if id(track) not in matched_tracks:
                 track.hits.append(False)
-        self._tracks += [_Track(each, now, self._use) for each in detections if id(each) not in matched_detections]
+        self._tracks += [
+            _Track(each, now, self._use) for each in detections if id(each) not in matched_detections
+        ]
         self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
         self._identify(now)
         return tuple(track.told() for track in self._confirmed())

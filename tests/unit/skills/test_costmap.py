@@ -15,14 +15,14 @@ from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters, cost
 from florence_bt.skills.navigate.footprint import Footprint, corners_from_flat
 
 PARAMETERS = CostmapParameters()
-IDENTITY = Transform3.identity()
+ORIGIN = Pose2()
 
 
 def one_beam(length: float, angle: float = 0.0, range_min: float = 0.02, range_max: float = 5.6) -> LaserScan:
     return LaserScan(0.0, "laser", angle, 0.1, range_min, range_max, np.array([length], np.float32))
 
 
-def add(costmap: Costmap, source: str, scan: LaserScan, robot: Pose2 = Pose2()) -> None:  # noqa: B008
+def add(costmap: Costmap, source: str, scan: LaserScan, robot: Pose2 = ORIGIN) -> None:
     costmap.add_rays(source, rays_of(scan, Transform3.from_pose2(robot)), robot)
 
 
@@ -101,7 +101,7 @@ def test_a_beam_marks_its_end_and_clears_its_way() -> None:
 
 
 def test_ranges_limit_marking_and_clearing() -> None:
-    costmap = Costmap(PARAMETERS)
+    costmap = Costmap(CostmapParameters(local_size=8.0))
     add(costmap, "scan", one_beam(2.45))
     add(costmap, "scan", one_beam(2.55))
     # The second end is beyond obstacle_range: it clears, but does not mark.
@@ -136,7 +136,7 @@ def test_what_one_sensor_marked_is_cleared_by_that_sensor_only() -> None:
 def test_a_sensor_does_not_clear_nearer_than_it_sees() -> None:
     costmap = Costmap(PARAMETERS)
     add(costmap, "depth", one_beam(0.9))
-    add(costmap, "depth", one_beam(0.45))
+    add(costmap, "depth", one_beam(0.47))
     far = one_beam(3.0, range_min=0.6)
     add(costmap, "depth", far)
     assert costmap.cost_at(0.46, 0.01) == 254

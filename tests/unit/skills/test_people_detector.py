@@ -163,7 +163,7 @@ def only(found: list[Detection]) -> Detection:
     return found[0]
 
 
-@pytest.mark.parametrize("distance", [0.95, 1.2, 1.6, 2.0, 2.5, 3.0, 3.5])
+@pytest.mark.parametrize("distance", [0.95, 1.3, 1.8, 2.5, 3.5])
 @pytest.mark.parametrize("yaw_deg", [0, 45, 90, 150])
 def test_a_standing_person_is_where_it_stands(distance: float, yaw_deg: float) -> None:
     x = distance - 0.087
@@ -174,7 +174,7 @@ def test_a_standing_person_is_where_it_stands(distance: float, yaw_deg: float) -
 
 def test_the_position_has_hardly_a_bias() -> None:
     errors = []
-    for distance in np.arange(1.0, 3.51, 0.25):
+    for distance in (1.0, 1.4, 2.0, 2.7, 3.5):
         for yaw_deg in range(0, 180, 30):
             bearing = 0.2 * math.sin(yaw_deg)
             x, y = distance * math.cos(bearing) - 0.087, distance * math.sin(bearing)
@@ -208,7 +208,7 @@ def test_a_sitting_person_is_found(distance: float, yaw_deg: float) -> None:
     ],
     ids=["room", "wardrobe", "narrow", "fridge", "shelf", "door", "lamp", "table", "box", "pillar"],
 )
-@pytest.mark.parametrize("shift", [-0.7, -0.35, 0.0, 0.35, 0.7])
+@pytest.mark.parametrize("shift", [-0.6, 0.2])
 def test_furniture_is_not_a_person(furniture: list[Post | Box], shift: float) -> None:
     moved = [
         type(f)(f.x + 0.5 * abs(shift), f.y + shift, f.a, f.b, f.z_low, f.z_high, f.yaw) for f in furniture
@@ -271,12 +271,32 @@ def test_what_the_map_knows_is_not_a_person() -> None:
     depth, _ = Scene(ROOM + standing(2.0, 0.0)).render()
     cells = np.zeros((100, 100), np.int8)
     robot = Pose2(1.0, 2.0, math.pi / 2)
-    grid = OccupancyGrid(0.05, Pose2(), cells.copy())
-    row, column = grid.cell_of(*robot.apply(2.0, 0.0))
+    free = OccupancyGrid(0.05, Pose2(), cells.copy())
+    row, column = free.cell_of(*robot.apply(2.0, 0.0))
     cells[row - 4 : row + 5, column - 4 : column + 5] = 100
-    free, taken = (KnownObstacles(OccupancyGrid(0.05, Pose2(), c)) for c in (grid.cells, cells))
-    assert len(detect_people(depth, OPTICAL_IN_BASE, known=free, robot=robot)) == 1
-    assert detect_people(depth, OPTICAL_IN_BASE, known=taken, robot=robot) == []
+    taken = OccupancyGrid(0.05, Pose2(), cells)
+    assert len(detect_people(depth, OPTICAL_IN_BASE, known=KnownObstacles(free), robot=robot)) == 1
+    assert detect_people(depth, OPTICAL_IN_BASE, known=KnownObstacles(taken), robot=robot) == []
+
+
+def test_the_map_separates_a_person_from_the_wall_beside_it() -> None:
+    robot = Pose2(1.0, 1.0, 0.0)
+    wall = Box(2.0, 0.31, 1.5, 0.02, 0.0, 2.5)
+    depth, _ = Scene([*ROOM, wall, *standing(2.0, 0.03, math.pi)]).render()
+    cells = np.zeros((100, 100), np.int8)
+    grid = OccupancyGrid(0.05, Pose2(), cells)
+    row, _ = grid.cell_of(1.0, 1.31)
+    cells[row, 30:90] = 100
+    found = only(detect_people(depth, OPTICAL_IN_BASE, known=KnownObstacles(grid), robot=robot))
+    assert math.hypot(found.x - 2.0, found.y - 0.03) < 0.08
+
+
+def test_the_leg_of_a_table_in_the_map_hides_nobody() -> None:
+    depth, _ = Scene(ROOM + standing(2.0, 0.0)).render()
+    cells = np.zeros((100, 100), np.int8)
+    cells[20, 60] = cells[22, 62] = 100
+    grid = KnownObstacles(OccupancyGrid(0.05, Pose2(), cells))
+    assert len(detect_people(depth, OPTICAL_IN_BASE, known=grid, robot=Pose2(1.0, 1.0, 0.0))) == 1
 
 
 def test_a_detection_moves_with_the_robot() -> None:

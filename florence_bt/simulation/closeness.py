@@ -1,0 +1,43 @@
+"""How politely the robot stands before a person: judged on the truth, for demos, trials and tests."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from florence_bt.core.geometry import Pose2
+
+POLITE_DISTANCE_M, DISTANCE_TOLERANCE_M = 0.5, 0.1
+FACING_TOLERANCE = math.radians(15.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How the robot stands to a person.
+
+    Attributes:
+        distance: Between the centres in metres.
+        facing: Angle between the robot's heading and the direction to the person, 0 = faces them, radians.
+    """
+
+    distance: float
+    facing: float
+
+    @property
+    def polite(self) -> bool:
+        """Whether that is what the mission promises: 0.5 m +- 0.1 m, facing within 15 degrees."""
+        return (
+            abs(self.distance - POLITE_DISTANCE_M) <= DISTANCE_TOLERANCE_M and self.facing <= FACING_TOLERANCE
+        )
+
+
+def closeness(robot: Pose2, person: Pose2) -> Closeness:
+    """How the robot stands to a person."""
+    return Closeness(robot.distance_to(person), abs(robot.bearing_to(person.x, person.y)))
+
+
+def closeness_text(value: Closeness) -> str:
+    """For people: distance and how far the robot looks past the person."""
+    return (
+        f"{value.distance:.2f} m from the person, facing them within {math.degrees(value.facing):.0f} degrees"
+    )

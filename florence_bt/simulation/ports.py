@@ -1,0 +1,57 @@
+"""Where the simulated hardware sits on the robot, and where its ports appear. Light: no physics is loaded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.transforms import Transform3
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareMounts:
+    """Where the sensors sit on the robot.
+
+    Attributes:
+        laser: base_footprint from the laser's frame.
+        camera: base_footprint from the depth camera's optical frame.
+    """
+
+    laser: Transform3
+    camera: Transform3
+
+
+@dataclass(frozen=True, slots=True)
+class HardwareSettings:
+    """Where the ports appear, and how often the Kinect gives a frame.
+
+    Attributes:
+        folder: Holds the links ``create`` and ``hokuyo`` to the pseudo-terminals and the socket ``kinect``.
+        kinect_rate: Frames per simulated second; 30 on the real device.
+        seed: Start of every noise generator.
+    """
+
+    folder: Path
+    kinect_rate: float = 10.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not 0.0 < self.kinect_rate <= 30.0:
+            raise ConfigError(f"kinect_rate is {self.kinect_rate}", valid=["0 < kinect_rate <= 30"])
+
+    @property
+    def base_port(self) -> Path:
+        """The serial port of the base."""
+        return self.folder / "create"
+
+    @property
+    def laser_port(self) -> Path:
+        """The serial port of the laser."""
+        return self.folder / "hokuyo"
+
+    @property
+    def kinect_socket(self) -> Path:
+        """The socket of the Kinect's frames."""
+        return self.folder / "kinect"

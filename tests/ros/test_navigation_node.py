@@ -1,0 +1,266 @@
+"""Map server, localiser and navigation over DDS, with a robot that is played in simulated time."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
+from nav2_msgs.action import NavigateToPose, Spin
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Odometry as OdometryMsg
+from nav_msgs.msg import Path
+from nav_msgs.srv import GetMap
+from rclpy.action import ActionClient
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan as LaserScanMsg
+
+from florence_bt.core.geometry import Pose2, angle_difference
+from florence_bt.ros.conversions import (
+    duration_to_ros,
+    grid_from_ros,
+    odometry_to_ros,
+    pose_from_ros,
+    pose_stamped_to_ros,
+    pose_with_covariance_to_ros,
+    scan_to_ros,
+    stamp_to_ros,
+    twist_from_ros,
+)
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
+from florence_bt.skills.localise.node import LocaliserNode
+from florence_bt.skills.navigate.node import NavigationNode
+from florence_bt.skills.serve_map.map_file import load_map, save_map
+from florence_bt.skills.serve_map.node import MapServerNode
+from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
+
+pytestmark = pytest.mark.ros
+
+SIMULATED = {"use_sim_time": True}
+START = Pose2(1.0, 2.4, 0.0)
+
+
+class Robot(FlorenceNode):
+    """Plays the base and the laser, and hears what navigation says."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.world = World(START, seed=2)
+        self.world.now = 100.0
+        self.commands: list[Twist] = []
+        self.clock = self.create_publisher(Clock, "/clock", RELIABLE)
+        self.odom = self.create_publisher(OdometryMsg, "odom", RELIABLE)
+        self.scan = self.create_publisher(LaserScanMsg, "scan", SENSOR)
+        self.filtered = self.create_publisher(LaserScanMsg, "filtered_scan", SENSOR)
+        self.create_subscription(Twist, "cmd_vel", self.on_command, RELIABLE)
+        StaticTransformBroadcaster(self).send([("base_footprint", "laser", UPSIDE_DOWN_LASER)])
+        self.frames = TransformListener(self)
+        self.broadcaster = TransformBroadcaster(self)
+
+    def on_command(self, message: Twist) -> None:
+        self.commands.append(message)
+        self.world.command = twist_from_ros(message)
+
+    def play(self) -> None:
+        """Let 0.1 s pass."""
+        world = self.world
+        for part in range(2):
+            world.advance(0.06 if part == 0 else 0.04)
+            self.clock.publish(Clock(clock=stamp_to_ros(world.now)))
+            self.odom.publish(odometry_to_ros(world.odometry(), "odom", "base_footprint"))
+            self.broadcaster.send("odom", "base_footprint", world.now, world.odom)
+        scan = world.scan()
+        raw = np.where(scan.ranges >= scan.range_max - 1e-3, np.inf, scan.ranges).astype(np.float32)
+        self.scan.publish(scan_to_ros(dataclasses.replace(scan, ranges=raw)))
+        self.filtered.publish(scan_to_ros(scan))
+
+
+class Scene:
+    """Everything together, driven step by step."""
+
+    def __init__(self, ros: Any, map_file: FilePath) -> None:
+        self.ros = ros
+        self.map_file = map_file
+        self.robot = ros.add(Robot())
+        self.client = ros.add(FlorenceNode("client"))
+        self.poses = ActionClient(self.client, NavigateToPose, "navigate_to_pose")
+        self.spins = ActionClient(self.client, Spin, "spin")
+
+    def play_until(self, condition: Callable[[], Any], limit_s: float = 40.0) -> Any:
+        """Play the robot until a condition holds; the limit is in simulated seconds."""
+        for _ in range(round(limit_s * 10)):
+            value = condition()
+            if value:
+                return value
+            self.robot.play()
+            self.ros.spin_for(0.012)
+        pytest.fail(f"did not come true within {limit_s} s of simulated time")
+
+    def add_navigation(self) -> None:
+        self.ros.add(MapServerNode(parameters={"map_file": str(self.map_file), **SIMULATED}))
+        initial = {"initial_x": START.x + 0.1, "initial_y": START.y, "initial_yaw": 0.05}
+        self.ros.add(LocaliserNode(parameters={**initial, **SIMULATED}))
+        self.navigation = self.ros.add(NavigationNode(parameters=SIMULATED))
+        self.play_until(lambda: self.poses.server_is_ready() and self.spins.server_is_ready())
+        self.play_until(lambda: self.robot.frames.buffer.latest_stamp("odom"))
+
+    def send(self, client: ActionClient, goal: Any, **options: Any) -> Any:
+        future = client.send_goal_async(goal, **options)
+        self.play_until(future.done)
+        return future.result()
+
+    def result_of(self, handle: Any) -> Any:
+        future = handle.get_result_async()
+        self.play_until(future.done, 60.0)
+        return future.result()
+
+    def estimate(self) -> Pose2:
+        return self.robot.frames.buffer.lookup_pose("map", "base_footprint")
+
+
+def to(pose: Pose2, frame: str = "map") -> NavigateToPose.Goal:
+    return NavigateToPose.Goal(pose=pose_stamped_to_ros(pose, frame, 0.0))
+
+
+@pytest.fixture
+def map_file(tmp_path: FilePath) -> FilePath:
+    save_map(make_map(), tmp_path / "rooms.yaml")
+    return tmp_path / "rooms.yaml"
+
+
+@pytest.fixture
+def scene(ros: Any, map_file: FilePath) -> Iterator[Scene]:
+    scene = Scene(ros, map_file)
+    yield scene
+    scene.poses.destroy()
+    scene.spins.destroy()
+
+
+def test_the_map_is_latched_and_served(ros: Any, map_file: FilePath) -> None:
+    ros.add(MapServerNode(parameters={"map_file": str(map_file)}))
+    client = ros.add(FlorenceNode("client"))
+    maps: list[OccupancyGridMsg] = []
+    client.create_subscription(OccupancyGridMsg, "map", maps.append, LATCHED)
+    service = client.create_client(GetMap, "static_map")
+    ros.spin_until(lambda: maps and service.service_is_ready())
+    future = service.call_async(GetMap.Request())
+    ros.spin_until(future.done)
+    for message in (maps[0], future.result().map):
+        assert message.header.frame_id == "map"
+        assert np.array_equal(grid_from_ros(message).cells, load_map(map_file).cells)
+
+
+def test_a_drive_with_everything_around_it(scene: Scene) -> None:
+    scene.add_navigation()
+    heard: dict[str, list[Any]] = {}
+    for kind, topic, quality in (
+        (Path, "plan", RELIABLE),
+        (OccupancyGridMsg, "global_costmap/costmap", RELIABLE),
+        (OccupancyGridMsg, "local_costmap/costmap", RELIABLE),
+        (PoseWithCovarianceStamped, "amcl_pose", LATCHED),
+        (PoseArray, "particle_cloud", RELIABLE),
+        (PoseStamped, "navigate/current_goal", LATCHED),
+    ):
+        scene.client.create_subscription(kind, topic, heard.setdefault(topic, []).append, quality)
+    feedback: list[Any] = []
+    goal = Pose2(2.2, 2.6, 1.2)
+    handle = scene.send(scene.poses, to(goal), feedback_callback=feedback.append)
+    assert handle.accepted
+    answer = scene.result_of(handle)
+    assert (answer.status, answer.result.error_code) == (4, 0)
+    world = scene.robot.world
+    assert world.hits == 0
+    assert world.pose.distance_to(goal) < 0.06
+    assert abs(angle_difference(world.pose.yaw, goal.yaw)) < 0.1
+    last = scene.robot.commands[-1]
+    assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+    scene.play_until(lambda: all(heard.values()), 5.0)
+    assert pose_from_ros(heard["navigate/current_goal"][0].pose).distance_to(goal) < 1e-6
+    assert feedback[-1].feedback.distance_remaining < feedback[0].feedback.distance_remaining
+    assert feedback[-1].feedback.current_pose.header.frame_id == "map"
+    # Nothing more is said while nothing is to be done.
+    count = len(scene.robot.commands)
+    end = world.now + 1.0
+    scene.play_until(lambda: world.now > end)
+    assert len(scene.robot.commands) == count
+
+
+def test_bad_goals(scene: Scene) -> None:
+    scene.add_navigation()
+    tilted = to(Pose2(2.0, 2.4))
+    tilted.pose.pose.orientation.x = 0.5
+    for goal, code in (
+        (to(Pose2(99.0, 0.0)), 204),
+        (to(Pose2(4.05, 1.0)), 206),
+        (to(Pose2(8.35, 2.0)), 208),
+        (to(Pose2(math.nan, 0.0)), 200),
+        (tilted, 200),
+        (to(Pose2(1.0, 0.0), "moon"), 202),
+    ):
+        answer = scene.result_of(scene.send(scene.poses, goal))
+        assert (answer.status, answer.result.error_code) == (6, code)
+        assert answer.result.error_msg
+    assert all((command.linear.x, command.angular.z) == (0.0, 0.0) for command in scene.robot.commands)
+
+
+def test_a_goal_in_another_frame_and_a_cancel(scene: Scene) -> None:
+    scene.add_navigation()
+    handle = scene.send(scene.poses, to(Pose2(1.5, 0.0), "base_footprint"))
+    scene.play_until(lambda: scene.robot.world.twist.linear > 0.2)
+    future = handle.cancel_goal_async()
+    scene.play_until(future.done)
+    answer = scene.result_of(handle)
+    assert answer.status == 5
+    last = scene.robot.commands[-1]
+    assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+
+
+def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:
+    scene.add_navigation()
+    first = scene.send(scene.poses, to(Pose2(3.0, 2.4)))
+    scene.play_until(lambda: scene.robot.world.twist.linear > 0.1)
+    spin = Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(10.0))
+    second = scene.send(scene.spins, spin)
+    replaced = scene.result_of(first)
+    assert (replaced.status, replaced.result.error_msg) == (6, "preempted by a newer goal")
+    before = scene.robot.world.pose.yaw
+    answer = scene.result_of(second)
+    assert (answer.status, answer.result.error_code) == (4, 0)
+    assert answer.result.total_elapsed_time.sec >= 1
+    assert abs(angle_difference(scene.robot.world.pose.yaw, before) - 0.8) < 0.12
+    # And the other way round, by the topic for people.
+    third = scene.send(scene.spins, Spin.Goal(target_yaw=3.0, time_allowance=duration_to_ros(20.0)))
+    scene.play_until(lambda: abs(scene.robot.world.twist.angular) > 0.2)
+    publisher = scene.client.create_publisher(PoseStamped, "goal_pose", RELIABLE)
+    scene.play_until(lambda: publisher.get_subscription_count())
+    publisher.publish(pose_stamped_to_ros(Pose2(1.6, 2.6, 0.0), "map", 0.0))
+    assert scene.result_of(third).status == 6
+    goal = Pose2(1.6, 2.6, 0.0)
+    scene.play_until(
+        lambda: scene.robot.world.pose.distance_to(goal) < 0.06 and scene.robot.world.twist.is_zero()
+    )
+
+
+def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:
+    scene.ros.add(MapServerNode(parameters={"map_file": str(scene.map_file), **SIMULATED}))
+    scene.ros.add(LocaliserNode(parameters={"initial_x": 6.0, "initial_y": 4.0, **SIMULATED}))
+    publisher = scene.client.create_publisher(PoseWithCovarianceStamped, "initialpose", RELIABLE)
+    scene.play_until(lambda: publisher.get_subscription_count())
+    scene.play_until(lambda: scene.robot.frames.buffer.latest_stamp("odom"))
+    assert scene.estimate().distance_to(START) > 1.0
+    bad = pose_with_covariance_to_ros(Pose2(math.nan, 0.0), [0.0] * 36, "map", 0.0)
+    publisher.publish(bad)
+    covariance = [0.0] * 36
+    covariance[0] = covariance[7] = 0.04
+    covariance[35] = 0.02
+    publisher.publish(pose_with_covariance_to_ros(START @ Pose2(0.1, 0.1, 0.1), covariance, "map", 0.0))
+    scene.play_until(lambda: scene.estimate().distance_to(START) < 0.03)

@@ -1,0 +1,197 @@
+"""The whole system as its users meet it: the command line, and a plain rclpy client of the services."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from florence_bt.wiring.options import BringUp
+
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(240)]
+
+FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
+SPEED = "4"
+PATIENCE_S = 200.0
+
+
+def florence(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*FLORENCE, *arguments], capture_output=True, text=True, timeout=PATIENCE_S, stdin=subprocess.DEVNULL
+    )
+
+
+def processes_of(folder: Path) -> list[int]:
+    """Processes of a bring-up that are still there."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                command = (entry / "cmdline").read_bytes().decode(errors="replace")
+            except OSError:
+                continue  # it ended while we looked
+            if str(folder) in command and "florence_bt.wiring" in command:
+                found.append(int(entry.name))
+    return found
+
+
+def test_the_demo_finds_and_approaches_the_person(ros_domain, tmp_path):
+    done = florence(
+        "demo", "--headless", "--person", "living_room", "--seed", "27", "--speed", SPEED, "--out", str(tmp_path)
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "The mission succeeded" in done.stdout and "The robot touched nothing" in done.stdout
+    distance = float(done.stdout.split("The robot stands ")[1].split(" m")[0])
+    facing = float(done.stdout.split("facing them within ")[1].split(" degrees")[0])
+    assert distance == pytest.approx(0.5, abs=0.1) and facing <= 15
+    (run,) = (tmp_path / "runs").iterdir()
+    assert str(run) in done.stdout.replace("\n", "")
+    assert {"journal.jsonl", "tree.txt", "result.json"} <= {file.name for file in run.iterdir()}
+    assert "goto_user: SUCCEEDED" in (run / "tree.txt").read_text()
+    assert json.loads((run / "result.json").read_text())["looks"]
+    assert (run / "flat.png").read_bytes().startswith(b"\x89PNG")
+    assert processes_of(tmp_path) == [] and not any((tmp_path / "ports").iterdir())
+
+
+def test_with_nobody_at_home_the_demo_fails_with_the_reason(ros_domain, tmp_path):
+    done = florence(
+        "demo", "--headless", "--person", "absent", "--seed", "1", "--speed", SPEED, "--out", str(tmp_path)
+    )
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "no user seen in 8 of 8 looks" in done.stdout and "The robot touched nothing" in done.stdout
+    assert processes_of(tmp_path) == []
+
+
+def test_an_unknown_room_is_named_before_anything_starts(ros_domain, tmp_path):
+    done = florence("demo", "--headless", "--person", "kitchn", "--out", str(tmp_path))
+    assert done.returncode == 2 and "kitchen" in done.stderr
+    assert not (tmp_path / "logs").exists()
+
+
+def test_without_a_system_every_client_verb_says_what_to_do(ros_domain):
+    for verb in (["status"], ["stop"], ["run", "goto_user"]):
+        done = florence(*verb)
+        assert done.returncode == 3 and "florence up --sim" in done.stderr, done.stderr
+
+
+def wait_for(condition, what: str):
+    end = time.monotonic() + PATIENCE_S
+    while not (value := condition()):
+        assert time.monotonic() < end, f"waited for {what}"
+        os.sched_yield()
+    return value
+
+
+@pytest.fixture
+def system(ros_domain, tmp_path):
+    """A running ``florence up --sim`` and the file it prints to."""
+    output = tmp_path / "up.txt"
+    command = [*FLORENCE, "up", "--sim", "--person", "living_room", "--seed", "27", "--speed", SPEED]
+    with output.open("w") as file:
+        process = subprocess.Popen(
+            [*command, "--out", str(tmp_path / "up")], stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
+        )
+    try:
+        wait_for(lambda: "ready after" in output.read_text() or process.poll() is not None, "the system")
+        assert process.poll() is None, output.read_text()
+        yield process, output, tmp_path / "up"
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            process.wait(60)
+
+
+def test_the_verbs_and_the_services_of_a_running_system(system):
+    process, output, folder = system
+    import rclpy
+    from florence_interfaces.srv import GetRoom, GotoRoom, MissionStatus, RunMission
+    from rclpy.executors import SingleThreadedExecutor
+    from std_srvs.srv import Trigger
+
+    # A plain rclpy client, without anything of ours.
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("plain_client", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def call(service_type, name, request=None):
+        client = node.create_client(service_type, name)
+        assert client.wait_for_service(30.0), name
+        future = client.call_async(request or service_type.Request())
+        executor.spin_until_future_complete(future, 30.0)
+        node.destroy_client(client)
+        return future.result()
+
+    def state():
+        return call(MissionStatus, "/florence_bt/status").state
+
+    try:
+        assert "no mission has run yet" in call(MissionStatus, "/florence_bt/status").tree
+        assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "hall"
+
+        bad = call(RunMission, "/florence_bt/run_mission", RunMission.Request(mission="goto_usr"))
+        assert not bad.accepted and "goto_user" in bad.message
+        bad = call(
+            RunMission,
+            "/florence_bt/run_mission",
+            RunMission.Request(mission="goto_user", input_names=["window"], input_values=["5 m"]),
+        )
+        assert not bad.accepted and "window" in bad.message
+        bad = call(GotoRoom, "/florenceLocator/gotoRoom", GotoRoom.Request(room="kitchn"))
+        assert not bad.success and "kitchen" in bad.message
+
+        # A trigger by mission name; a second one while it runs gets the documented answer.
+        first = call(Trigger, "/florence_bt/missions/goto_user")
+        assert first.success, first.message
+        second = call(Trigger, "/florence_bt/missions/goto_user")
+        assert not second.success and "goto_user is running" in second.message and "preempt" in second.message
+        assert "goto_user" in florence("status").stdout
+        stopped = florence("stop")
+        assert stopped.returncode == 0, stopped.stderr
+        wait_for(lambda: state() == "STOPPED", "the stop")
+
+        # The document's own service; goto* replaces a running goto*.
+        answer = call(Trigger, "/florenceLocator/gotoUser")
+        assert answer.success, answer.message
+        answer = call(GotoRoom, "/florenceLocator/gotoRoom", GotoRoom.Request(room="kitchen"))
+        assert answer.success, answer.message
+        wait_for(lambda: state() == "SUCCEEDED", "the way to the kitchen")
+        assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "kitchen"
+
+        done = florence("run", "goto_user", "--headless")
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "goto_user: SUCCEEDED" in done.stdout
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.shutdown(context=context)
+
+    # Ctrl-C while a mission runs: everything ends, ports are released, the exit code is the documented one.
+    assert florence("run", "goto_room", "room=bedroom", "--detach").returncode == 0
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 130, output.read_text()
+    assert processes_of(folder) == [] and not any((folder / "ports").iterdir())
+    journals = sorted((folder / "runs").glob("*goto_room/journal.jsonl"))
+    assert '"stop_asked"' in journals[-1].read_text()
+
+
+def test_a_process_that_dies_ends_the_bring_up_with_its_log(system):
+    process, output, folder = system
+    victim = next(pid for pid in processes_of(folder) if b"navigation" in Path(f"/proc/{pid}/cmdline").read_bytes())
+    os.kill(victim, signal.SIGKILL)
+    assert process.wait(60) == 3
+    text = output.read_text()
+    assert "the process 'navigation' ended" in text
+    assert processes_of(folder) == []
+
+
+def test_a_bring_up_travels_as_json(tmp_path):
+    options = BringUp(folder=str(tmp_path), person="kitchen", start=(1.0, 2.0, 0.5), seed=3, speed=2.0)
+    assert BringUp.read(options.write()) == options

@@ -1,0 +1,239 @@
+"""The local controller, turning, clearance and the watch over progress."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
+from florence_bt.core.sensing import LaserScan
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigate._rollout import distance_at
+from florence_bt.skills.navigate.clearance import Clearance
+from florence_bt.skills.navigate.controller import Control, Controller
+from florence_bt.skills.navigate.controller_parameters import ControllerParameters
+from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters, rays_of
+from florence_bt.skills.navigate.recovery import BackUp, ProgressWatch, RecoveryParameters
+from florence_bt.skills.navigate.turning import Turn, TurnParameters
+
+COSTMAP = CostmapParameters()
+ORIGIN = Pose2()
+
+
+def local(*obstacles: tuple[float, float], robot: Pose2 = ORIGIN) -> Costmap:
+    """A local costmap with single obstacles, x and y in the odometry frame."""
+    costmap = Costmap(COSTMAP)
+    for x, y in obstacles:
+        reach, angle = math.hypot(x, y), math.atan2(y, x)
+        scan = LaserScan(0.0, "laser", angle, 0.1, 0.02, 5.6, np.array([reach], np.float32))
+        costmap.add_rays("scan", rays_of(scan, Transform3.identity()), robot)
+    return costmap
+
+
+def wall(x: float, low: float = -1.0, high: float = 1.0) -> list[tuple[float, float]]:
+    return [(x, y) for y in np.arange(low, high, 0.04)]
+
+
+def path_to(goal: Pose2) -> np.ndarray:
+    count = max(2, int(math.hypot(goal.x, goal.y) / 0.025))
+    return np.linspace([0.0, 0.0], [goal.x, goal.y], count)
+
+
+def control(
+    goal: Pose2, costmap: Costmap | None = None, pose: Pose2 = ORIGIN, twist: Twist2 = STANDSTILL
+) -> Control:
+    controller = Controller(ControllerParameters(), COSTMAP)
+    controller.set_plan(path_to(goal), goal)
+    costmap = costmap or local()
+    return controller.control(pose, twist, costmap, Pose2(), Clearance(costmap, pose, None, None))
+
+
+def test_it_drives_along_a_straight_path() -> None:
+    answer = control(Pose2(2.0, 0.0))
+    assert answer.command.linear > 0.3
+    assert abs(answer.command.angular) < 0.1
+    assert answer.remaining == pytest.approx(2.0, abs=0.05)
+
+
+def test_it_turns_first_when_the_path_leads_off_sharply() -> None:
+    for goal, sign in ((Pose2(0.0, 2.0), 1.0), (Pose2(0.0, -2.0), -1.0), (Pose2(-2.0, 0.1), 1.0)):
+        answer = control(goal)
+        assert answer.command.linear == 0.0
+        assert answer.command.angular * sign > 0.5
+
+
+def test_it_steers_towards_a_path_beside_it() -> None:
+    controller = Controller(ControllerParameters(), COSTMAP)
+    controller.set_plan(np.linspace([0.0, 0.2], [2.0, 0.2], 80), Pose2(2.0, 0.2))
+    costmap = local()
+    answer = controller.control(
+        Pose2(), STANDSTILL, costmap, Pose2(), Clearance(costmap, Pose2(), None, None)
+    )
+    assert answer.command.angular > 0.05
+
+
+def test_the_path_is_taken_to_the_odometry_frame() -> None:
+    controller = Controller(ControllerParameters(), COSTMAP)
+    goal = Pose2(2.0, 0.0)
+    controller.set_plan(path_to(goal), goal)
+    # The map is turned by 90 degrees against the odometry: the path leads to y there.
+    costmap, pose = local(), Pose2(0.0, 0.0, math.pi / 2)
+    answer = controller.control(
+        pose, STANDSTILL, costmap, Pose2(0.0, 0.0, math.pi / 2), Clearance(costmap, pose, None, None)
+    )
+    assert answer.command.linear > 0.3
+    assert abs(answer.command.angular) < 0.1
+
+
+def test_a_wall_ahead_blocks() -> None:
+    answer = control(Pose2(2.0, 0.0), local(*wall(0.32)))
+    assert answer.command == STANDSTILL
+    assert "touch" in answer.blocked
+
+
+def test_it_never_chooses_a_command_that_hits() -> None:
+    for y in np.linspace(-0.3, 0.3, 13):
+        costmap = local((0.6, float(y)), (0.6, float(y) + 0.05))
+        answer = control(Pose2(2.0, 0.0), costmap)
+        pose, speed = Pose2(), Twist2()
+        for _ in range(75):
+            speed = Twist2(
+                min(speed.linear + 0.01, answer.command.linear),
+                max(
+                    -abs(answer.command.angular),
+                    min(abs(answer.command.angular), 2.0 * answer.command.angular),
+                ),
+            )
+            pose = integrate_twist(pose, speed, 0.02)
+            assert costmap.footprint_cost(pose) >= 0
+
+
+@pytest.mark.parametrize("distance", [0.06, 0.12, 0.2, 0.3])
+def test_it_slows_down_near_the_goal(distance: float) -> None:
+    answer = control(Pose2(distance, 0.0))
+    assert 0.04 <= answer.command.linear <= max(0.05, 0.81 * distance)
+
+
+def test_within_the_tolerance_it_only_turns() -> None:
+    answer = control(Pose2(0.01, 0.0, 1.5))
+    assert answer.command.linear == 0.0
+    assert answer.command.angular > 0.3
+    assert not answer.reached
+
+
+def test_it_stops_before_it_turns_to_the_goal() -> None:
+    assert control(Pose2(0.01, 0.0, 1.5), twist=Twist2(0.2, 0.0)).command == STANDSTILL
+
+
+def test_it_has_arrived_only_when_it_stands() -> None:
+    assert control(Pose2(0.01, 0.0, 0.03)).reached
+    moving = control(Pose2(0.01, 0.0, 0.03), twist=Twist2(0.0, 0.3))
+    assert not moving.reached
+    assert moving.command == STANDSTILL
+
+
+def test_turning_the_other_way_when_one_side_is_blocked() -> None:
+    # Beside the robot's nose on the left; turning left would hit it.
+    side = (0.18, 0.22)
+    answer = control(Pose2(0.01, 0.0, 2.0), local(side, (0.14, 0.26)))
+    assert answer.command.angular < 0.0
+    both = control(Pose2(0.01, 0.0, 2.0), local(side, (0.14, 0.26), (0.18, -0.22), (0.14, -0.26)))
+    assert both.blocked
+    assert both.command == STANDSTILL
+
+
+def test_distances_between_cells() -> None:
+    grid = np.array([[0.0, 1.0], [2.0, 3.0]])
+    assert distance_at(grid, 1.0, 1.0, 100.0) == pytest.approx(1.5)
+    assert distance_at(grid, 0.5, 0.5, 100.0) == pytest.approx(0.0)
+    assert distance_at(grid, 2.5, 0.5, 100.0) == 100.0
+    holed = np.array([[0.0, 100.0], [2.0, 3.0]])
+    assert distance_at(holed, 0.9, 0.9, 100.0) == 0.0
+    assert distance_at(holed, 1.5, 0.5, 100.0) == 100.0
+
+
+def turn_to_its_end(turn: Turn, *, delay: int = 3) -> tuple[float, float, str]:
+    """Turn a base with the velocity filter's inertia and a delay; total angle, seconds, code."""
+    yaw, speed, now, waiting = 0.0, 0.0, 0.0, [0.0] * delay
+    costmap = local()
+    for _ in range(400):
+        pose = Pose2(0.0, 0.0, math.remainder(yaw, math.tau))
+        command, result = turn.step(now, pose, Twist2(0.0, speed), Clearance(costmap, pose, None, None))
+        if result is not None:
+            assert command == STANDSTILL
+            return yaw, now, result.code
+        for _ in range(5):
+            waiting.append(command.angular)
+            speed += max(-0.02, min(0.02, waiting.pop(0) - speed))
+            yaw += speed * 0.02
+            now += 0.02
+    pytest.fail("the turn did not end")
+
+
+@pytest.mark.parametrize("angle", [math.pi / 4, -math.pi / 2, 2 * math.pi, 0.02, -0.3])
+def test_turns_are_precise(angle: float) -> None:
+    total, _, code = turn_to_its_end(Turn(angle, TurnParameters(), 0.0, 30.0))
+    assert code == "ok"
+    assert abs(total - angle) <= 0.05
+
+
+def test_a_turn_has_a_time_allowance() -> None:
+    _, now, code = turn_to_its_end(Turn(6.0, TurnParameters(), 0.0, 2.0))
+    assert code == "time_allowance"
+    assert now == pytest.approx(2.0, abs=0.15)
+
+
+def test_a_turn_that_would_hit_does_not_begin() -> None:
+    costmap = local((0.18, 0.22), (0.14, 0.26))
+    clearance = Clearance(costmap, Pose2(), None, None)
+    command, result = Turn(2.0, TurnParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
+    assert command == STANDSTILL
+    assert result is not None
+    assert (result.code, result.server_code) == ("collision_ahead", 703)
+    command, result = Turn(-0.3, TurnParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
+    assert result is None
+    assert command.angular < 0.0
+
+
+def test_backing_up_stops_before_an_obstacle() -> None:
+    behind = local(*wall(-0.28))
+    back = BackUp(Pose2(), 0.3, 0.1, 10.0)
+    assert back.step(0.0, Pose2(), Clearance(behind, Pose2(), None, None)) == STANDSTILL
+    free = Clearance(local(), Pose2(), None, None)
+    assert back.step(0.0, Pose2(), free).linear == pytest.approx(-0.1)
+    assert back.step(11.0, Pose2(), free) == STANDSTILL
+    assert back.step(1.0, Pose2(-0.3, 0.0, 0.0), free) == STANDSTILL
+
+
+def test_progress() -> None:
+    watch = ProgressWatch(RecoveryParameters())
+    watch.reset(0.0)
+    assert watch.problem(0.0, Pose2(), 5.0) is None
+    assert watch.problem(9.0, Pose2(0.1, 0.0, 0.0), 4.9) is None
+    assert "not moved" in str(watch.problem(10.5, Pose2(0.1, 0.0, 0.0), 4.9))
+    watch.reset(11.0)
+    assert watch.problem(11.0, Pose2(), 5.0) is None
+    # It turns to and fro for ever.
+    answers = [watch.problem(11.0 + k, Pose2(0.0, 0.0, (k % 2) * 1.0), 5.0) for k in range(50)]
+    assert answers[30] is None
+    assert "not come nearer" in str(answers[-1])
+
+
+@pytest.mark.parametrize(
+    ("cls", "values"),
+    [
+        (ControllerParameters, {"max_vel_x": -1.0}),
+        (ControllerParameters, {"max_vel_x": math.nan}),
+        (ControllerParameters, {"vx_samples": 1}),
+        (ControllerParameters, {"min_vel_x": 0.6}),
+        (TurnParameters, {"spin_min_speed": 0.0}),
+        (TurnParameters, {"spin_precision": 0.0}),
+        (RecoveryParameters, {"planner_patience": 0.0}),
+    ],
+)
+def test_bad_parameters(cls: type, values: dict[str, float]) -> None:
+    with pytest.raises(ConfigError):
+        cls(**values)

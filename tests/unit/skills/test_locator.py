@@ -1,0 +1,213 @@
+"""The locator's rules: rooms, the user's position, the override and the status words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result
+from florence_bt.skills.locate import declaration
+from florence_bt.skills.locate._deferred import Deferred, allow_deferred
+from florence_bt.skills.locate.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locate.locator import Locator
+
+KITCHEN = Hotspot("kitchen", Pose2(1.0, 1.0, 0.5), "room", ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)))
+BEDROOM = Hotspot("bedroom", Pose2(5.0, 1.0, 0.0))
+HALL = Hotspot("hall", Pose2(5.0, 6.0, 0.0))
+TV = Hotspot("tv", Pose2(9.0, 9.0, 0.0), "object")
+
+
+@pytest.fixture
+def locator() -> Locator:
+    return Locator(Hotspots([KITCHEN, BEDROOM, HALL, TV]))
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "room"),
+    [
+        (3.9, 0.9, "kitchen"),  # nearer to the bedroom's hotspot, but inside the kitchen
+        (4.2, 1.0, "bedroom"),
+        (5.0, 3.4, "bedroom"),
+        (5.0, 3.6, "hall"),
+        (9.0, 9.0, "hall"),  # objects never answer
+        (-50.0, 1.0, "kitchen"),
+    ],
+)
+def test_the_room_is_the_polygon_else_the_nearest_hotspot(
+    locator: Locator, x: float, y: float, room: str
+) -> None:
+    assert locator.room_of(x, y) == room
+
+
+def test_without_rooms_the_room_is_empty() -> None:
+    locator = Locator(Hotspots([TV]))
+    assert locator.room_of(0.0, 0.0) == ""
+    assert locator.room_of_pose(None) == ""
+
+
+def test_a_coordinate_always_replaces_and_a_room_only_when_it_differs(locator: Locator) -> None:
+    assert locator.get_user_room().code == "user_unknown"
+    assert locator.set_user_room("kitchen").succeeded
+    assert locator.user == KITCHEN.pose
+    assert locator.set_user_position(Pose2(3.0, 3.0, 1.0)).succeeded
+    assert locator.set_user_room("kitchen").succeeded
+    assert locator.user == Pose2(3.0, 3.0, 1.0), "the finer coordinate in the same room stays"
+    assert locator.set_user_room("bedroom").succeeded
+    assert locator.user == BEDROOM.pose
+    assert locator.get_user_room().outputs == {"room": "bedroom"}
+
+
+def test_an_unknown_room_changes_nothing_and_is_explained(locator: Locator) -> None:
+    locator.set_user_position(Pose2(3.0, 3.0))
+    result = locator.set_user_room("bed room")
+    assert not result.succeeded and "bedroom" in result.reason
+    assert locator.user == Pose2(3.0, 3.0)
+
+
+def test_the_place_of_an_object_may_tell_where_the_user_is(locator: Locator) -> None:
+    locator.set_user_position(Pose2(3.0, 3.0))
+    assert locator.set_user_room("tv").succeeded
+    assert locator.user == TV.pose
+
+
+@pytest.mark.parametrize("pose", [Pose2(math.nan, 0.0), Pose2(0.0, math.inf), Pose2(0.0, 0.0, math.nan)])
+def test_what_is_not_finite_is_refused(locator: Locator, pose: Pose2) -> None:
+    assert locator.set_user_position(pose).code == "bad_input"
+    assert locator.set_hotspot("kitchen", pose).code == "bad_input"
+    assert locator.why_not_goto_pose(pose)
+    assert locator.user is None
+
+
+def test_the_initial_room_must_exist() -> None:
+    assert Locator(Hotspots([KITCHEN]), "kitchen").user == KITCHEN.pose
+    with pytest.raises(ConfigError, match="kitchen"):
+        Locator(Hotspots([KITCHEN]), "kitchn")
+
+
+def test_hotspots_can_be_moved_and_added(locator: Locator) -> None:
+    assert locator.set_hotspot("kitchen", Pose2(2.0, 2.0)).succeeded
+    assert locator.get_hotspot("kitchen").outputs["pose"] == Pose2(2.0, 2.0)
+    assert locator.room_of(3.9, 0.9) == "kitchen", "the polygon stays"
+    assert locator.set_hotspot("study", Pose2(9.0, 1.0)).succeeded
+    assert locator.room_of(9.0, 1.2) == "study"
+    assert not locator.set_hotspot("  ", Pose2()).succeeded
+
+
+def test_the_robot_is_in_a_room_or_elsewhere(locator: Locator) -> None:
+    assert locator.robot_in_room("kitchen").code == "no_pose"
+    assert locator.get_robot_pose().code == "no_pose"
+    locator.robot = Pose2(1.0, 3.0)
+    assert locator.robot_in_room("kitchen").succeeded
+    elsewhere = locator.robot_in_room("hall")
+    assert elsewhere.code == "elsewhere" and "'kitchen'" in elsewhere.reason
+    assert "would have worked" in locator.robot_in_room("hal").reason
+    assert locator.get_robot_pose().outputs == {"pose": Pose2(1.0, 3.0)}
+
+
+def test_the_override_refuses_every_goto_and_nothing_else(locator: Locator) -> None:
+    locator.set_user_room("kitchen")
+    assert locator.why_not_goto_user() is None
+    assert locator.why_not_goto_room("kitchen") is None
+    assert locator.why_not_goto_pose(Pose2()) is None
+    locator.override = True
+    for refusal in (
+        locator.why_not_goto_user(),
+        locator.why_not_goto_room("kitchen"),
+        locator.why_not_goto_pose(Pose2()),
+    ):
+        assert refusal is not None and "override" in refusal
+    assert locator.set_user_position(Pose2(1.0, 1.0)).succeeded
+    locator.override = False
+    assert locator.why_not_goto_user() is None
+
+
+def test_goto_needs_a_known_user_and_a_known_room(locator: Locator) -> None:
+    refusal = locator.why_not_goto_user()
+    assert refusal is not None and "where the user is" in refusal
+    refusal = locator.why_not_goto_room("kichen")
+    assert refusal is not None and "kitchen" in refusal
+    assert locator.why_not_goto_room("tv") is None
+
+
+@pytest.mark.parametrize(
+    ("state", "status"),
+    [
+        ("IDLE", "LOST"),
+        ("ACTIVE", "ACTIVE"),
+        ("SUCCEEDED", "SUCCEEDED"),
+        ("ABORTED", "ABORTED"),
+        ("PREEMPTED", "PREEMPTED"),
+        ("REJECTED", "REJECTED"),
+    ],
+)
+def test_the_status_speaks_as_move_base(locator: Locator, state: str, status: str) -> None:
+    assert locator.status == "LOST"
+    locator.take_run_state(state)
+    assert locator.status == status
+
+
+def check(declared: SkillDeclaration, result: Result) -> None:
+    """A result keeps what the declaration promises."""
+    if result.succeeded:
+        assert set(result.outputs) == set(declared.outputs)
+        for name, value in result.outputs.items():
+            assert declared.outputs[name].problem_with(value) is None
+    else:
+        assert result.code in declared.failures
+
+
+def test_the_skills_keep_their_declarations(locator: Locator) -> None:
+    for known in (False, True):
+        if known:
+            locator.robot = Pose2(1.0, 1.0)
+            locator.set_user_room("hall")
+        check(declaration.GET_USER_ROOM, locator.get_user_room())
+        check(declaration.GET_ROBOT_POSE, locator.get_robot_pose())
+        check(declaration.ROBOT_IN_ROOM, locator.robot_in_room("hall"))
+        check(declaration.GET_HOTSPOT, locator.get_hotspot("hall" if known else "hull"))
+        check(declaration.SET_USER_POSITION, locator.set_user_position(Pose2(1.0, 2.0)))
+    assert len({each.name for each in declaration.DECLARATIONS}) == 5
+
+
+# ---- answers that come later --------------------------------------------------------------------------
+
+
+class FakeService:
+    """The part of rclpy's service that matters here."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[Any, Any]] = []
+
+    def send_response(self, response: Any, header: Any) -> None:
+        self.sent.append((response, header))
+
+
+@pytest.fixture
+def service() -> FakeService:
+    service = FakeService()
+    allow_deferred(service)
+    return service
+
+
+def test_a_plain_answer_is_sent_at_once(service: FakeService) -> None:
+    service.send_response("yes", 1)
+    assert service.sent == [("yes", 1)]
+
+
+@pytest.mark.parametrize("answer_first", [True, False])
+def test_a_deferred_answer_is_sent_once_when_it_is_there(service: FakeService, answer_first: bool) -> None:
+    later = Deferred()
+    if answer_first:
+        assert later.answer("yes")
+    service.send_response(later, 7)
+    if not answer_first:
+        assert service.sent == []
+        assert later.answer("yes")
+    assert service.sent == [("yes", 7)]
+    assert not later.answer("no")
+    assert service.sent == [("yes", 7)]

@@ -1,0 +1,342 @@
+"""The navigator in a small world: doors, unknown obstacles, blocked ways, bad goals, cancelling."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
+from florence_bt.core.outcome import Outcome, Result
+from florence_bt.skills.navigate.declaration import NAVIGATE_TO, TURN
+from florence_bt.skills.navigate.goal_check import problem_with_quaternion
+from florence_bt.skills.navigate.navigator import Navigator
+from florence_bt.skills.navigate.results import (
+    SERVER_CODES,
+    SPIN_SERVER_CODES,
+    navigate_error_code,
+    result_from_navigate,
+    result_from_spin,
+    spin_error_code,
+)
+from florence_bt.skills.navigate.step import CycleParameters, NavigatorParameters, RecoveryParameters
+from tests.unit.skills.navigation_world import CAMERA, UPSIDE_DOWN_LASER, WALLS, Box, World, make_map
+
+DOOR: Box = (4.0, 2.0, 4.1, 2.8)
+
+
+class Trip:
+    """A navigator that drives in a world, cycle by cycle."""
+
+    def __init__(
+        self,
+        start: Pose2,
+        *,
+        boxes: tuple[Box, ...] = WALLS,
+        only_camera: tuple[Box, ...] = (),
+        seed: int = 1,
+        jitter: float = 0.0,
+        parameters: NavigatorParameters | None = None,
+    ) -> None:
+        self.world = World(start, boxes=list(boxes), seed=seed)
+        self.navigator = Navigator(make_map(), parameters)
+        self.only_camera = list(only_camera)
+        self.jitter = jitter
+        self.texts: list[str] = []
+        self.commands: list[float] = []
+        self.see()
+
+    def map_from_odom(self) -> Pose2:
+        """The truth, with an error as a localisation has it."""
+        x, y, yaw = self.jitter * self.world.random.standard_normal(3)
+        return self.world.pose @ Pose2(float(x), float(y), float(yaw)) @ self.world.odom.inverse()
+
+    def see(self) -> None:
+        place = self.map_from_odom()
+        self.navigator.add_scan("scan", self.world.scan(), UPSIDE_DOWN_LASER, self.world.odom, place)
+        if self.only_camera:
+            picture = self.world.kinect(self.only_camera)
+            self.navigator.add_scan("depth", picture, CAMERA, self.world.odom, place)
+
+    def cycle(self) -> Result | None:
+        self.see()
+        step = self.navigator.step(self.world.now, self.world.odometry(), self.map_from_odom())
+        assert step.command is not None
+        self.world.command = step.command
+        self.texts.append(step.feedback.text)
+        self.commands.append(step.command.linear)
+        self.world.advance(0.1)
+        return step.result
+
+    def go(self, goal: Pose2, limit: float = 90.0, each: Callable[[World], None] | None = None) -> Result:
+        self.navigator.start(goal, self.world.now)
+        end = self.world.now + limit
+        while self.world.now < end:
+            if each is not None:
+                each(self.world)
+            result = self.cycle()
+            if result is not None:
+                assert self.world.command == STANDSTILL
+                assert not self.navigator.active
+                self.world.advance(0.6)
+                return result
+        pytest.fail(f"not over after {limit} s: {self.texts[-1]}")
+
+    def assert_at(self, goal: Pose2) -> None:
+        assert self.world.hits == 0
+        assert self.world.pose.distance_to(goal) < 0.05
+        assert abs(angle_difference(self.world.pose.yaw, goal.yaw)) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("start", "goal"),
+    [
+        (Pose2(1.0, 1.5, 0.0), Pose2(7.0, 1.5, 0.0)),
+        (Pose2(7.0, 1.5, 0.0), Pose2(1.0, 1.0, 2.0)),
+        (Pose2(3.6, 0.5, -1.0), Pose2(4.5, 0.5, 3.0)),
+        (Pose2(4.5, 4.6, 0.0), Pose2(3.6, 4.6, 0.0)),
+        (Pose2(0.3, 0.3, -2.3), Pose2(7.4, 4.4, 0.8)),
+    ],
+)
+def test_through_the_door_and_precisely_to_the_goal(start: Pose2, goal: Pose2) -> None:
+    trip = Trip(start, jitter=0.007)
+    assert trip.go(goal).outcome is Outcome.SUCCEEDED
+    trip.assert_at(goal)
+
+
+@pytest.mark.parametrize("goal", [Pose2(2.3, 2.4, 0.0), Pose2(1.7, 2.4, 0.0), Pose2(2.0, 2.46, 3.0)])
+def test_short_ways(goal: Pose2) -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    assert trip.go(goal).succeeded
+    trip.assert_at(goal)
+
+
+def test_another_heading_only_turns() -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    assert trip.go(Pose2(2.01, 2.4, 2.5)).succeeded
+    assert set(trip.commands) == {0.0}
+    trip.assert_at(Pose2(2.0, 2.4, 2.5))
+
+
+def test_around_an_obstacle_that_is_not_in_the_map() -> None:
+    obstacle: Box = (2.3, 1.9, 2.7, 2.9)
+    trip = Trip(Pose2(1.0, 2.4, 0.0), boxes=(*WALLS, obstacle))
+    assert trip.go(Pose2(3.4, 2.4, 0.0)).succeeded
+    trip.assert_at(Pose2(3.4, 2.4, 0.0))
+
+
+def test_around_a_table_top_that_only_the_camera_sees() -> None:
+    table: Box = (2.2, 1.9, 2.8, 2.9)
+    trip = Trip(Pose2(0.8, 2.4, 0.0), only_camera=(table,))
+
+    def check(world: World) -> None:
+        x0, y0, x1, y1 = table
+        assert not (x0 < world.pose.x < x1 and y0 < world.pose.y < y1)
+
+    assert trip.go(Pose2(3.4, 2.4, 0.0), each=check).succeeded
+    trip.assert_at(Pose2(3.4, 2.4, 0.0))
+
+
+def test_somebody_closes_the_door() -> None:
+    quick = NavigatorParameters(
+        recovery=RecoveryParameters(planner_patience=1.0, controller_patience=1.0, rotate_angle=1.0)
+    )
+    trip = Trip(Pose2(2.5, 2.4, 0.0), boxes=(*WALLS, DOOR), parameters=quick)
+    result = trip.go(Pose2(6.0, 2.4, 0.0))
+    assert (result.outcome, result.code, result.server_code) == (Outcome.FAILED, "blocked", 106)
+    assert "blocks every way" in result.reason
+    assert trip.world.hits == 0
+    assert trip.world.pose.x < 3.9
+
+
+def test_somebody_stands_in_the_door_for_a_while() -> None:
+    trip = Trip(Pose2(2.5, 2.4, 0.0))
+
+    def each(world: World) -> None:
+        there = 1.5 < world.now < 12.0
+        world.boxes = [*WALLS, (3.9, 2.2, 4.2, 2.6)] if there else list(WALLS)
+
+    assert trip.go(Pose2(6.0, 2.4, 0.0), each=each).succeeded
+    trip.assert_at(Pose2(6.0, 2.4, 0.0))
+
+
+def test_something_stands_on_a_goal() -> None:
+    quick = NavigatorParameters(recovery=RecoveryParameters(planner_patience=0.5, rotate_angle=0.5))
+    trip = Trip(Pose2(0.6, 2.4, 0.0), boxes=(*WALLS, (3.2, 2.3, 3.4, 2.5)), parameters=quick)
+    result = trip.go(Pose2(3.3, 2.4, 0.0))
+    assert (result.code, result.server_code) == ("goal_occupied", 206)
+    assert trip.world.hits == 0
+
+
+@pytest.mark.parametrize(
+    ("goal", "code", "server_code"),
+    [
+        (Pose2(math.nan, 1.0), "bad_input", 200),
+        (Pose2(1.0, 1.0, math.inf), "bad_input", 200),
+        (Pose2(99.0, 1.0), "goal_outside", 204),
+        (Pose2(4.05, 1.0), "goal_occupied", 206),
+        (Pose2(0.21, 1.0, math.pi), "goal_occupied", 206),
+        (Pose2(8.35, 2.0), "no_path", 208),
+    ],
+)
+def test_bad_goals_move_nothing(goal: Pose2, code: str, server_code: int) -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    result = trip.go(goal)
+    assert (result.outcome, result.code, result.server_code) == (Outcome.FAILED, code, server_code)
+    assert result.reason
+    assert trip.world.pose == Pose2(2.0, 2.4, 0.0)
+
+
+def test_a_cancel_stops_at_once() -> None:
+    trip = Trip(Pose2(1.0, 2.4, 0.0))
+    trip.navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    for _ in range(20):
+        assert trip.cycle() is None
+    assert trip.world.twist.linear > 0.2
+    trip.navigator.cancel()
+    trip.navigator.cancel()
+    assert trip.navigator.active
+    step = trip.navigator.step(trip.world.now, None, None)
+    assert step.command == STANDSTILL
+    assert step.result is not None
+    assert step.result.outcome is Outcome.CANCELLED
+    assert not trip.navigator.active
+    assert trip.navigator.step(trip.world.now, trip.world.odometry(), Pose2()).command is None
+    trip.navigator.cancel()
+    assert not trip.navigator.active
+
+
+def test_a_new_goal_replaces_the_old_one() -> None:
+    trip = Trip(Pose2(1.0, 2.4, 0.0))
+    trip.navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    for _ in range(20):
+        assert trip.cycle() is None
+    assert trip.go(Pose2(1.2, 3.2, 1.0)).succeeded
+    trip.assert_at(Pose2(1.2, 3.2, 1.0))
+
+
+@pytest.mark.parametrize("silent", ["scan", "odometry", "pose"])
+def test_the_robot_does_not_move_on_old_data(silent: str) -> None:
+    trip = Trip(
+        Pose2(1.0, 2.4, 0.0), parameters=NavigatorParameters(cycle=CycleParameters(sensor_patience=3.0))
+    )
+    navigator, world = trip.navigator, trip.world
+    navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    for _ in range(20):
+        trip.cycle()
+    stale, place, since = world.odometry(), trip.map_from_odom(), world.now
+    while True:
+        if silent != "scan":
+            navigator.add_scan("scan", world.scan(), UPSIDE_DOWN_LASER, world.odom, place)
+        odometry = stale if silent == "odometry" else world.odometry()
+        step = navigator.step(world.now, odometry, None if silent == "pose" else place)
+        assert step.command is not None
+        world.command = step.command
+        world.advance(0.1)
+        if step.result is not None:
+            break
+        if world.now - since > 1.2:
+            assert step.command == STANDSTILL
+            assert step.feedback.text.startswith("waiting: ")
+    assert step.result.code == ("no_scan" if silent == "scan" else "no_pose")
+    assert 3.0 < world.now - since < 4.7
+    assert world.hits == 0
+
+
+def test_nothing_moves_before_the_first_scan() -> None:
+    navigator = Navigator(make_map())
+    world = World(Pose2(1.0, 2.4, 0.0))
+    navigator.start(Pose2(3.0, 2.4, 0.0), 0.0)
+    step = navigator.step(0.0, world.odometry(), world.pose)
+    assert step.command == STANDSTILL
+    assert "no scan" in step.feedback.text
+    assert navigator.step(0.1, None, None).command == STANDSTILL
+
+
+@pytest.mark.parametrize("angle", [math.pi / 4, -math.pi / 2, math.pi])
+def test_spin(angle: float) -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    trip.navigator.start_spin(angle, 0.0, 20.0)
+    result = None
+    while result is None:
+        result = trip.cycle()
+    assert result.succeeded
+    trip.world.advance(0.5)
+    assert abs(angle_difference(trip.world.pose.yaw, angle)) < 0.06
+    assert trip.world.pose.distance_to(Pose2(2.0, 2.4)) < 1e-6
+
+
+def test_a_spin_beside_a_wall_behind_the_robot_is_refused() -> None:
+    # The laser does not see behind the robot; the map knows the wall.
+    trip = Trip(Pose2(0.19, 2.4, 0.0))
+    trip.navigator.start_spin(1.0, 0.0, 10.0)
+    result = trip.cycle()
+    assert result is not None
+    assert (result.code, result.server_code) == ("collision_ahead", 703)
+    assert trip.world.twist.is_zero()
+
+
+@pytest.mark.parametrize(("angle", "allowance"), [(math.nan, 10.0), (1.0, 0.0), (1.0, math.inf)])
+def test_bad_spins(angle: float, allowance: float) -> None:
+    trip = Trip(Pose2(2.0, 2.4, 0.0))
+    trip.navigator.start_spin(angle, 0.0, allowance)
+    result = trip.cycle()
+    assert result is not None
+    assert (result.code, result.server_code) == ("bad_input", 700)
+
+
+def test_the_costmap_for_others() -> None:
+    navigator = Navigator(make_map())
+    assert navigator.cost_at(2.0, 2.4) == 0
+    assert navigator.cost_at(4.05, 1.0) == 254
+    assert navigator.cost_at(3.9, 1.0) == 253
+    assert navigator.cost_at(math.nan, 1.0) == navigator.cost_at(99.0, 1.0) == 255
+    grid = navigator.global_grid()
+    assert set(np.unique(grid.cells)) >= {-1, 0, 99, 100}
+    assert grid.cells[grid.cell_of(4.05, 1.0)] == 100
+
+
+def test_the_same_world_gives_the_same_commands() -> None:
+    runs = []
+    for _ in range(2):
+        trip = Trip(Pose2(1.0, 1.5, 0.0), jitter=0.005)
+        trip.go(Pose2(3.0, 3.0, 1.0))
+        runs.append(trip.commands)
+    assert runs[0] == runs[1]
+
+
+def test_result_codes_there_and_back() -> None:
+    for code in NAVIGATE_TO.failures:
+        number = SERVER_CODES[code]
+        result = Result(Outcome.FAILED, code, "why", server_code=number)
+        assert navigate_error_code(result) == number > 0
+        back = result_from_navigate(Outcome.FAILED, number, "why")
+        assert (back.code, back.reason, back.server_code) == (code, "why", number)
+    for code in ("collision_ahead", "time_allowance", "no_pose"):
+        number = spin_error_code(Result(Outcome.FAILED, code, "why"))
+        assert number == SPIN_SERVER_CODES[code]
+        assert result_from_spin(Outcome.FAILED, number, "").code == code
+    assert result_from_navigate(Outcome.SUCCEEDED, 0, "").succeeded
+    assert result_from_spin(Outcome.CANCELLED, 0, "").outcome is Outcome.CANCELLED
+    unknown = result_from_navigate(Outcome.FAILED, 9999, "")
+    assert unknown.code in NAVIGATE_TO.failures
+    assert "9999" in unknown.reason
+    assert result_from_spin(Outcome.FAILED, 1, "").code in TURN.failures
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "part"),
+    [
+        ((0.0, 0.0, 0.0, 1.0), None),
+        ((0.0, 0.0, 2.0, 2.0), None),
+        ((0.01, 0.0, 0.0, 1.0), None),
+        ((0.0, 0.0, 0.0, 0.0), "zero quaternion"),
+        ((0.0, 0.0, math.nan, 1.0), "not finite"),
+        ((0.1, 0.0, 0.0, 1.0), "tilted"),
+    ],
+)
+def test_goal_quaternions(quaternion: tuple[float, float, float, float], part: str | None) -> None:
+    problem = problem_with_quaternion(*quaternion)
+    assert problem is None if part is None else part in str(problem)

@@ -1,0 +1,342 @@
+"""The tracker of people, its filter, the colours, and the look for a user."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import CameraModel, ColourImage, TrackedUser
+from florence_bt.skills.track_users._kalman import ConstantVelocity
+from florence_bt.skills.track_users.appearance import Histogram, colour_histogram, histogram_distance
+from florence_bt.skills.track_users.declaration import DECLARATIONS, LOOK_FOR_USER
+from florence_bt.skills.track_users.detector import Detection
+from florence_bt.skills.track_users.identity import Gallery
+from florence_bt.skills.track_users.look import LookForUser
+from florence_bt.skills.track_users.parameters import LookParameters, TrackerParameters
+from florence_bt.skills.track_users.tracker import UserTracker
+from florence_bt.skills.track_users.user_filter import filter_users
+
+PERIOD = 0.1
+
+
+def colours(hue_bin: int) -> Histogram:
+    histogram = np.zeros((16, 8), np.float32)
+    histogram[hue_bin, 5] = 0.8
+    histogram[hue_bin, 6] = 0.2
+    return histogram
+
+
+def seen(x: float, y: float, histogram: Histogram | None = None) -> Detection:
+    return Detection(x, y, math.hypot(x, y), 0.45, 1.7, histogram)
+
+
+class Run:
+    """Feeds a tracker picture by picture."""
+
+    def __init__(self, tracker: UserTracker) -> None:
+        self.tracker = tracker
+        self.now = 100.0
+        tracker.start(self.now)
+
+    def __call__(self, *people: Detection, times: int = 1) -> tuple[TrackedUser, ...]:
+        users: tuple[TrackedUser, ...] = ()
+        for _ in range(times):
+            self.now += PERIOD
+            users = self.tracker.update(self.now, people)
+        return users
+
+
+@pytest.fixture
+def run() -> Run:
+    return Run(UserTracker())
+
+
+def ids(users: Iterable[TrackedUser]) -> list[tuple[int, int]]:
+    return [(user.user_id, user.device_id) for user in users]
+
+
+def test_a_person_counts_from_the_third_picture(run: Run) -> None:
+    assert run(seen(2, 0), times=2) == ()
+    assert ids(run(seen(2, 0))) == [(1, 1)]
+
+
+def test_three_of_four_pictures_are_enough_and_two_are_not(run: Run) -> None:
+    run(seen(2, 0))
+    run()
+    run(seen(2, 0))
+    assert ids(run(seen(2, 0))) == [(1, 1)]
+    other = Run(UserTracker())
+    for _ in range(6):
+        assert other(seen(2, 0)) == ()
+        assert other() == ()
+
+
+def test_flicker_in_other_places_never_becomes_a_person(run: Run) -> None:
+    for k in range(20):
+        assert run(seen(2, 2.0 * (k % 3))) == ()
+
+
+def test_a_walking_person_keeps_its_id_and_is_where_it_is(run: Run) -> None:
+    rng = np.random.default_rng(3)
+    errors = []
+    for k in range(60):
+        x, y = 1.0 + 0.05 * k, 0.5
+        users = run(seen(x + rng.normal(0, 0.03), y + rng.normal(0, 0.03)))
+        if k > 10:
+            assert ids(users) == [(1, 1)]
+            errors.append(math.hypot(users[0].x - x, users[0].y - y))
+    assert np.mean(errors) < 0.04
+
+
+def test_two_people_who_pass_each_other_keep_their_ids(run: Run) -> None:
+    users: tuple[TrackedUser, ...] = ()
+    for k in range(41):
+        x = -1.0 + 0.05 * k
+        users = run(seen(x, 2.3), seen(-x, 2.0))
+    assert ids(users) == [(1, 1), (2, 2)]
+    assert users[0].x == pytest.approx(1.0, abs=0.1)
+    assert users[1].x == pytest.approx(-1.0, abs=0.1)
+
+
+def test_a_short_gap_is_bridged_where_the_person_should_be(run: Run) -> None:
+    for k in range(20):
+        run(seen(1.0 + 0.1 * k, 0))
+    (user,) = run(times=3)
+    assert user.x == pytest.approx(1.0 + 0.1 * 22, abs=0.12)
+    assert user.distance > 0.5
+
+
+def test_a_lost_person_has_no_distance_and_comes_back_with_its_ids(run: Run) -> None:
+    run(seen(2, 0), times=5)
+    (lost,) = run(times=10)
+    assert (lost.user_id, lost.device_id, lost.distance) == (1, 1, 0.0)
+    assert filter_users((lost,)) == ()
+    (back,) = run(seen(2.1, 0.1))
+    assert (back.user_id, back.device_id) == (1, 1)
+    assert back.distance > 2.0
+
+
+def test_a_person_lost_for_long_is_forgotten_and_returns_as_a_new_one(run: Run) -> None:
+    run(seen(2, 0), times=5)
+    assert run(times=110) == ()
+    assert ids(run(seen(2, 0), times=3)) == [(2, 2)]
+
+
+def test_colours_bring_the_persistent_id_back(run: Run) -> None:
+    run(seen(2, 0, colours(3)), seen(2, 1.5, colours(9)), times=5)
+    run(times=120)
+    assert ids(run(seen(3, -1, colours(9)), times=3)) == [(2, 3)]
+    assert ids(run(seen(3, -1, colours(9)), seen(1, 1, colours(3)), times=3)) == [(2, 3), (1, 4)]
+
+
+def test_a_person_who_moved_unseen_is_one_person(run: Run) -> None:
+    run(seen(2, 0, colours(3)), times=5)
+    run(times=10)
+    assert ids(run(seen(3, 2, colours(3)), times=3)) == [(1, 2)]
+
+
+def test_two_in_the_same_shirt_are_two(run: Run) -> None:
+    assert ids(run(seen(2, 0, colours(3)), seen(2, 1.5, colours(3)), times=4)) == [(1, 1), (2, 2)]
+
+
+def test_start_forgets_the_tracks_and_counts_devices_from_one(run: Run) -> None:
+    run(seen(2, 0, colours(3)), times=5)
+    run.tracker.stop()
+    assert not run.tracker.running
+    assert run(seen(2, 0, colours(3)), times=5) == ()
+    run.tracker.start(run.now)
+    assert run.tracker.running
+    assert run() == ()
+    assert ids(run(seen(2, 0, colours(3)), times=3)) == [(1, 1)], "the colours are remembered"
+
+
+def test_the_gallery_keeps_the_latest_people_and_forgets_after_an_hour() -> None:
+    gallery = Gallery(TrackerParameters(remembered_people=2))
+    assert [gallery.identify(colours(bin_), bin_, ()) for bin_ in (1, 2, 3)] == [1, 2, 3]
+    assert gallery.identify(colours(1), 4.0, ()) == 4, "the oldest one made room"
+    assert gallery.identify(colours(3), 5.0, ()) == 3
+    assert gallery.identify(colours(3), 5.0 + 3601.0, ()) == 5
+
+
+def test_the_kalman_filter_learns_the_speed() -> None:
+    track = ConstantVelocity(np.zeros(2), 0.05, 1.0)
+    for k in range(1, 40):
+        track.predict(0.1)
+        track.update(np.array([0.05 * k, -0.02 * k]))
+    assert track.state == pytest.approx([1.95, -0.78, 0.5, -0.2], abs=0.02)
+    before = np.trace(track.covariance)
+    track.predict(1.0)
+    assert np.trace(track.covariance) > before
+    assert track.state[:2] == pytest.approx([2.45, -0.98], abs=0.03)
+    track.halt()
+    track.predict(5.0)
+    assert track.state[:2] == pytest.approx([2.45, -0.98], abs=0.03)
+
+
+CAMERA = CameraModel(32, 24, 26.0, 26.0, 15.5, 11.5)
+
+
+def picture(colour: tuple[int, int, int]) -> ColourImage:
+    return ColourImage(0.0, "c", CAMERA, np.full((24, 32, 3), colour, np.uint8))
+
+
+def test_histograms_tell_colours_apart() -> None:
+    rows, columns = np.divmod(np.arange(24 * 32), 32)
+    red, dark_red, blue = (
+        colour_histogram(picture(c), rows, columns, (24, 32))
+        for c in ((200, 30, 30), (190, 40, 30), (30, 30, 200))
+    )
+    assert red is not None and dark_red is not None and blue is not None
+    assert histogram_distance(red, red) == pytest.approx(0.0, abs=1e-6)
+    assert histogram_distance(red, blue) == pytest.approx(1.0)
+    assert histogram_distance(red, dark_red) < 0.35
+    assert colour_histogram(picture((90, 90, 90)), rows, columns, (24, 32)) is None, "grey has no hue"
+    assert colour_histogram(picture((200, 30, 30)), rows[:5], columns[:5], (24, 32)) is None
+
+
+# ---- filter_user_tracker ------------------------------------------------------------------------------
+
+
+def user(distance: float, device_id: int = 1, x: float = 1.0) -> TrackedUser:
+    return TrackedUser(7, device_id, x, 0.0, distance)
+
+
+@pytest.mark.parametrize(
+    ("distance", "kept"),
+    [(0.0, False), (0.49, False), (0.5, True), (4.5, True), (4.51, False), (math.nan, False)],
+)
+def test_the_filter_keeps_the_range_of_the_kinect(distance: float, kept: bool) -> None:
+    assert bool(filter_users((user(distance),))) is kept
+
+
+def test_the_filter_drops_old_and_undefined_positions_and_keeps_the_order() -> None:
+    users = (user(2.0, 3), user(0.0, 1), user(1.0, 2), user(1.0, 4, x=math.nan))
+    assert [each.device_id for each in filter_users(users)] == [3, 2]
+    assert [each.device_id for each in filter_users(users, {3: 0.6, 2: 0.4})] == [2]
+
+
+@given(st.lists(st.floats(allow_nan=True, allow_infinity=True)))
+def test_the_filter_only_ever_drops(distances: list[float]) -> None:
+    users = tuple(user(distance, index) for index, distance in enumerate(distances))
+    kept = filter_users(users)
+    assert [each for each in users if each in kept] == list(kept)
+    assert filter_users(kept) == kept
+
+
+# ---- look for user ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def look() -> LookForUser:
+    look = LookForUser()
+    look.start(10.0, 5.0)
+    return look
+
+
+def tracked(x: float, y: float, user_id: int = 1, distance: float | None = None) -> TrackedUser:
+    return TrackedUser(user_id, user_id, x, y, math.hypot(x, y) if distance is None else distance)
+
+
+def test_nobody_is_told_at_the_end_of_the_window(look: LookForUser) -> None:
+    assert look.deadline == 15.0
+    assert look.result(14.9) is None
+    result = look.result(15.0)
+    assert result is not None and not result.succeeded
+    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 5 s")
+    assert result.code in LOOK_FOR_USER.failures
+
+
+def test_a_person_is_told_when_the_average_settled(look: LookForUser) -> None:
+    robot = Pose2(0.0, 0.0, 0.3)
+    told_at = None
+    for k in range(20):
+        now = 11.0 + 0.1 * k
+        look.feed(now, [tracked(2.0 + 0.05 * (-1) ** k, 2.0)], robot)
+        result = look.result(now)
+        if result is not None:
+            told_at = now
+            break
+    assert told_at == pytest.approx(11.65, abs=0.06)
+    assert result is not None and result.succeeded
+    found = result.outputs["user"]
+    assert (found.x, found.y) == pytest.approx((2.0, 2.0), abs=0.051)
+    assert found.yaw == pytest.approx(math.radians(-135), abs=0.05), "from the person to the robot"
+    assert result.outputs["user_id"] == 1
+    assert set(result.outputs) == set(LOOK_FOR_USER.outputs)
+    for name, value in result.outputs.items():
+        assert LOOK_FOR_USER.outputs[name].problem_with(value) is None
+
+
+def test_the_nearest_person_wins(look: LookForUser) -> None:
+    for k in range(8):
+        look.feed(11.0 + 0.1 * k, [tracked(3.0, 0.0, 1), tracked(1.5, 0.5, 2)])
+    result = look.result(11.8)
+    assert result is not None and result.outputs["user_id"] == 2
+    assert look.users_seen == 2
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.49, 4.01, math.nan])
+def test_people_out_of_range_do_not_count(look: LookForUser, distance: float) -> None:
+    for k in range(40):
+        look.feed(
+            11.0 + 0.1 * k, [tracked(2.0, 0.0, distance=distance), tracked(math.nan, 0.0, distance=2.0)]
+        )
+    assert look.result(14.9) is None
+    result = look.result(15.0)
+    assert result is not None and result.code == "no_user_seen"
+
+
+def test_who_comes_at_the_last_moment_still_counts(look: LookForUser) -> None:
+    for k in range(3):
+        look.feed(14.7 + 0.1 * k, [tracked(2.0, 0.0)])
+    assert look.result(14.95) is None
+    result = look.result(15.0)
+    assert result is not None and result.succeeded
+
+
+def test_one_flicker_is_not_enough(look: LookForUser) -> None:
+    look.feed(14.8, [tracked(2.0, 0.0)])
+    look.feed(14.9, [tracked(2.0, 0.0)])
+    result = look.result(15.0)
+    assert result is not None and not result.succeeded
+
+
+def test_a_new_look_has_no_memory(look: LookForUser) -> None:
+    for k in range(8):
+        look.feed(11.0 + 0.1 * k, [tracked(2.0, 0.0)])
+    look.start(20.0, 1.0)
+    assert look.result(20.5) is None
+    assert look.users_seen == 0
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: TrackerParameters(confirm_hits=5),
+        lambda: TrackerParameters(coast_s=11.0),
+        lambda: TrackerParameters(gate=-1.0),
+        lambda: TrackerParameters(blend=1.5),
+        lambda: LookParameters(nearest=4.0),
+        lambda: LookParameters(settle_s=math.nan),
+    ],
+)
+def test_senseless_parameters_are_refused(make: object) -> None:
+    with pytest.raises(ConfigError):
+        make()  # type: ignore[operator]
+
+
+def test_the_declarations_are_whole() -> None:
+    assert [declaration.name for declaration in DECLARATIONS] == [
+        "start_tracker",
+        "stop_tracker",
+        "look_for_user",
+    ]
+    assert LOOK_FOR_USER.complete({}) == {"window": 5.0}
+    assert LOOK_FOR_USER.problems_with({"window": 100.0})

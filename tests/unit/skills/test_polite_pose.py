@@ -1,0 +1,125 @@
+"""Where the robot stands in front of a person, and what the approach says about itself."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from florence_bt.core.geometry import Pose2, angle_difference
+from florence_bt.skills.approach_user.approach_status import ApproachStatus
+from florence_bt.skills.approach_user.declaration import PROPOSE_APPROACH_POSE
+from florence_bt.skills.approach_user.polite_pose import polite_pose, propose_approach
+
+USER, ROBOT = Pose2(3.0, 2.0), Pose2(1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("trial", "x", "y", "yaw_deg"), [(1, 2.5, 2.0, 0.0), (2, 2.646, 1.646, 45.0), (3, 2.646, 2.354, -45.0)]
+)
+def test_the_vectors_of_the_reference(trial: int, x: float, y: float, yaw_deg: float) -> None:
+    pose = polite_pose(USER, ROBOT, trial, 0.5)
+    assert (pose.x, pose.y) == pytest.approx((x, y), abs=5e-4)
+    assert math.degrees(pose.yaw) == pytest.approx(yaw_deg)
+
+
+NUMBERS = st.floats(-20, 20)
+POSES = st.builds(Pose2, NUMBERS, NUMBERS, st.floats(-7, 7))
+
+
+@given(POSES, POSES, st.integers(1, 3), st.floats(0.3, 2.0))
+def test_every_proposal_is_at_the_distance_and_faces_the_person(
+    user: Pose2, robot: Pose2, trial: int, distance: float
+) -> None:
+    pose = polite_pose(user, robot, trial, distance)
+    assert pose.distance_to(user) == pytest.approx(distance)
+    assert abs(pose.bearing_to(user.x, user.y)) < 1e-6
+    assert -math.pi < pose.yaw <= math.pi
+    if robot.distance_to(user) > 1e-3:
+        seen_from_user = math.atan2(pose.y - user.y, pose.x - user.x)
+        towards_robot = math.atan2(robot.y - user.y, robot.x - user.x)
+        offset = (0.0, math.pi / 4, -math.pi / 4)[trial - 1]
+        assert angle_difference(seen_from_user, towards_robot) == pytest.approx(offset, abs=1e-6)
+
+
+@pytest.mark.parametrize("trial", [0, 4, -1])
+def test_there_are_three_trials(trial: int) -> None:
+    with pytest.raises(ValueError, match="1 to 3"):
+        polite_pose(USER, ROBOT, trial)
+    assert propose_approach(USER, ROBOT, trial).code == "bad_input"
+
+
+def test_a_free_place_is_proposed_and_a_taken_one_refused_with_its_pose() -> None:
+    costs = {(2.5, 2.0): 99}
+
+    def cost_at(x: float, y: float) -> int:
+        return costs.get((round(x, 3), round(y, 3)), 0)
+
+    taken = propose_approach(USER, ROBOT, 1, 0.5, cost_at)
+    assert taken.code == "pose_occupied" and "cost 99" in taken.reason
+    assert taken.outputs["pose"].x == pytest.approx(2.5)
+    assert propose_approach(USER, ROBOT, 2, 0.5, cost_at).succeeded
+
+
+@pytest.mark.parametrize(("cost", "free"), [(0, True), (98, True), (-1, True), (99, False), (100, False)])
+def test_only_what_touches_is_not_free(cost: int, free: bool) -> None:
+    assert propose_approach(USER, ROBOT, 1, 0.5, lambda x, y: cost).succeeded is free
+
+
+def test_without_a_costmap_the_proposal_passes() -> None:
+    result = propose_approach(USER, ROBOT, 1)
+    assert result.succeeded
+    assert set(result.outputs) == set(PROPOSE_APPROACH_POSE.outputs)
+
+
+@pytest.mark.parametrize(
+    ("user", "robot", "distance"),
+    [
+        (Pose2(math.nan, 0.0), ROBOT, 0.5),
+        (USER, Pose2(0.0, math.inf), 0.5),
+        (USER, ROBOT, 0.2),
+        (USER, ROBOT, 2.5),
+        (USER, ROBOT, math.nan),
+    ],
+)
+def test_bad_input_is_refused(user: Pose2, robot: Pose2, distance: float) -> None:
+    assert propose_approach(user, robot, 1, distance).code == "bad_input"
+
+
+def test_the_declaration_has_the_defaults_of_the_document() -> None:
+    completed = PROPOSE_APPROACH_POSE.complete({"user": USER, "robot": ROBOT})
+    assert (completed["trial"], completed["safe_distance"]) == (1, 0.5)
+    assert PROPOSE_APPROACH_POSE.problems_with({"user": USER, "robot": ROBOT, "trial": 4})
+
+
+def words(status: ApproachStatus, number: int) -> list[str | None]:
+    return [status.next_word() for _ in range(number)]
+
+
+def test_the_status_repeats_active_and_ends_with_six_last_words() -> None:
+    status = ApproachStatus()
+    assert status.next_word() is None
+    assert not status.take("", "", "IDLE")
+    assert status.take("1", "goto_user", "ACTIVE")
+    assert words(status, 20) == ["ACTIVE"] * 20
+    assert status.take("1", "goto_user", "ABORTED")
+    assert words(status, 7) == ["ABORTED"] * 6 + [None]
+    assert not status.take("1", "goto_user", "ABORTED"), "told already"
+
+
+def test_a_run_whose_start_was_missed_is_told_but_an_old_one_is_not() -> None:
+    status = ApproachStatus()
+    assert not status.take("0", "detect_user", "SUCCEEDED"), "latched from before"
+    assert status.take("1", "detect_user", "PREEMPTED")
+    assert words(status, 1) == ["ABORTED"]
+    assert status.take("2", "approach_user", "ACTIVE")
+    assert words(status, 2) == ["ACTIVE"] * 2
+
+
+def test_other_missions_say_nothing_here() -> None:
+    status = ApproachStatus()
+    status.take("", "", "IDLE")
+    assert not status.take("1", "goto_room", "ACTIVE")
+    assert status.next_word() is None
