@@ -48,7 +48,8 @@ def main() -> int:
         return 2
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        verbs[verb]()
+        with machine.only_one():
+            verbs[verb]()
     except StepFailed as failed:
         print(failed, file=sys.stderr)
         return 1

@@ -26,8 +26,15 @@ class TransformListener:
     def __init__(self, node: Node) -> None:
         self.buffer = TransformBuffer()
         self._node = node
-        node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF)
-        node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER)
+        self._subscriptions = (
+            node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF),
+            node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER),
+        )
+
+    def close(self) -> None:
+        """Listen no more; the buffer keeps what was heard."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
 
     def _on_moving(self, message: TFMessage) -> None:
         for parent, child, stamp, transform in self._read(message):

@@ -48,6 +48,12 @@ class Executor:
         clock: Drives everything.
         run_ids: Names the runs.
         call_soon: Runs a callback on the executor's thread after the current one has returned.
+
+    Attributes:
+        current: The run that is not over yet, or None.
+        last: The run that ended last, or None.
+        blocked_by: Why no mission may start, or None.
+        on_tick: Called with the run after each tick.
     """
 
     def __init__(
@@ -63,6 +69,7 @@ class Executor:
         self.current: MissionRun | None = None
         self.last: MissionRun | None = None
         self.blocked_by: str | None = None
+        self.on_tick: Callable[[MissionRun], None] = lambda run: None
         self._skills = skills
         self._declarations = declarations
         self._clock = clock
@@ -128,8 +135,8 @@ class Executor:
             return None
         if run.status is RunStatus.RUNNING:
             self._emit(run, EventKind.STOP_ASKED, reason=reason)
-            tip = self._tree.root.tip() if self._tree else None
-            at = Why(run.mission, "stopped", f"{reason} (was at {tip.name})" if tip else reason)
+            tip = self.tip()
+            at = Why(run.mission, "stopped", f"{reason} (was at {tip!r})" if tip else reason)
             self._end_tree(RunStatus.STOPPED, at)
         return run
 
@@ -154,6 +161,11 @@ class Executor:
         if run is self.current and self._tree is not None and run.status is RunStatus.RUNNING:
             return ascii_tree(self._tree.root, colour=colour, visited_only=False)
         return run.tree
+
+    def tip(self) -> str:
+        """The name of the node that the current run waits for, empty when nothing runs."""
+        tip = self._tree.root.tip() if self._tree is not None else None
+        return tip.name if tip is not None else ""
 
     # ---- ticking --------------------------------------------------------------------------------------
 
@@ -213,6 +225,7 @@ class Executor:
             return
         run.ticks += 1
         self._emit_node_changes(run, root)
+        self.on_tick(run)
         if root.status is Status.SUCCESS:
             run.outputs = self._tree.outputs()
             self._end_tree(RunStatus.SUCCEEDED, None)

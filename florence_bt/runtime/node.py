@@ -49,7 +49,7 @@ class MissionNodeParameters:
 
     runs_folder: str = "runs"
     mission_folders: tuple[str, ...] = ()
-    base_frame: str = "base_link"
+    base_frame: str = "base_footprint"
 
 
 class MissionNode(FlorenceNode):
@@ -74,7 +74,7 @@ class MissionNode(FlorenceNode):
         self._settings = self.read_parameters(MissionNodeParameters)
         self._declarations = declarations
         library = MissionLibrary.load([Path(folder) for folder in self._settings.mission_folders])
-        self._tf = TransformListener(self)
+        self._tf: TransformListener | None = None
         self._missions = Executor(
             library,
             make_skills(self),
@@ -88,9 +88,10 @@ class MissionNode(FlorenceNode):
         )
         self.on_close(recorder.close)
         self._missions.add_listener(self._on_event)
+        self._missions.on_tick = self._on_tick
         self._tree_topic = self.create_publisher(String, "florence_bt/tree", LATCHED)
         self._state_topic = self.create_publisher(RunState, "florence_bt/run_state", LATCHED)
-        self._tree_due = False
+        self._told_tree = ""
         self._run_of_action: str | None = None
         self._create_services()
         self._state_topic.publish(RunState(state="IDLE"))
@@ -240,19 +241,17 @@ class MissionNode(FlorenceNode):
 
     def _on_event(self, run: MissionRun, event: Event) -> None:
         if event.kind in (EventKind.STARTED, EventKind.QUEUED):
+            self._told_tree = ""
             self._publish_state(run)
-        elif event.kind is EventKind.ENDED:
-            self._publish_state(run)
-            self._tree_topic.publish(String(data=status_text(run, run.tree, self.timebase.now())))
-            self.get_logger().info(f"{run.run_id} {run.status.value}: {run.reason or 'ok'}")
-            if run.run_id == self._run_of_action:
-                self._finish_action(run)
         elif event.kind is EventKind.BROKEN:
             self.get_logger().error(f"{run.run_id} broke down:\n{event.data['detail']}")
-        elif not self._tree_due:
-            # One tick changes many nodes; the tree goes out once, after it.
-            self._tree_due = True
-            self.call_soon(self._publish_tree)
+        elif event.kind is EventKind.ENDED:
+            self._publish_state(run)
+            self._publish_text(status_text(run, run.tree, self.timebase.now()))
+            self.get_logger().info(f"{run.run_id} {run.status.value}: {run.reason or 'ok'}")
+            self._forget_transforms()
+            if run.run_id == self._run_of_action:
+                self._finish_action(run)
 
     def _publish_state(self, run: MissionRun) -> None:
         self._state_topic.publish(
@@ -265,23 +264,33 @@ class MissionNode(FlorenceNode):
             )
         )
 
-    def _publish_tree(self) -> None:
-        self._tree_due = False
-        run = self._missions.current
-        if run is None:
-            return
+    def _on_tick(self, run: MissionRun) -> None:
+        """After each tick: tell the tree if it reads differently now."""
         tree = self._missions.render(run)
-        self._tree_topic.publish(String(data=status_text(run, tree, self.timebase.now())))
+        if tree == self._told_tree:
+            return
+        self._told_tree = tree
+        self._publish_text(status_text(run, tree, self.timebase.now()))
         if run.run_id == self._run_of_action:
-            self._action.publish_feedback(
-                ExecuteMission.Feedback(run_id=run.run_id, tip=run.mission, tree=tree)
-            )
+            tip = self._missions.tip()
+            self._action.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
+
+    def _publish_text(self, text: str) -> None:
+        self._tree_topic.publish(String(data=text))
 
     def _robot_pose(self) -> Pose2 | None:
+        """Where the robot is, for the record. Transforms are listened to only while a mission runs."""
+        if self._tf is None:
+            self._tf = TransformListener(self)
         try:
             return self._tf.buffer.lookup_pose("map", self._settings.base_frame)
         except TransformUnavailable:
             return None
+
+    def _forget_transforms(self) -> None:
+        if self._tf is not None:
+            self._tf.close()
+            self._tf = None
 
 
 def _pair_inputs(names: Any, values: Any) -> dict[str, str]:

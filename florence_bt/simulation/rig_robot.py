@@ -17,6 +17,7 @@ from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, Odome
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
+from florence_bt.drivers.turtlebot.hazards import StopReason, hold_forward
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
@@ -92,6 +93,7 @@ class RigRobot:
         self._clock = clock
         base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
         self._wheels = base.wheels()
+        self._stop_on_bump = base.stop_motors_on_bump
         self._motion = MotionEstimator(base.odometry(), base.gyro(), has_gyro=base.has_gyro)
         self._base = BaseSensors(world, seed + 1)
         self._twist = STANDSTILL
@@ -127,7 +129,8 @@ class RigRobot:
 
     def _drive(self, twist: Twist2) -> None:
         self._twist = twist
-        wheels = wheels_from_twist(twist, self._wheels)
+        bumped = StopReason.BUMPER if self._stop_on_bump and any(self.world.bumpers()) else None
+        wheels = hold_forward(wheels_from_twist(twist, self._wheels), bumped)
         self.world.set_wheels(wheels.left_mmps / 1000.0, wheels.right_mmps / 1000.0)
 
     def _step_base(self) -> None:

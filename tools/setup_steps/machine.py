@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import importlib.util
 import os
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from .progress import StepFailed
@@ -45,6 +48,18 @@ def check() -> None:
         )
     if problems:
         raise StepFailed("cannot set up:\n" + "\n".join(f"  - {problem}" for problem in problems))
+
+
+@contextmanager
+def only_one() -> Iterator[None]:
+    """Wait until no other set-up of this checkout runs, and keep others waiting meanwhile."""
+    with (ROOT / "tools" / "setup.py").open() as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print("waiting for another set-up of this checkout ...", flush=True)
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def _compiler(variable: str, *names: str) -> bool:

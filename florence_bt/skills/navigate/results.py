@@ -56,7 +56,6 @@ SPIN_SERVER_CODES = {
 """Our code -> error_code of Spin (REFERENCE 7.9)."""
 
 _NAVIGATE_CODES = {
-    200: "bad_input",
     **{number: code for code, number in SERVER_CODES.items() if number},
     # Nav2 splits our "blocked" further; its 107 is a costmap that gets no data.
     100: "blocked",

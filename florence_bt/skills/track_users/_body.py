@@ -141,7 +141,7 @@ def _silhouette(
 
 
 def _usual_half_thickness(half_width: float) -> float:
-    """How far behind its nearest point the axis of a body is: a narrow one is seen from the side, arm first."""
+    """How far the axis is behind the nearest point: a narrow body is seen from the side, arm first."""
     return float(np.interp(half_width, *USUAL_HALF_THICKNESS))
 
 

@@ -1,8 +1,8 @@
 """People in a depth picture: tall blobs in a plan view from above that are shaped like a body.
 
 Wrong positives send the robot to the wrong place, so every test is strict: the width, a rounded front, a head
-where the picture is high enough to show it (else an outline that changes from low to high), no gaps on the way
-up, and free edges on both sides.
+where the picture is high enough to show it (else an outline that changes from low to high), no gaps on the
+way up, and free edges on both sides.
 """
 
 from __future__ import annotations
@@ -179,7 +179,9 @@ def _judge(
     front = fit_front(blob.points, blob.rows, camera, cut, chest_top, use)
     if front is None or not _is_round(blob, front, camera, use):
         return None
-    if any(cut) and (front.distance > use.cut_distance or front.bulge < use.minimum_cut_bulge):
+    if any(cut) and (
+        front.distance > use.cut_distance or not use.minimum_cut_bulge <= front.bulge <= use.maximum_cut_bulge
+    ):
         return None
     if borders.top:
         near = _points_near(points, blob, front)

@@ -32,6 +32,7 @@ class DetectorParameters:
         cut_distance: Only nearer people may be cut by the side of the picture, metres: with steps of 45
             degrees the camera sees everybody further away as a whole.
         minimum_cut_bulge: As minimum_bulge when a side of the picture cuts the body, metres.
+        maximum_cut_bulge: As maximum_bulge in that case, metres.
         minimum_bulge: A front that is flatter than this is furniture, metres.
         maximum_bulge: A front that bulges more than this is a corner, metres.
         maximum_slope: Steepest turn of the front against the line of sight (1 is 45 degrees).
@@ -62,13 +63,14 @@ class DetectorParameters:
     cell: float = 0.05
     minimum_cell_points: int = 2
     minimum_points: int = 80
-    minimum_width: float = 0.19
+    minimum_width: float = 0.18
     maximum_width: float = 0.75
     maximum_thickness: float = 0.55
     usual_half_width: float = 0.21
     usual_bulge: float = 0.14
     cut_distance: float = 1.9
     minimum_cut_bulge: float = 0.08
+    maximum_cut_bulge: float = 0.2
     minimum_bulge: float = 0.045
     maximum_bulge: float = 0.38
     maximum_slope: float = 1.2
@@ -77,7 +79,7 @@ class DetectorParameters:
     head_height: float = 0.2
     chest_top: float = 1.45
     seat_height: float = 0.5
-    minimum_shape_spread: float = 0.04
+    minimum_shape_spread: float = 0.034
     minimum_head_width: float = 0.08
     maximum_head_width: float = 0.34
     maximum_head_share: float = 0.8
