@@ -7,7 +7,7 @@ WORKERS ?= 2
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test unit ros check format bench lock clean
+.PHONY: help setup demo test unit ros check format trials bench lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -36,6 +36,9 @@ check: setup ## check format, style, types and the direction of imports
 format: setup ## format the code and repair what the linter can repair
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+trials: setup ## run goto_user in the rig with 30 seeds and write docs/trials.md
+	$(BIN)/python -m florence_bt.wiring.trials --runs 30 --out docs/trials.md $(ARGS)
 
 bench: setup ## run the benchmarks
 	$(PYTEST) benchmarks --benchmark-only $(ARGS)

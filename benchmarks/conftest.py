@@ -1,4 +1,4 @@
-"""Collects the figures of the benchmarks and prints them as one table; ``--figures FILE`` writes it as Markdown."""
+"""Collects the figures of the benchmarks and prints them as a table; ``--figures FILE`` writes it too."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     file = config.getoption("--figures")
     if file is not None:
         text = (
-            "# Figures\n\nMade by `make bench ARGS=\"--figures docs/benchmarks.md\"`; medians unless said "
-            f"otherwise. Machine of the last run: {os.cpu_count()} cores, Python {platform.python_version()}. "
-            "Compare ratios, not absolute times.\n\n"
+            '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`; medians unless '
+            f"said otherwise. Machine of the last run: {os.cpu_count()} cores, Python {platform.python_version()}."
+            " Compare ratios, not absolute times.\n\n"
         )
         file.write_text(text + figures.markdown(), encoding="utf-8")
         terminalreporter.write_line(f"written to {file}")

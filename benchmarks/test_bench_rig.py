@@ -35,4 +35,6 @@ def test_rig_profile(benchmark, figures):
     rows = sorted(stats.stats.items(), key=lambda item: item[1][2], reverse=True)[:5]
     for (file, _line, name), (_, calls, own, _, _) in rows:
         place = file.split("florence_bt/")[-1] if "florence_bt" in file else file.rsplit("/", 1)[-1]
-        figures.add("rig profile, own time", f"{100 * own / total:.0f} %", f"{name} in {place}, {calls} calls")
+        figures.add(
+            "rig profile, own time", f"{100 * own / total:.0f} %", f"{name} in {place}, {calls} calls"
+        )

@@ -1,4 +1,4 @@
-"""The whole system on ROS over simulated hardware: how fast it can go, and what it costs when nothing happens."""
+"""The whole system on ROS over simulated hardware: how fast it goes, and what it costs when idle."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.wiring.client import ACTIVE_STATES
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
 
@@ -42,7 +43,9 @@ def test_idle_cpu(benchmark, figures, domain, tmp_path):
 
         wall = benchmark.pedantic(idle, rounds=1)
         used = {group: 100 * (cpu_seconds(pid) - before[group]) / wall for group, pid in pids.items()}
-    figures.add("idle executor (process missions)", f"{used['missions']:.1f} % of a core", "10 s after the start-up")
+    figures.add(
+        "idle executor (process missions)", f"{used['missions']:.1f} % of a core", "10 s after the start-up"
+    )
     rest = ", ".join(f"{group} {share:.1f}" for group, share in used.items())
     figures.add("idle stack, all processes", f"{sum(used.values()):.0f} % of a core", rest)
 
@@ -58,7 +61,11 @@ def test_stack_speed(benchmark, figures, domain, tmp_path):
             begin, wall = client.truth["time"], time.perf_counter()
             answer = client.run("goto_user", {}, caller="benchmark")
             assert answer.accepted, answer.message
-            over = lambda: client.state.run_id == answer.run_id and client.state.state not in ("PENDING", "ACTIVE")  # noqa: E731
+
+            def over():
+                state = client.state
+                return state.run_id == answer.run_id and state.state not in ACTIVE_STATES
+
             client.spin_until(over, 120.0, watch=system.check)
             return client.truth["time"] - begin, time.perf_counter() - wall, client.status(answer.run_id)
 

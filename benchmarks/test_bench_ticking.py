@@ -112,16 +112,19 @@ def test_tick_per_visited_node(benchmark, figures, tmp_path):
         begin = time.perf_counter()
         plain.tick()
         plain_times.append(time.perf_counter() - begin)
-    ours, theirs = benchmark.stats.stats.median / visited, statistics.median(plain_times) / visited
+    plain_us = statistics.median(plain_times) / visited * 1e6
+    ours_us = benchmark.stats.stats.median / visited * 1e6
     figures.add(
         "tick of the executor, per visited node",
-        f"{ours * 1e6:.2f} us",
-        f"{visited} nodes visited; plain py_trees in the same run {theirs * 1e6:.2f} us, ratio {ours / theirs:.2f}",
+        f"{ours_us:.2f} us",
+        f"{visited} nodes visited; plain py_trees in this run {plain_us:.2f} us",
     )
 
 
 def test_reaction_in_process(benchmark, figures, tmp_path):
-    executor, skill, clock = executor_with(tmp_path, "  repeat: 1000000\n  do:\n    sequence:\n      - work:\n")
+    executor, skill, clock = executor_with(
+        tmp_path, "  repeat: 1000000\n  do:\n    sequence:\n      - work:\n"
+    )
     executor.trigger(Request("bench"))
     clock.advance(0.0)
     reactions = []

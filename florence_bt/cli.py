@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -14,8 +13,10 @@ import typer
 from florence_bt.core.errors import ConfigError, DeviceError, FlorenceError
 
 OK, FAILED, USAGE, NOT_THERE, INTERRUPTED = 0, 1, 2, 3, 130
-EXIT_CODES = """Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or
-configuration; 3 the system is not there, did not come up or broke down; 130 interrupted (Ctrl-C)."""
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
+    "configuration; 3 the system is not there, did not come up or broke down; 130 interrupted (Ctrl-C)."
+)
 
 app = typer.Typer(
     name="florence",
@@ -261,4 +262,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

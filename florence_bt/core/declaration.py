@@ -103,7 +103,7 @@ class SkillDeclaration:
         summary: What it does, one sentence.
         inputs: Ports by name.
         outputs: Ports by name; written to the tree's keys on success.
-        failures: Code -> what it means; the codes of :data:`florence_bt.core.outcome.COMMON_CODES` come on top.
+        failures: Code -> what it means; those of :data:`florence_bt.core.outcome.COMMON_CODES` come on top.
         resources: What only one skill at a time may use, e.g. ``base``.
         deadline_s: Seconds after which a run is ended with the code ``timed_out``.
         instant: Whether a run is over as soon as it starts (a condition or a look-up).

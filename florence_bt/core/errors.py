@@ -84,7 +84,9 @@ class CommandRejected(DeviceError):
     def __init__(self, command: str, status: str, explanation: str = "") -> None:
         self.command = command
         self.status = status
-        super().__init__(f"{command!r} was refused with status {status!r}" + (f": {explanation}" if explanation else ""))
+        super().__init__(
+            f"{command!r} was refused with status {status!r}" + (f": {explanation}" if explanation else "")
+        )
 
 
 class TreeError(FlorenceError):

@@ -14,12 +14,12 @@ from pathlib import Path
 from florence_bt.core.errors import ConfigError, closest_first
 
 SHARE = Path("share") / "florence_bt"
-KINDS = ("maps", "hotspots", "urdf", "config", "launch")
+KINDS = ("maps", "hotspots", "urdf", "config")
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def share_folder(package: Path = PACKAGE) -> Path:
-    """The folder that has ``maps``, ``hotspots``, ``urdf``, ``config`` and ``launch``.
+    """The folder that has ``maps``, ``hotspots``, ``urdf`` and ``config``.
 
     Args:
         package: The folder of the package.
@@ -42,7 +42,7 @@ def find_data(kind: str, name: str) -> Path:
     """A file that comes with Florence.
 
     Args:
-        kind: The folder: maps, hotspots, urdf, config or launch.
+        kind: The folder: maps, hotspots, urdf or config.
         name: The file in it.
 
     Raises:

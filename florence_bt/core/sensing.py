@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 
 FloatArray = NDArray[np.float32]
 
@@ -121,7 +121,7 @@ class Odometry:
 
     stamp: float
     pose: Pose2
-    twist: Twist2 = Twist2()
+    twist: Twist2 = STANDSTILL
 
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1

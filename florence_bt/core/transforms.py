@@ -97,7 +97,9 @@ class Transform3:
 
     def __matmul__(self, other: Transform3) -> Transform3:
         """Compose: ``a_from_b @ b_from_c`` is a from c."""
-        return Transform3(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+        return Transform3(
+            self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
+        )
 
     def inverse(self) -> Transform3:
         """The transform the other way round."""
@@ -216,7 +218,9 @@ def _sample_at(samples: deque[tuple[float, Pose2]], stamp: float | None, frame: 
     if after_stamp == stamp:
         return after
     if index == 0:
-        raise TransformUnavailable(f"{frame!r} is known only from {samples[0][0]:.2f} s on, asked for {stamp:.2f} s")
+        raise TransformUnavailable(
+            f"{frame!r} is known only from {samples[0][0]:.2f} s on, asked for {stamp:.2f} s"
+        )
     before_stamp, before = samples[index - 1]
     part = (stamp - before_stamp) / (after_stamp - before_stamp)
     return Pose2(

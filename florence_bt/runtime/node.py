@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,7 @@ class MissionNode(FlorenceNode):
                 self.create_service(
                     Trigger,
                     f"florence_bt/missions/{mission.name}",
-                    lambda request, response, name=mission.name: self._on_trigger(name, response),
+                    partial(self._on_trigger, mission.name),
                 )
 
     def _on_run_mission(
@@ -138,7 +139,9 @@ class MissionNode(FlorenceNode):
         response.accepted, response.run_id, response.message = accepted, run_id, message
         return response
 
-    def _on_trigger(self, mission: str, response: Trigger.Response) -> Trigger.Response:
+    def _on_trigger(
+        self, mission: str, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         accepted, run_id, message = self._start(mission, (), (), f"missions/{mission} service", "", 0)
         response.success = accepted
         response.message = f"{message} (run {run_id})" if accepted else message

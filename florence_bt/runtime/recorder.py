@@ -1,7 +1,7 @@
 """What a run leaves behind: a folder with its journal, its final tree, its result and the path driven.
 
-``<runs>/<run id>/journal.jsonl`` has one event a line, flushed as it happens; ``tree.txt`` the final tree with
-the reason; ``result.json`` the end and what was measured on the way; pictures are drawn from that file.
+``<runs>/<run id>/journal.jsonl`` has one event a line, flushed as it happens; ``tree.txt`` the final tree
+with the reason; ``result.json`` the end and what was measured on the way; pictures are drawn from that file.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ class RunRecorder:
         if run.run_id not in self._open:
             folder = self.folder_of(run.run_id)
             folder.mkdir(parents=True, exist_ok=True)
-            journal = (folder / "journal.jsonl").open("a", encoding="utf-8")
-            self._open[run.run_id] = (RunRecord(folder), journal)
+            file = (folder / "journal.jsonl").open("a", encoding="utf-8")
+            self._open[run.run_id] = (RunRecord(folder), file)
         record, journal = self._open[run.run_id]
         journal.write(json.dumps(event.to_json()) + "\n")
         journal.flush()

@@ -1,4 +1,4 @@
-"""One run of one mission: what was asked, where it stands, how it ended. Data only; the executor acts on it."""
+"""One run of one mission: what was asked, where it stands, how it ended. Data; the executor acts on it."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.paths import find_data
 from florence_bt.simulation._flat_file import (
     FlatFile,
     FurnitureEntry,
@@ -156,7 +157,7 @@ class Flat:
 
 def default_flat_file() -> Path:
     """The source file of the flat that comes with the project."""
-    return Path(__file__).resolve().parents[2] / "maps" / "flat.source.yaml"
+    return find_data("maps", "flat.source.yaml")
 
 
 def load_flat(file: Path | None = None) -> Flat:

@@ -22,7 +22,12 @@ from florence_bt.runtime.run import MissionRun, Request, RunIds
 from florence_bt.simulation.flat import Flat
 from florence_bt.simulation.people import PersonSpec
 from florence_bt.simulation.rig_robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig_skills import ExclusiveComponent, StartingSkill, approach_skills, locator_skills
+from florence_bt.simulation.rig_skills import (
+    ExclusiveComponent,
+    StartingSkill,
+    approach_skills,
+    locator_skills,
+)
 from florence_bt.simulation.world import World
 from florence_bt.skills.locate.hotspots import Hotspots
 from florence_bt.skills.locate.locator import Locator
@@ -119,7 +124,9 @@ class Rig:
         call_every(self.clock, 0.1, self._locate)
         self.clock.advance(SETTLE_S)
 
-    def run(self, mission: str, inputs: Mapping[str, str] | None = None, *, limit_s: float = 600.0) -> MissionRun:
+    def run(
+        self, mission: str, inputs: Mapping[str, str] | None = None, *, limit_s: float = 600.0
+    ) -> MissionRun:
         """Run a mission to its end.
 
         Args:
@@ -200,7 +207,10 @@ def navigator_parameters(config: Config) -> NavigatorParameters:
     """All parameters of navigation from the flat section of the node ``navigate``."""
     hints = get_type_hints(NavigatorParameters)
     return NavigatorParameters(
-        **{field.name: parameters_of(hints[field.name], config, "navigate") for field in fields(NavigatorParameters)}
+        **{
+            field.name: parameters_of(hints[field.name], config, "navigate")
+            for field in fields(NavigatorParameters)
+        }
     )
 
 

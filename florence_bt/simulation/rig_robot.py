@@ -1,7 +1,7 @@
 """The robot of the rig: the pure parts of base, laser, Kinect, filters and localisation on one manual clock.
 
-Bytes and ROS are left out; everything else is what the nodes use, with the parameters the nodes have. Each part
-runs at its node's rate.
+Bytes and ROS are left out; everything else is what the nodes use, with the parameters the nodes have. Each
+part runs at its node's rate.
 """
 
 from __future__ import annotations

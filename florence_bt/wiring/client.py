@@ -21,6 +21,8 @@ from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 
+ACTIVE_STATES = ("PENDING", "ACTIVE")
+"""States of a run that is not over."""
 ANSWER_BUDGET_S = 5.0
 """Wall seconds to wait for the answer of a service that is there."""
 ACTIONS = ("navigate_to_pose", "spin", "look_for_user")

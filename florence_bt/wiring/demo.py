@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.closeness import Closeness, closeness, closeness_text
+from florence_bt.wiring.client import ACTIVE_STATES
 from florence_bt.wiring.live import Display, make_display, styled
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
@@ -17,7 +20,6 @@ from florence_bt.wiring.system import System
 MISSION = "goto_user"
 MISSION_BUDGET_S = 600.0
 """Simulated seconds after which a demo is given up; the mission's own deadlines are shorter."""
-ACTIVE_STATES = ("PENDING", "ACTIVE")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +101,7 @@ def _run_mission(system: System, display: Display) -> DemoResult:
     )
 
 
-def _closeness(truth: dict[str, object] | object) -> Closeness | None:
-    assert isinstance(truth, dict)
+def _closeness(truth: Mapping[str, Any]) -> Closeness | None:
     people = list(truth["people"].values())
     return closeness(Pose2(*truth["robot"]), Pose2(*people[0])) if people else None
 
@@ -125,4 +126,3 @@ def print_result(result: DemoResult, console: Console) -> None:
     )
     console.print(touched, highlight=False)
     console.print(f"The run's folder: {result.run_folder}", soft_wrap=True, highlight=False)
-

@@ -15,6 +15,7 @@ from florence_bt.trees.findings import has_errors
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.report import FORMATS, summary
 
+
 def check_files(files: Sequence[Path], hotspots: Path | None, form: str) -> tuple[str, bool]:
     """Check mission files and all files of mission folders.
 

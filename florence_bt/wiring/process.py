@@ -1,4 +1,4 @@
-"""One process of a bring-up: ``python -m florence_bt.wiring.process GROUP OPTIONS``. Started by the supervisor."""
+"""One process of a bring-up: ``python -m florence_bt.wiring.process GROUP OPTIONS``; see the supervisor."""
 
 from __future__ import annotations
 

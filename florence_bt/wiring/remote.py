@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 from rich.console import Console
 
-from florence_bt.wiring.client import MissionClient
+from florence_bt.wiring.client import ACTIVE_STATES, MissionClient
 from florence_bt.wiring.live import make_display, styled
 
 FOREVER_S = float("inf")
-ACTIVE_STATES = ("PENDING", "ACTIVE")
 
 
 def run_mission(

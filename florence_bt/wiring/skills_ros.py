@@ -90,7 +90,7 @@ def _people_skills(node: FlorenceNode) -> dict[str, Skill]:
                 "no_user_seen", message.error_msg or "no user seen", server_code=message.error_code
             )
         return success(
-            user=Pose2(message.x, message.y, 0.0), distance=message.distance, user_id=message.user_id
+            user=Pose2(message.x, message.y, message.phi), distance=message.distance, user_id=message.user_id
         )
 
     def propose_request(inputs: Inputs) -> Any:

@@ -10,6 +10,7 @@ from types import TracebackType
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.wiring.client import MissionClient
 from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.preflight import check_options
 from florence_bt.wiring.supervisor import Supervisor
 from florence_bt.wiring.topology import groups
 
@@ -22,9 +23,13 @@ class System:
 
     Args:
         options: What to bring up.
+
+    Raises:
+        ConfigError: A file of the bring-up is wrong; nothing was started.
     """
 
     def __init__(self, options: BringUp) -> None:
+        check_options(options)
         self.options = options
         self._supervisor = Supervisor(options.write(), Path(options.folder) / "logs")
         self.client = MissionClient()
@@ -60,8 +65,9 @@ class System:
         start = time.monotonic()
         report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
         if not self.client.spin_until(self.client.is_ready, READY_BUDGET_S, watch=self.check):
+            missing = ", ".join(self.client.missing()) or "the robot's pose"
             raise DeviceTimeout(
-                f"not ready after {READY_BUDGET_S:.0f} s: {', '.join(self.client.missing()) or 'no pose yet'}; "
+                f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
                 f"see the logs in {self.options.folder}/logs"
             )
         return time.monotonic() - start

@@ -1,4 +1,4 @@
-"""Which nodes run in which process, and with which parameters. Imports of a group happen in its process only."""
+"""Which nodes run in which process, with which parameters. A group is imported in its process only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
-from florence_bt.wiring.config import Parameters, load_config, refuse_unknown_nodes, section
+from florence_bt.wiring.config import Parameters, load_config, section
 from florence_bt.wiring.options import BringUp
 
 if TYPE_CHECKING:
@@ -69,10 +69,7 @@ class _Settings:
 
     def __init__(self, options: BringUp) -> None:
         self.options = options
-        file = Path(options.config_file) if options.config_file else None
-        self.config = load_config(file)
-        known = {node for nodes in NODES.values() for node in nodes}
-        refuse_unknown_nodes(self.config, known, str(file or "config/robot.yaml"))
+        self.config = load_config(Path(options.config_file) if options.config_file else None)
 
     @property
     def map_file(self) -> Path:
@@ -80,8 +77,13 @@ class _Settings:
 
     @property
     def hotspots_file(self) -> Path:
-        given = self.options.hotspots_file
-        return Path(given) if given else find_data("hotspots", "flat.yaml")
+        """The hotspots; of those of the package a copy, because ``setHotspot`` writes to its file."""
+        if self.options.hotspots_file:
+            return Path(self.options.hotspots_file)
+        copy = Path(self.options.folder) / "hotspots.yaml"
+        if not copy.exists():
+            copy.write_bytes(find_data("hotspots", "flat.yaml").read_bytes())
+        return copy
 
     def of(self, node: str, **overrides: Any) -> Parameters:
         """The parameters of a node; simulated ones follow the simulated time."""

@@ -29,9 +29,7 @@ def run_up(options: BringUp) -> None:
     with System(options) as system:
         seconds = system.wait_ready(say)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
-        say(
-            "in another terminal: florence run goto_user · florence status · florence stop; Ctrl-C here ends all"
-        )
+        say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
         system.client.spin_until(lambda: False, FOREVER_S, watch=system.check)
 
 

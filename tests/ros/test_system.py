@@ -43,7 +43,16 @@ def processes_of(folder: Path) -> list[int]:
 
 def test_the_demo_finds_and_approaches_the_person(ros_domain, tmp_path):
     done = florence(
-        "demo", "--headless", "--person", "living_room", "--seed", "27", "--speed", SPEED, "--out", str(tmp_path)
+        "demo",
+        "--headless",
+        "--person",
+        "living_room",
+        "--seed",
+        "27",
+        "--speed",
+        SPEED,
+        "--out",
+        str(tmp_path),
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "The mission succeeded" in done.stdout and "The robot touched nothing" in done.stdout
@@ -95,7 +104,10 @@ def system(ros_domain, tmp_path):
     command = [*FLORENCE, "up", "--sim", "--person", "living_room", "--seed", "27", "--speed", SPEED]
     with output.open("w") as file:
         process = subprocess.Popen(
-            [*command, "--out", str(tmp_path / "up")], stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
+            [*command, "--out", str(tmp_path / "up")],
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
         )
     try:
         wait_for(lambda: "ready after" in output.read_text() or process.poll() is not None, "the system")
@@ -184,7 +196,9 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
 
 def test_a_process_that_dies_ends_the_bring_up_with_its_log(system):
     process, output, folder = system
-    victim = next(pid for pid in processes_of(folder) if b"navigation" in Path(f"/proc/{pid}/cmdline").read_bytes())
+    victim = next(
+        pid for pid in processes_of(folder) if b"navigation" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    )
     os.kill(victim, signal.SIGKILL)
     assert process.wait(60) == 3
     text = output.read_text()

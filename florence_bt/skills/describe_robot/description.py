@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import functools
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers.expat import ExpatError
 
-import florence_bt
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.paths import find_data
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.skills.describe_robot.footprint import (
     FOOTPRINT,
@@ -74,21 +73,8 @@ def load_description(file: str | Path = "") -> RobotDescription:
 
 
 def default_file() -> Path:
-    """The description that comes with Florence: in the source tree, or where an installation shares its data.
-
-    Raises:
-        ConfigError: It is in neither place.
-    """
-    places = (
-        Path(florence_bt.__file__).resolve().parents[1] / "urdf" / FILE_NAME,
-        Path(sys.prefix) / "share" / "florence_bt" / "urdf" / FILE_NAME,
-    )
-    for place in places:
-        if place.is_file():
-            return place
-    raise ConfigError(
-        "the robot description is not installed", valid=(f"file: {places[0]}", f"file: {places[1]}")
-    )
+    """The description that comes with Florence."""
+    return find_data("urdf", FILE_NAME)
 
 
 @functools.cache

@@ -107,8 +107,8 @@ class NavigationNode(FlorenceNode):
         self._velocity = self.create_publisher(Twist, "cmd_vel", RELIABLE)
         self._path = self.create_publisher(Path, "plan", RELIABLE)
         self._current_goal = self.create_publisher(PoseStamped, "~/current_goal", LATCHED)
-        self._global = self.create_publisher(OccupancyGridMsg, "global_costmap/costmap", RELIABLE)
-        self._local = self.create_publisher(OccupancyGridMsg, "local_costmap/costmap", RELIABLE)
+        self._global = self.create_publisher(OccupancyGridMsg, "global_costmap/costmap", LATCHED)
+        self._local = self.create_publisher(OccupancyGridMsg, "local_costmap/costmap", LATCHED)
 
     def close(self) -> None:
         """Stop the robot."""

@@ -264,5 +264,6 @@ def _found_to_ros(result: Result) -> LookAction.Result:
         user_id=result.outputs["user_id"],
         x=user.x,
         y=user.y,
+        phi=user.yaw,
         distance=result.outputs["distance"],
     )

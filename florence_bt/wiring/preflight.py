@@ -1,0 +1,30 @@
+"""What can be checked before any process starts, so that a typing mistake costs no time and moves nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from florence_bt.core.paths import find_data
+from florence_bt.simulation.flat import load_flat
+from florence_bt.skills.locate.hotspots import load_hotspots
+from florence_bt.skills.serve_map.map_file import load_map
+from florence_bt.wiring.config import load_config, refuse_unknown_nodes
+from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.simulated import people_at_home
+from florence_bt.wiring.topology import NODES
+
+
+def check_options(options: BringUp) -> None:
+    """Read every file that the bring-up will read.
+
+    Raises:
+        ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
+            and what would have worked.
+    """
+    file = Path(options.config_file) if options.config_file else find_data("config", "robot.yaml")
+    known = {node for nodes in NODES.values() for node in nodes}
+    refuse_unknown_nodes(load_config(file), known, str(file))
+    load_map(options.map_file or find_data("maps", "flat.yaml"))
+    load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
+    if options.simulated:
+        people_at_home(load_flat(), options)
