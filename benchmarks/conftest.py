@@ -61,10 +61,10 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         terminalreporter.write_line(f"{figure.what:<62} {figure.value}{remark}")
     file = config.getoption("--figures")
     if file is not None:
+        machine = f"{os.cpu_count()} cores, Python {platform.python_version()}"
         text = (
-            '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`; medians unless '
-            f"said otherwise. Machine of the last run: {os.cpu_count()} cores, Python {platform.python_version()}."
-            " Compare ratios, not absolute times.\n\n"
+            '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`; medians unless said otherwise. '
+            f"Machine of the last run: {machine}. Compare ratios, not absolute times.\n\n"
         )
         file.write_text(text + figures.markdown(), encoding="utf-8")
         terminalreporter.write_line(f"written to {file}")
