@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any
 
@@ -48,6 +47,7 @@ class MissionClient:
         self.node = FlorenceNode(name, context=self._context)
         self._loop = SpinLoop(self._context)
         self._loop.add(self.node)
+        self._clients: dict[str, Any] = {}
         self.tree = ""
         self.state = RunState(state="IDLE")
         self.truth: Mapping[str, Any] = {}
@@ -97,22 +97,32 @@ class MissionClient:
             self._loop.spin_once(0.05)
         return True
 
-    def call(self, service_type: Any, name: str, request: Any, budget_s: float = ANSWER_BUDGET_S) -> Any:
+    def call(self, service_type: Any, name: str, request: Any, *, repeat: bool = False) -> Any:
         """Call a service and wait for the answer.
+
+        Args:
+            service_type: The service.
+            name: Its name.
+            request: The request.
+            repeat: Ask again when no answer comes, for questions that change nothing: the answer to a client
+                that is brand new can be lost, because the server may not know the way back to it yet.
 
         Raises:
             SystemNotThere: Nobody serves it.
             DeviceTimeout: It does not answer.
         """
-        with self._client(service_type, name) as client:
-            if not self.spin_until(client.service_is_ready, budget_s):
-                raise SystemNotThere(
-                    f"nobody serves {name}; is the system up? Start it with: florence up --sim"
-                )
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(service_type, name)
+        if not self.spin_until(client.service_is_ready, ANSWER_BUDGET_S):
+            raise SystemNotThere(f"nobody serves {name}; is the system up? Start it with: florence up --sim")
+        tries = 3 if repeat else 1
+        for _ in range(tries):
             future = client.call_async(request)
-            if not self.spin_until(future.done, budget_s):
-                raise DeviceTimeout(f"{name} did not answer within {budget_s:.0f} s")
-            return future.result()
+            if self.spin_until(future.done, ANSWER_BUDGET_S / tries):
+                return future.result()
+            client.remove_pending_request(future)
+        raise DeviceTimeout(f"{name} did not answer within {ANSWER_BUDGET_S:.0f} s")
 
     def missing(self) -> list[str]:
         """The servers that are not there yet, by name."""
@@ -125,7 +135,8 @@ class MissionClient:
         """Whether every server is there and the robot knows where it is."""
         if self.missing():
             return False
-        return bool(self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", GetXYPhi.Request()).valid)
+        question = GetXYPhi.Request()
+        return bool(self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True).valid)
 
     def run(
         self, mission: str, inputs: Mapping[str, str], *, caller: str, policy: str = "", priority: int = 0
@@ -143,9 +154,8 @@ class MissionClient:
 
     def status(self, run_id: str = "", *, colour: bool = False) -> Any:
         """The status of a run, or of the current or last one."""
-        return self.call(
-            MissionStatus, "florence_bt/status", MissionStatus.Request(run_id=run_id, colour=colour)
-        )
+        question = MissionStatus.Request(run_id=run_id, colour=colour)
+        return self.call(MissionStatus, "florence_bt/status", question, repeat=True)
 
     def stop(self, reason: str, run_id: str = "") -> Any:
         """Stop a run, or the current one."""
@@ -159,11 +169,3 @@ class MissionClient:
 
     def _on_truth(self, message: String) -> None:
         self.truth = json.loads(message.data)
-
-    @contextmanager
-    def _client(self, service_type: Any, name: str) -> Iterator[Any]:
-        client = self.node.create_client(service_type, name)
-        try:
-            yield client
-        finally:
-            self.node.destroy_client(client)

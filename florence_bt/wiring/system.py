@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
@@ -81,6 +84,22 @@ class System:
         self._supervisor.check()
 
     def _down(self) -> None:
-        # The mission process goes first: it cancels its goals while navigation can still stop the base.
-        self._supervisor.stop()
-        self.client.close()
+        """End everything, whatever the impatient press meanwhile: half of it would leave the base driving."""
+        with _deaf_to_signals():
+            # The mission process goes first: it cancels its goals while navigation can still stop the base.
+            self._supervisor.stop()
+            self.client.close()
+
+
+@contextmanager
+def _deaf_to_signals() -> Iterator[None]:
+    """Ignore Ctrl-C and SIGTERM for a while; signals belong to the main thread, others are deaf anyway."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

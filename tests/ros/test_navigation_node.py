@@ -110,7 +110,8 @@ class Scene:
         initial = {"initial_x": START.x + 0.1, "initial_y": START.y, "initial_yaw": 0.05}
         self.ros.add(LocaliserNode(parameters={**initial, **SIMULATED}))
         self.navigation = self.ros.add(NavigationNode(parameters=SIMULATED))
-        self.play_until(lambda: self.poses.server_is_ready() and self.spins.server_is_ready())
+        self.ros.spin_until(lambda: self.poses.server_is_ready() and self.spins.server_is_ready())
+        self.ros.spin_until(lambda: self.navigation.has_map, what="the map")
         self.play_until(lambda: self.robot.frames.buffer.latest_stamp("odom"))
 
     def send(self, client: ActionClient, goal: Any, **options: Any) -> Any:

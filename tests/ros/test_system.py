@@ -133,12 +133,14 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
 
+    clients = {}
+
     def call(service_type, name, request=None):
-        client = node.create_client(service_type, name)
+        client = clients.get(name) or clients.setdefault(name, node.create_client(service_type, name))
         assert client.wait_for_service(30.0), name
         future = client.call_async(request or service_type.Request())
         executor.spin_until_future_complete(future, 30.0)
-        node.destroy_client(client)
+        assert future.done(), f"{name} did not answer"
         return future.result()
 
     def state():

@@ -118,6 +118,11 @@ class NavigationNode(FlorenceNode):
 
     # What the robot is told.
 
+    @property
+    def has_map(self) -> bool:
+        """Whether the map has come; before that, goals are refused."""
+        return self._navigator is not None
+
     def _on_map(self, message: OccupancyGridMsg) -> None:
         if self._navigator is not None and self._navigator.active:
             self._velocity.publish(twist_to_ros(STANDSTILL))
@@ -283,8 +288,11 @@ class NavigationNode(FlorenceNode):
         owner, self._owner = self._owner, None
         if owner is not None:
             self._finish_server(owner, result)
-        log = self.get_logger().info if result.succeeded else self.get_logger().warning
-        log(f"goal {result.outcome.value}" + (f" ({result.code}): {result.reason}" if result.reason else ""))
+        # One line of code each: rclpy refuses another severity from the same line.
+        if result.succeeded:
+            self.get_logger().info("goal succeeded")
+        else:
+            self.get_logger().warning(f"goal {result.outcome.value} ({result.code}): {result.reason}")
 
     def _finish_server(self, server: SingleGoalServer, result: Result) -> None:
         if server is self._poses:
