@@ -62,6 +62,12 @@ SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random gene
 SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second aimed at.")]
 
 
+FolderOption = Annotated[
+    list[Path] | None,
+    typer.Option("--missions", help="More folders of missions; later ones shadow earlier ones."),
+]
+
+
 @app.command(epilog=f"Example: florence demo --person kitchen --seed 3\n\n{EXIT_CODES}")
 def demo(
     person: PersonOption = None,
@@ -97,6 +103,7 @@ def up(
     ] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
+    folders: FolderOption = None,
     person: PersonOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
@@ -116,6 +123,7 @@ def up(
                 config_file=str(robot.absolute()) if robot else None,
                 map_file=str(map_file.absolute()) if map_file else None,
                 hotspots_file=str(hotspots.absolute()) if hotspots else None,
+                mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
                 person=person,
                 seed=seed,
                 speed=speed,
@@ -194,13 +202,9 @@ def stop(
         raise typer.Exit(OK if success else FAILED)
 
 
-FolderOption = Annotated[
-    list[Path] | None,
-    typer.Option("--missions", help="More folders of missions; later ones shadow earlier ones."),
-]
+app.command(epilog=f"Example: florence missions\n\n{EXIT_CODES}")
 
 
-@app.command(epilog=f"Example: florence missions\n\n{EXIT_CODES}")
 def missions(folders: FolderOption = None) -> None:
     """List the missions of this installation with their inputs."""
     with _errors_to_exit_codes():

@@ -1,4 +1,5 @@
-"""Sets up the folder ``.venv``: the pinned dependencies, Florence itself and its interface packages.
+"""Sets up the folder ``.venv``: the pinned dependencies, Florence itself, its interface packages and
+compiled hot loops.
 
 Runs on a bare Python 3.11 or 3.12 (standard library only) and is called by the Makefile::
 
@@ -21,7 +22,7 @@ if sys.version_info < (3, 11):  # noqa: UP036 (it may be run by any Python)
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from setup_steps import dependencies, interfaces, machine
+from setup_steps import dependencies, interfaces, kernels, machine
 from setup_steps.progress import Log, StepFailed
 
 
@@ -29,7 +30,12 @@ def set_up() -> None:
     """Bring ``.venv`` up to date."""
     machine.check()
     log = Log(machine.STATE / "setup.log")
-    steps = [*dependencies.steps(log), *interfaces.steps(log), dependencies.florence_step(log)]
+    steps = [
+        *dependencies.steps(log),
+        *interfaces.steps(log),
+        dependencies.florence_step(log),
+        kernels.step(log),
+    ]
     done = [log.progress(number, len(steps), step) for number, step in enumerate(steps, 1)]
     if any(done):
         print(f"ready: {machine.VENV.name}/bin/florence --help", flush=True)

@@ -28,6 +28,7 @@ class BringUp:
         start: Pose of the robot at the start in the map frame, None for the flat's own.
         seed: Start of every random generator.
         speed: Simulated seconds per wall second aimed at.
+        mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
         runs_folder: Where the folders of the runs go; None puts them into ``folder``.
     """
 
@@ -41,6 +42,7 @@ class BringUp:
     start: tuple[float, float, float] | None = None
     seed: int = 0
     speed: float = 1.0
+    mission_folders: tuple[str, ...] = ()
     runs_folder: str | None = None
 
     def __post_init__(self) -> None:
@@ -73,4 +75,5 @@ class BringUp:
         values = json.loads(file.read_text(encoding="utf-8"))
         if values["start"] is not None:
             values["start"] = tuple(values["start"])
+        values["mission_folders"] = tuple(values["mission_folders"])
         return BringUp(**values)

@@ -8,6 +8,7 @@ from florence_bt.core.paths import find_data
 from florence_bt.simulation.flat import load_flat
 from florence_bt.skills.locate.hotspots import load_hotspots
 from florence_bt.skills.serve_map.map_file import load_map
+from florence_bt.trees.loader import MissionLibrary
 from florence_bt.wiring.config import load_config, refuse_unknown_nodes
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.simulated import people_at_home
@@ -25,6 +26,7 @@ def check_options(options: BringUp) -> None:
     known = {node for nodes in NODES.values() for node in nodes}
     refuse_unknown_nodes(load_config(file), known, str(file))
     load_map(options.map_file or find_data("maps", "flat.yaml"))
+    MissionLibrary.load([Path(folder) for folder in options.mission_folders])
     load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
     if options.simulated:
         people_at_home(load_flat(), options)

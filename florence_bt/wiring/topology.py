@@ -185,7 +185,11 @@ def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.wiring.pictures import draw_in_background
     from florence_bt.wiring.skills_ros import make_skills
 
-    parameters = settings.of("florence_bt", runs_folder=str(settings.options.runs))
+    parameters = settings.of(
+        "florence_bt",
+        runs_folder=str(settings.options.runs),
+        mission_folders=settings.options.mission_folders or None,
+    )
     return [
         partial(
             MissionNode,
