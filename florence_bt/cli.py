@@ -202,9 +202,7 @@ def stop(
         raise typer.Exit(OK if success else FAILED)
 
 
-app.command(epilog=f"Example: florence missions\n\n{EXIT_CODES}")
-
-
+@app.command(epilog=f"Example: florence missions\n\n{EXIT_CODES}")
 def missions(folders: FolderOption = None) -> None:
     """List the missions of this installation with their inputs."""
     with _errors_to_exit_codes():

@@ -105,12 +105,6 @@ class TreeContext:
         entry.run.cancel()
         self.poll(entry)
 
-    def unfinished(self) -> bool:
-        """Look at every kept run, drop those that ended, and say whether any is left."""
-        for entry in tuple(self.runs):
-            self.poll(entry)
-        return bool(self.runs)
-
     def _on_change(self, entry: OpenRun) -> None:
         if entry.left:
             self.poll(entry)

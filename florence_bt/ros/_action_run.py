@@ -125,6 +125,7 @@ class ActionRun:
             self._seen = self._clock.now()
             self._look = self._clock.call_at(self._seen + WATCH_PERIOD_S, self._watch)
         self._handle(Event.ACCEPTED)
+        self.set_feedback(f"running {self._label}")
 
     def rejected(self) -> None:
         """The server refused the goal."""

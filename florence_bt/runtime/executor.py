@@ -9,15 +9,17 @@ from __future__ import annotations
 import traceback
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import py_trees
 from py_trees.common import Status
 
+from florence_bt.behaviours.composites import CLEANUP
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.why import Why, explain
-from florence_bt.core.clock import Clock
+from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Result
@@ -32,6 +34,9 @@ from florence_bt.trees.loader import MissionLibrary
 
 MAX_TICKS_AT_ONE_MOMENT = 1000
 """A tree that wakes itself more often without time passing is broken and is failed."""
+END_LIMIT_S = 15.0
+"""How long skills may take to report their end after their run has ended; longer than a skill's own limit for
+the answer to a cancel. A clean-up has all the time that its own skills have."""
 
 
 class RequestRefused(FlorenceError):
@@ -81,6 +86,7 @@ class Executor:
         self._tree: CompiledTree | None = None
         self._known: dict[Any, Status] = {}
         self._end: tuple[RunStatus, Why | None] | None = None
+        self._end_limit: Timer | None = None
         self._wake_asked = False
         self._ticks_now = 0
         self._ticks_moment = -1.0
@@ -98,7 +104,8 @@ class Executor:
             The new run, running or queued. Its first tick comes right after this call, not inside it.
 
         Raises:
-            ConfigError: Unknown mission or bad inputs; the message says what would have worked.
+            ConfigError: Unknown mission, one with errors, or bad inputs; the message says what would have
+                worked.
             RequestRefused: Another mission runs, or triggers are blocked.
         """
         mission = self.library.get(request.mission)
@@ -107,8 +114,10 @@ class Executor:
         if decision.verdict is Verdict.REJECT:
             raise RequestRefused(decision.reason)
         run = MissionRun(self._run_ids.next(request.mission), request, inputs)
+        # A run that has to wait is built once more when its turn comes: what is wrong is said to the caller.
+        prepared = self._prepare(run)
         if self.current is None:
-            self._begin(run)
+            self._begin(run, *prepared)
             return run
         if decision.verdict is Verdict.PREEMPT:
             self._waiting.appendleft(run)
@@ -146,6 +155,14 @@ class Executor:
             self._close(self._waiting.popleft(), RunStatus.STOPPED, Why("queue", "stopped", reason))
         self.stop(reason)
 
+    def abandon(self, reason: str) -> None:
+        """Stop everything and do not wait for the ends of the skills: for the end of the process."""
+        self.stop_all(reason)
+        run = self.current
+        if run is not None:
+            assert self._context is not None
+            self._end_anyway(run, [entry.skill for entry in self._context.runs])
+
     def find(self, run_id: str | None = None) -> MissionRun | None:
         """The run with this id among the current, the queued and the last one; without an id the current
         run or else the last one.
@@ -175,13 +192,9 @@ class Executor:
             self._wake_asked = True
             self._call_soon(self._on_wake)
 
-    def _begin(self, run: MissionRun) -> None:
-        self.current = run
-        run.status = RunStatus.RUNNING
-        run.started = self._clock.now()
-        self._known = {}
-        self._end = None
-        self._context = TreeContext(
+    def _prepare(self, run: MissionRun) -> tuple[TreeContext, CompiledTree]:
+        """Build what a run works with; starts nothing."""
+        context = TreeContext(
             clock=self._clock,
             keys=KeyStore(),
             wake=self.wake,
@@ -192,7 +205,15 @@ class Executor:
             ),
             on_skill_ended=lambda path, skill, result: self._on_skill_ended(run, path, skill, result),
         )
-        self._tree = compile_mission(self.library.get(run.mission), self.library, run.inputs, self._context)
+        return context, compile_mission(self.library.get(run.mission), self.library, run.inputs, context)
+
+    def _begin(self, run: MissionRun, context: TreeContext, tree: CompiledTree) -> None:
+        self.current = run
+        run.status = RunStatus.RUNNING
+        run.started = self._clock.now()
+        self._known = {}
+        self._end = None
+        self._context, self._tree = context, tree
         self._emit(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
         self.wake()
 
@@ -218,8 +239,7 @@ class Executor:
             root.tick_once()
         except Exception as error:
             # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
-            detail = "".join(traceback.format_exception(error))
-            self._emit(run, EventKind.BROKEN, detail=detail)
+            self._emit_broken(run, error)
             why = Why(root.name, "internal_error", f"{type(error).__name__}: {error}")
             self._end_tree(RunStatus.FAILED, why)
             return
@@ -249,21 +269,68 @@ class Executor:
         run.tree = ascii_tree(tree.root, colour=False, visited_only=False)
         run.status = RunStatus.ENDING
         self._end = (status, why)
-        tree.root.stop(Status.INVALID)
+        self._limit_end(run)
+        try:
+            tree.root.stop(Status.INVALID)
+        except Exception as error:
+            # As in a tick; the other skills are still waited for.
+            self._emit_broken(run, error)
         self.wake()
+
+    def _limit_end(self, run: MissionRun) -> None:
+        self._end_limit = self._clock.call_at(self._clock.now() + END_LIMIT_S, lambda: self._end_late(run))
 
     def _finish_if_drained(self, run: MissionRun) -> None:
         """A run is over when every skill it started has ended too: no goal is left behind."""
-        assert self._context is not None and self._end is not None
-        if self._context.unfinished():
+        assert self._end is not None
+        if not self._open_skills(run):
+            self._finish(run, *self._end)
+
+    def _open_skills(self, run: MissionRun) -> list[str]:
+        """The names of the skills that have not reported their end; one that breaks when asked is over."""
+        context = self._context
+        assert context is not None
+        for entry in tuple(context.runs):
+            try:
+                context.poll(entry)
+            except Exception as error:
+                context.runs.remove(entry)
+                self._emit_broken(run, error)
+        return [entry.skill for entry in context.runs]
+
+    def _end_late(self, run: MissionRun) -> None:
+        """The skills had their time."""
+        if run is not self.current:
             return
+        skills = self._open_skills(run)
+        if CLEANUP in skills:
+            self._limit_end(run)
+        else:
+            self._end_anyway(run, skills)
+
+    def _end_anyway(self, run: MissionRun, skills: list[str]) -> None:
+        """End a run although some skills have not reported their end; the reason names them."""
+        assert self._end is not None
         status, why = self._end
+        if skills:
+            silent = f"not known to have ended: {', '.join(dict.fromkeys(skills))}"
+            if status is RunStatus.SUCCEEDED:
+                status, why = RunStatus.FAILED, Why(run.mission, "timed_out", silent)
+            elif why is not None:
+                why = replace(why, reason=f"{why.reason}; {silent}")
+        self._finish(run, status, why)
+
+    def _finish(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
+        if self._end_limit is not None:
+            self._end_limit.cancel()
+            self._end_limit = None
         self._context = self._tree = None
         self.current = None
         self.last = run
         self._close(run, status, why)
         if self._waiting and self.current is None:
-            self._begin(self._waiting.popleft())
+            waiting = self._waiting.popleft()
+            self._begin(waiting, *self._prepare(waiting))
 
     def _close(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
         run.status = status
@@ -301,7 +368,12 @@ class Executor:
         # In a run that is ending, the last skill's end is what the executor waits for.
         self.wake()
 
+    def _emit_broken(self, run: MissionRun, error: Exception) -> None:
+        self._emit(run, EventKind.BROKEN, detail="".join(traceback.format_exception(error)))
+
     def _emit(self, run: MissionRun, kind: EventKind, **data: Any) -> None:
+        if run.status.final and kind is not EventKind.ENDED:
+            return  # a skill that reports its end after its run was closed without it
         event = Event(self._clock.now(), run.run_id, kind, data)
         for listener in tuple(self._listeners):
             listener(run, event)

@@ -30,9 +30,11 @@ from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.tf import TransformListener
 from florence_bt.runtime.events import Event, EventKind
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.recorder import RunRecord, RunRecorder
+from florence_bt.runtime.recorder import RunRecord, RunRecorder, read_record
 from florence_bt.runtime.run import MissionRun, Policy, Request, RunIds, RunStatus
 from florence_bt.runtime.status import RUN_STATES, status_text
+from florence_bt.trees.findings import ERROR, has_errors
+from florence_bt.trees.kinds import IDENTIFIER
 from florence_bt.trees.lint import check
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.report import report_text
@@ -84,8 +86,15 @@ class MissionNode(FlorenceNode):
             RunIds(datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")),
             call_soon=self.call_soon,
         )
+        self._on_recorded = on_recorded
+        self._runs_folder = Path(self._settings.runs_folder)
         recorder = RunRecorder(
-            self._missions, Path(self._settings.runs_folder), self.timebase, self._robot_pose, on_recorded
+            self._missions,
+            self._runs_folder,
+            self.timebase,
+            self._robot_pose,
+            self._recorded,
+            on_trouble=self.get_logger().error,
         )
         self.on_close(recorder.close)
         self._missions.add_listener(self._on_event)
@@ -95,12 +104,14 @@ class MissionNode(FlorenceNode):
         self._told_tree = ""
         self._run_of_action: str | None = None
         self._create_services()
+        self._tell_findings()
         self._state_topic.publish(RunState(state="IDLE"))
 
     def close(self) -> None:
-        """Stop what runs; the skills' cancels go out before the node is destroyed."""
+        """Stop what runs; the skills' cancels go out, their answers would come too late."""
+        self._on_recorded = None
         self._missions.blocked_by = "the mission server is shutting down"
-        self._missions.stop_all("the mission server is shutting down")
+        self._missions.abandon("the mission server is shutting down")
 
     # ---- services -------------------------------------------------------------------------------------
 
@@ -117,13 +128,18 @@ class MissionNode(FlorenceNode):
             on_goal=self._on_action_goal,
             on_cancel=self._on_action_cancel,
         )
-        for mission in self._missions.library.missions():
-            if not mission.required_inputs():
-                self.create_service(
-                    Trigger,
-                    f"florence_bt/missions/{mission.name}",
-                    partial(self._on_trigger, mission.name),
-                )
+        for name in self._missions.library.names():
+            # The name of a file with errors may be no name for a service.
+            if IDENTIFIER.fullmatch(name) and not self._missions.library.get(name).required_inputs():
+                self.create_service(Trigger, f"florence_bt/missions/{name}", partial(self._on_trigger, name))
+
+    def _tell_findings(self) -> None:
+        """Say which missions cannot run; the others can."""
+        library = self._missions.library
+        findings = [*library.findings, *check(library, library, self._declarations)]
+        for finding in findings:
+            if finding.severity == ERROR:
+                self.get_logger().error(report_text([finding]))
 
     def _on_run_mission(
         self, request: RunMission.Request, response: RunMission.Response
@@ -163,10 +179,7 @@ class MissionNode(FlorenceNode):
     ) -> MissionStatus.Response:
         run = self._missions.find(request.run_id or None)
         if run is None:
-            response.tree = (
-                f"no run {request.run_id!r} is known here" if request.run_id else "no mission has run yet"
-            )
-            return response
+            return self._past_status(request.run_id, response)
         response.found = True
         response.run_id, response.mission = run.run_id, run.mission
         response.state, response.code, response.reason = run.status.value, run.code, run.reason
@@ -174,12 +187,26 @@ class MissionNode(FlorenceNode):
         response.tree = status_text(run, tree, self.timebase.now())
         return response
 
+    def _past_status(self, run_id: str, response: MissionStatus.Response) -> MissionStatus.Response:
+        """The status of a run that is neither running, waiting nor the last one: what its record says."""
+        past = read_record(self._runs_folder, run_id)
+        if past is not None:
+            response.found = True
+            response.run_id, response.mission = past.run_id, past.mission
+            response.state, response.code, response.reason = past.status, past.code, past.reason
+            response.tree = past.text
+        elif run_id:
+            response.tree = f"no run {run_id!r} is known here, nor recorded in {self._runs_folder}"
+        else:
+            response.tree = "no mission has run yet"
+        return response
+
     def _on_list(
         self, request: ListMissions.Request, response: ListMissions.Response
     ) -> ListMissions.Response:
-        missions = list(self._missions.library.missions())
-        response.names = [mission.name for mission in missions]
-        response.descriptions = [mission.description for mission in missions]
+        library = self._missions.library
+        response.names = library.names()
+        response.descriptions = [library.get(name).description for name in response.names]
         return response
 
     def _on_check(
@@ -190,14 +217,19 @@ class MissionNode(FlorenceNode):
         except ConfigError as error:
             response.report = str(error)
             return response
-        findings = check([mission], self._missions.library, self._declarations, None)
-        response.ok = not any(finding.severity == "error" for finding in findings)
+        findings = check(mission, self._missions.library, self._declarations)
+        response.ok = not has_errors(findings)
         response.report = report_text(findings) if findings else f"{mission.name}: no problem found"
         return response
 
     # ---- the action -----------------------------------------------------------------------------------
 
     def _on_action_goal(self, goal: ExecuteMission.Goal) -> str | None:
+        older = self._run_of_action
+        if older is not None and goal.policy == Policy.QUEUE.value:
+            return (
+                f"this action has one goal at a time, now {older}; to queue more use the service run_mission"
+            )
         accepted, run_id, message = self._start(
             goal.mission,
             goal.input_names,
@@ -209,6 +241,9 @@ class MissionNode(FlorenceNode):
         if not accepted:
             return message
         self._run_of_action = run_id
+        if older is not None:
+            # It may still wait in the queue; its client is told that it was replaced.
+            self._missions.stop(f"replaced by {run_id}, a newer goal of the action", older)
         return None
 
     def _on_action_cancel(self) -> None:
@@ -243,7 +278,10 @@ class MissionNode(FlorenceNode):
         return True, run.run_id, f"{mission} {word}"
 
     def _on_event(self, run: MissionRun, event: Event) -> None:
-        if event.kind in (EventKind.STARTED, EventKind.QUEUED):
+        if self._missions.current not in (None, run):
+            if event.kind in (EventKind.QUEUED, EventKind.ENDED):
+                self._on_event_in_queue(run, event)
+        elif event.kind is EventKind.STARTED:
             self._told_tree = ""
             self._publish_state(run)
         elif event.kind is EventKind.BROKEN:
@@ -255,6 +293,21 @@ class MissionNode(FlorenceNode):
             self._forget_transforms()
             if run.run_id == self._run_of_action:
                 self._finish_action(run)
+
+    def _on_event_in_queue(self, run: MissionRun, event: Event) -> None:
+        """A run came into the queue or left it unserved; the last word stays with the current run."""
+        self._publish_state(run)
+        current = self._missions.current
+        assert current is not None
+        self._publish_state(current)
+        if event.kind is EventKind.ENDED:
+            self.get_logger().info(f"{run.run_id} {run.status.value} in the queue: {run.reason}")
+            if run.run_id == self._run_of_action:
+                self._finish_action(run)
+
+    def _recorded(self, record: RunRecord) -> None:
+        if self._on_recorded is not None:
+            self._on_recorded(record)
 
     def _publish_state(self, run: MissionRun) -> None:
         self._state_topic.publish(

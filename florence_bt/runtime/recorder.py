@@ -2,10 +2,12 @@
 
 ``<runs>/<run id>/journal.jsonl`` has one event a line, flushed as it happens; ``tree.txt`` the final tree
 with the reason; ``result.json`` the end and what was measured on the way; pictures are drawn from that file.
+:func:`read_record` reads the end back.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,6 +25,27 @@ PATH_PERIOD_S = 0.2
 """How often the robot's position is noted while a mission runs."""
 
 LOOK_SKILL = "look_for_user"
+
+
+@dataclass(frozen=True, slots=True)
+class PastRun:
+    """The end of a run as its folder tells it.
+
+    Attributes:
+        run_id: Its name.
+        mission: What ran.
+        status: How it ended, a name of :class:`RunStatus`.
+        code: The short code of the end.
+        reason: The reason of the end, empty after success.
+        text: Head line, final tree and reason.
+    """
+
+    run_id: str
+    mission: str
+    status: str
+    code: str
+    reason: str
+    text: str
 
 
 @dataclass
@@ -45,12 +68,16 @@ class RunRecord:
 class RunRecorder:
     """Listens to an executor and keeps a folder per run.
 
+    A folder that cannot be written to, or a full disk, stops no mission: the rest of that run is not
+    recorded, which is told once.
+
     Args:
         executor: Whose runs are recorded.
         runs_folder: Parent of the runs' folders; made when needed.
         clock: Times the notes of the path.
         robot_pose: Where the robot is now in the map frame, None when unknown.
         on_recorded: Called with the record when all its files are written.
+        on_trouble: Told in one sentence that a run cannot be recorded; without it the error is raised.
     """
 
     def __init__(
@@ -60,13 +87,16 @@ class RunRecorder:
         clock: Clock,
         robot_pose: Callable[[], Pose2 | None],
         on_recorded: Callable[[RunRecord], None] | None = None,
+        on_trouble: Callable[[str], None] | None = None,
     ) -> None:
         self._executor = executor
         self._runs_folder = runs_folder
         self._clock = clock
         self._robot_pose = robot_pose
         self._on_recorded = on_recorded
+        self._on_trouble = on_trouble
         self._open: dict[str, tuple[RunRecord, IO[str]]] = {}
+        self._given_up: str | None = None
         self._timer: Timer | None = None
         self._closed = False
         executor.add_listener(self._on_event)
@@ -78,16 +108,36 @@ class RunRecorder:
     def close(self) -> None:
         """Close the journals of runs that have not ended; what happened so far is in them."""
         for _, journal in self._open.values():
-            journal.close()
+            _close_quietly(journal)
         self._open.clear()
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._stop_timer()
         self._closed = True
 
     def _on_event(self, run: MissionRun, event: Event) -> None:
-        if self._closed:
+        if self._closed or self._given_up == run.run_id:
             return
+        try:
+            self._record(run, event)
+        except OSError as error:
+            if self._on_trouble is None:
+                raise
+            self._give_up(run)
+            self._on_trouble(f"the run {run.run_id} is not recorded any further: {error}")
+
+    def _give_up(self, run: MissionRun) -> None:
+        """Record nothing more of a run; the others go on, perhaps there is room again."""
+        self._given_up = run.run_id
+        if run.run_id in self._open:
+            _close_quietly(self._open.pop(run.run_id)[1])
+        if run is self._executor.current:
+            self._stop_timer()
+
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _record(self, run: MissionRun, event: Event) -> None:
         if run.run_id not in self._open:
             folder = self.folder_of(run.run_id)
             folder.mkdir(parents=True, exist_ok=True)
@@ -115,8 +165,7 @@ class RunRecorder:
 
     def _finish(self, run: MissionRun, record: RunRecord, journal: IO[str]) -> None:
         if run.started is not None and self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+            self._stop_timer()
             self._note_pose(record)
         journal.close()
         del self._open[run.run_id]
@@ -127,6 +176,35 @@ class RunRecorder:
         )
         if self._on_recorded is not None:
             self._on_recorded(record)
+
+
+def read_record(runs_folder: Path, run_id: str) -> PastRun | None:
+    """Read how a recorded run ended.
+
+    Args:
+        runs_folder: Parent of the runs' folders.
+        run_id: The run's name.
+
+    Returns:
+        Its end, None when no such run has been recorded to its end there.
+    """
+    if not run_id or Path(run_id).name != run_id:
+        return None
+    folder = runs_folder / run_id
+    try:
+        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        text = (folder / "tree.txt").read_text(encoding="utf-8").rstrip("\n")
+        return PastRun(
+            run_id, *(str(result[name]) for name in ("mission", "status", "code", "reason")), text=text
+        )
+    except (OSError, ValueError, TypeError, KeyError):
+        return None  # never recorded, or not to its end
+
+
+def _close_quietly(journal: IO[str]) -> None:
+    """Close a file whose last words may not fit on the disk; everything before them was flushed."""
+    with contextlib.suppress(OSError):
+        journal.close()
 
 
 def result_json(run: MissionRun, record: RunRecord) -> dict[str, Any]:

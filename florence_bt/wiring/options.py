@@ -63,10 +63,20 @@ class BringUp:
         return Pose2(*self.start) if self.start else None
 
     def write(self) -> Path:
-        """Write to ``options.json`` in the folder and return that file."""
+        """Write to ``options.json`` in the folder and return that file.
+
+        Raises:
+            ConfigError: The folder cannot be made or written to.
+        """
         file = Path(self.folder) / "options.json"
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise ConfigError(
+                f"the folder {self.folder!r} cannot be used: {error.strerror}",
+                valid=["a folder that can be written to, with --out"],
+            ) from error
         return file
 
     @staticmethod

@@ -5,27 +5,45 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.recorder import RunRecord
 
 PICTURE = "flat.png"
+FINISH_BUDGET_S = 4.0
+"""Wall seconds that pictures get to be finished when the system goes down."""
 
 
-def draw_in_background(map_file: Path, hotspots_file: Path, record: RunRecord) -> None:
-    """Start a process that draws the picture into the run's folder; the robot does not wait for it."""
-    subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "florence_bt.wiring.pictures",
-            str(map_file),
-            str(hotspots_file),
-            str(record.folder),
-        ],
-        stdin=subprocess.DEVNULL,
-    )
+class BackgroundPictures:
+    """Draws the pictures of runs in processes of their own, so that the robot does not wait for them.
+
+    Args:
+        map_file: The map (map_server YAML).
+        hotspots_file: The hotspots, for the labels.
+    """
+
+    def __init__(self, map_file: Path, hotspots_file: Path) -> None:
+        self._files = (str(map_file), str(hotspots_file))
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def draw(self, record: RunRecord) -> None:
+        """Begin to draw the picture of a run."""
+        self._processes = [process for process in self._processes if process.poll() is None]
+        command = [sys.executable, "-m", "florence_bt.wiring.pictures", *self._files, str(record.folder)]
+        self._processes.append(subprocess.Popen(command, stdin=subprocess.DEVNULL))
+
+    def close(self) -> None:
+        """Wait a little for the pictures that are being drawn; none is drawn after the end."""
+        end = time.monotonic() + FINISH_BUDGET_S
+        for process in self._processes:
+            try:
+                process.wait(max(end - time.monotonic(), 0.0))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._processes.clear()
 
 
 def draw_picture(map_file: Path, hotspots_file: Path, folder: Path) -> Path:

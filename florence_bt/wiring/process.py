@@ -1,8 +1,9 @@
-"""One process of a bring-up: ``python -m florence_bt.wiring.process GROUP OPTIONS``; see the supervisor."""
+"""One process of a bring-up: ``python -m florence_bt.wiring.process GROUP OPTIONS PARENT``; see the supervisor."""
 
 from __future__ import annotations
 
 import ctypes
+import os
 import signal
 import sys
 from pathlib import Path
@@ -15,18 +16,21 @@ PR_SET_PDEATHSIG = 1
 """prctl(2): the signal that the kernel sends when the parent process ends."""
 
 
-def main(group: str, options_file: Path) -> int:
+def main(group: str, options_file: Path, parent: int) -> int:
     """Run the nodes of one group until asked to end.
 
     Args:
-        group: A name of :data:`florence_bt.wiring.topology.GROUPS`.
+        group: A name of :data:`florence_bt.wiring.topology.NODES`.
         options_file: JSON file of a :class:`BringUp`.
+        parent: Process id of the supervisor.
 
     Returns:
         The exit code: 0 for an asked end, 1 for an error.
     """
     # Should the supervisor be killed, its children must not drive on alone.
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:
+        return 0  # it was killed before the kernel knew that we want to be told
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _end_before_start)
     # These imports take seconds; whoever ends the process meanwhile must not see a traceback.
@@ -45,4 +49,4 @@ def _end_before_start(number: int, frame: FrameType | None) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], Path(sys.argv[2])))
+    sys.exit(main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])))

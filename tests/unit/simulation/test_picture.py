@@ -1,11 +1,15 @@
 import sys
 from subprocess import run
 
+import pytest
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.build_map import laser_map
 from florence_bt.simulation.flat import load_flat
 from florence_bt.simulation.picture import draw_flat, draw_run
 from florence_bt.simulation.world import Contact
+
+pytestmark = pytest.mark.slow
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

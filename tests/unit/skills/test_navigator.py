@@ -90,6 +90,7 @@ class Trip:
         assert abs(angle_difference(self.world.pose.yaw, goal.yaw)) < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("start", "goal"),
     [
@@ -151,6 +152,7 @@ def test_somebody_closes_the_door() -> None:
     assert trip.world.pose.x < 3.9
 
 
+@pytest.mark.slow
 def test_somebody_stands_in_the_door_for_a_while() -> None:
     trip = Trip(Pose2(2.5, 2.4, 0.0))
 
@@ -298,6 +300,7 @@ def test_the_costmap_for_others() -> None:
     assert grid.cells[grid.cell_of(4.05, 1.0)] == 100
 
 
+@pytest.mark.slow
 def test_the_same_world_gives_the_same_commands() -> None:
     runs = []
     for _ in range(2):

@@ -172,6 +172,7 @@ def test_a_standing_person_is_where_it_stands(distance: float, yaw_deg: float) -
     assert found.distance == pytest.approx(math.hypot(distance, 0.1), abs=0.05)
 
 
+@pytest.mark.slow
 def test_the_position_has_hardly_a_bias() -> None:
     errors = []
     for distance in (1.0, 1.4, 2.0, 2.7, 3.5):
@@ -216,6 +217,7 @@ def test_furniture_is_not_a_person(furniture: list[Post | Box], shift: float) ->
     assert people(moved) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", range(0, 90, 15))
 @pytest.mark.parametrize("size", [0.25, 0.4, 0.6])
 @pytest.mark.parametrize("height", [1.3, 1.8, 2.4])

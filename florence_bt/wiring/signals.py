@@ -1,0 +1,70 @@
+"""What Ctrl-C and its kin do while the system goes up, runs and goes down: nothing is left half done.
+
+Python runs signal handlers in the main thread only; on other threads all of this does nothing.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Ctrl-C, a plain ``kill``, and a terminal that was closed."""
+
+
+@contextmanager
+def all_like_ctrl_c() -> Iterator[None]:
+    """Let every signal that asks for the end raise KeyboardInterrupt; one that is ignored stays so."""
+    with _handlers({number: _interrupt for number in ENDING if not _is_ignored(number)}):
+        yield
+
+
+@contextmanager
+def deaf() -> Iterator[None]:
+    """Ignore the signals for a while."""
+    with _handlers(dict.fromkeys(ENDING, signal.SIG_IGN)):
+        yield
+
+
+@contextmanager
+def held_back() -> Iterator[Callable[[], bool]]:
+    """Deliver the signals only when the block is over.
+
+    Needed where an exception must not break in: between the start of a process and the note of it, and in
+    callbacks that C++ code calls, which would end the process.
+
+    Yields:
+        A function that says whether a signal came.
+    """
+    came: list[int] = []
+    try:
+        with _handlers({number: lambda n, _: came.append(n) for number in ENDING if not _is_ignored(number)}):
+            yield lambda: bool(came)
+    finally:
+        if came:
+            signal.raise_signal(came[0])
+
+
+@contextmanager
+def _handlers(wanted: Mapping[signal.Signals, Any]) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, handler) for number, handler in wanted.items()}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _is_ignored(number: signal.Signals) -> bool:
+    return signal.getsignal(number) is signal.SIG_IGN
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
