@@ -10,7 +10,8 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.core.errors import ConfigError, DeviceError, FlorenceError
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.wiring.signals import all_like_ctrl_c
 
 OK, FAILED, USAGE, NOT_THERE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT_CODES = (
@@ -32,21 +33,20 @@ app = typer.Typer(
 def _errors_to_exit_codes() -> Iterator[None]:
     """Turn the errors of Florence into one clear line and an exit code."""
     try:
-        yield
+        with all_like_ctrl_c():
+            yield
     except ConfigError as error:
         _fail(str(error), USAGE)
-    except DeviceError as error:
-        _fail(str(error), NOT_THERE)
     except FlorenceError as error:
         _fail(str(error), NOT_THERE)
     except ModuleNotFoundError as error:
         _fail(
             f"this verb needs the package {error.name!r}, which is not installed; "
-            "in a checkout run `make setup`, else `pip install 'florence-bt[robot,sim,ros]'`",
+            "run `make setup` in a checkout, or build a ROS workspace with colcon (CONTRIBUTING.md)",
             USAGE,
         )
     except KeyboardInterrupt:
-        _fail("interrupted; everything was stopped", INTERRUPTED)
+        _fail("interrupted", INTERRUPTED)
 
 
 def _fail(message: str, code: int) -> None:
@@ -207,11 +207,15 @@ def missions(folders: FolderOption = None) -> None:
     """List the missions of this installation with their inputs."""
     with _errors_to_exit_codes():
         from florence_bt.trees.loader import MissionLibrary
+        from florence_bt.trees.report import report_text
 
-        for mission in MissionLibrary.load(folders or []).missions():
+        library = MissionLibrary.load(folders or [])
+        for mission in library.missions():
             typer.echo(f"{mission.name:<16} {mission.description}")
             for name, port in mission.inputs.items():
                 typer.echo(f"{'':<16}   {name}: {port.kind.value}{' (required)' if port.required else ''}")
+        for finding in library.findings:
+            typer.echo(report_text([finding]), err=True)
 
 
 @app.command(epilog=f"Example: florence check my_mission.yaml\n\n{EXIT_CODES}")

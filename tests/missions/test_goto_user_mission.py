@@ -72,6 +72,27 @@ def test_nobody_is_found(stage):
     assert run.calls("set_user_position") == []
 
 
+def test_in_the_room_already_it_looks_from_where_it_stands(stage):
+    run = stage("goto_user", robot_in_room=[Step()])
+    assert run.run() is Status.SUCCESS
+    assert {"goal": HOTSPOT} not in run.calls("navigate_to")
+
+
+def test_who_is_not_seen_from_there_is_looked_for_from_the_hotspot(stage):
+    found = Step(success(user=USER, distance=2.0, user_id=1), after=1.0)
+    run = stage("goto_user", robot_in_room=[Step()], look_for_user=[NOBODY] * 8 + [found])
+    assert run.run() is Status.SUCCESS
+    assert run.calls("navigate_to")[0] == {"goal": HOTSPOT}
+    assert len(run.calls("look_for_user")) == 9
+
+
+def test_nobody_is_found_from_either_place(stage):
+    run = stage("goto_user", robot_in_room=[Step()], look_for_user=[NOBODY])
+    assert run.run() is Status.FAILURE
+    assert run.why().reason == "no user seen in 8 of 8 looks"
+    assert len(run.calls("look_for_user")) == 16
+
+
 def test_the_approach_fails_three_times(stage):
     no_path = Step(failure("no_path", "no way leads there"), after=1.0)
     run = stage("goto_user", robot_in_room=[Step()], navigate_to=[no_path])
@@ -105,19 +126,19 @@ def test_the_dump_of_a_running_mission(stage):
         == """\
 [>] goto_user (sequence)
     [+] get user room
-    [+] be in the room of the user (selector)
-        [+] drive to the room (sequence)
+    [>] find the user (selector)
+        [>] search from the hotspot of the room (sequence)
             [+] get hotspot
             [+] navigate to
-    [>] run detect_user
-        [>] search in a circle (finally)
-            [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody was there
-                [>] turn and look (sequence)
-                    [+] stop tracker
-                    [+] turn
-                    [+] settle
-                    [+] start tracker
-                    [>] look for user"""
+            [>] run detect_user
+                [>] search in a circle (finally)
+                    [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody was there
+                        [>] turn and look (sequence)
+                            [+] stop tracker
+                            [+] turn
+                            [+] settle
+                            [+] start tracker
+                            [>] look for user"""
     )
 
 

@@ -20,6 +20,8 @@ from florence_bt.skills.navigate.clearance import Clearance
 from florence_bt.skills.navigate.controller_parameters import ControllerParameters
 from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters, cost_at_distance
 
+_SMALLEST_WAY_M = 0.02
+_BLOCKED_YAW_TOLERANCE = 0.15
 _PASSED_TOLERANCES = 1.6
 """Once reached, the position stays so until it is off by this many tolerances."""
 
@@ -144,11 +146,20 @@ class Controller:
         if abs(bearing) > 0.35:
             turn = self._turn(bearing, clearance)
             return Control(turn, distance, text=text) if turn is not None else None
-        if not clearance.is_free(distance, bearing):
+        way = distance * clearance.free_part(distance, bearing)
+        if distance - way > p.blocked_xy_tolerance:
             return None
-        linear = min(p.max_vel_x, max(min(p.min_vel_x, 0.05), p.approach_gain * distance))
+        if way < distance and way < _SMALLEST_WAY_M:
+            return self._stop_before(pose, goal, distance)
+        linear = min(p.max_vel_x, max(min(p.min_vel_x, 0.05), p.approach_gain * way))
         angular = max(-p.max_rotational_vel, min(p.max_rotational_vel, p.turn_gain * bearing))
         return Control(Twist2(linear * math.cos(bearing) ** 2, angular), distance, text=text)
+
+    def _stop_before(self, pose: Pose2, goal: Pose2, distance: float) -> Control:
+        """Something stands right before the goal: near enough when the heading is right."""
+        if abs(normalize_angle(goal.yaw - pose.yaw)) <= _BLOCKED_YAW_TOLERANCE:
+            return Control(STANDSTILL, distance, reached=True, text="as near as something lets it")
+        return Control(STANDSTILL, distance, blocked="something stands right before the goal")
 
     def _turn(self, left: float, clearance: Clearance) -> Twist2 | None:
         """Turn in place by an angle, the other way round when the short way is blocked."""

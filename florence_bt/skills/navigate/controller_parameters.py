@@ -34,6 +34,8 @@ class ControllerParameters:
         turn_gain: Turning speed per angle, 1/s.
         xy_goal_tolerance: Metres.
         yaw_goal_tolerance: Radians.
+        blocked_xy_tolerance: When something stands right before the goal, this near (m) with the right
+            heading is near enough; the document's own tolerance is 0.25 m.
         trans_stopped_velocity: m/s; slower counts as standing.
         rot_stopped_velocity: rad/s; slower counts as standing.
     """
@@ -60,6 +62,7 @@ class ControllerParameters:
     turn_gain: float = 1.5
     xy_goal_tolerance: float = 0.05
     yaw_goal_tolerance: float = 0.08
+    blocked_xy_tolerance: float = 0.12
     trans_stopped_velocity: float = 0.02
     rot_stopped_velocity: float = 0.04
 
@@ -69,7 +72,8 @@ class ControllerParameters:
         Raises:
             ConfigError: A number is outside its range.
         """
-        not_positive = {"path_distance_bias", "goal_distance_bias", "occdist_scale", "approach_distance"}
+        not_positive = {"path_distance_bias", "goal_distance_bias", "occdist_scale"}
+        not_positive |= {"approach_distance", "blocked_xy_tolerance"}
         for name in self.__dataclass_fields__:
             value = getattr(self, name)
             low_ok = value >= 0.0 if name in not_positive else value > 0.0

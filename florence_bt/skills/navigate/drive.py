@@ -14,9 +14,10 @@ from florence_bt.skills.navigate._cells import INSCRIBED, UNKNOWN_COST, Cells
 from florence_bt.skills.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigate.controller import Control, Controller
 from florence_bt.skills.navigate.costmap import Costmap
-from florence_bt.skills.navigate.planner import plan_path
+from florence_bt.skills.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigate.recovery import REMEDIES, BackUp, ProgressWatch, Remedy
 from florence_bt.skills.navigate.results import SERVER_CODES
+from florence_bt.skills.navigate.staging import staging_pose
 from florence_bt.skills.navigate.step import Feedback, NavigatorParameters
 from florence_bt.skills.navigate.turning import Turn
 
@@ -82,6 +83,7 @@ class Drive:
         self._progress.reset(now)
         self._next_plan = now
         self._planned_goal = goal
+        self._stage: Pose2 | None = None
         self._last_plan = now
         self._last_control = now
         self._trouble = ("blocked", "")
@@ -111,6 +113,9 @@ class Drive:
         """Plan anew; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = moment.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap = moment.map_pose, self._site.global_costmap
+        if self._plan_to_stage(here):
+            self._last_plan = moment.now
+            return None
         plan = plan_path(costmap, here, self._goal, self._p.planner, tolerance=self._tolerance(here))
         if isinstance(plan, Result):
             self._trouble = (plan.code, plan.reason)
@@ -123,10 +128,26 @@ class Drive:
             elif plan.code == "goal_occupied":
                 self._trouble = (plan.code, "something that is not in the map stands at the goal")
             return None
-        self.path, self._planned_goal = plan.points, plan.goal
+        self._take(plan)
         self._last_plan = moment.now
-        self._controller.set_plan(plan.points, plan.goal)
         return None
+
+    def _plan_to_stage(self, here: Pose2) -> bool:
+        """Plan to the place before a goal that has no room to turn; False when that is not the way to go."""
+        self._stage = staging_pose(
+            here, self._goal, self._site.global_costmap, self._p.controller.blocked_xy_tolerance
+        )
+        if self._stage is None:
+            return False
+        plan = plan_path(self._site.global_costmap, here, self._stage, self._p.planner)
+        if isinstance(plan, Result):
+            return False
+        self._take(plan)
+        return True
+
+    def _take(self, plan: Plan) -> None:
+        self.path, self._planned_goal = plan.points, plan.goal
+        self._controller.set_plan(plan.points, plan.goal)
 
     def _tolerance(self, here: Pose2) -> float:
         """How far from an occupied goal the path may end: what is seen from afar may be gone on arrival."""
@@ -156,7 +177,7 @@ class Drive:
     def _arrived(self) -> Result | None:
         if self._planned_goal is self._goal:
             return success()
-        # This was the nearest free place to an occupied goal.
+        # This was the nearest free place to an occupied goal, or the place to line up for a narrow one.
         self._next_plan = 0.0
         return None
 
@@ -188,8 +209,8 @@ class Drive:
         p = self._p.recovery
         if remedy is Remedy.CLEAR_FAR:
             self._clear(moment, p.conservative_reset_dist)
-        elif remedy is Remedy.CLEAR_ALL:
-            self._clear(moment, 0.0)
+        elif remedy is Remedy.CLEAR_NEAR:
+            self._clear(moment, 4.0 * self._site.local_costmap.footprint.circumscribed_radius)
         elif remedy is Remedy.ROTATE:
             self._remedy = Turn(p.rotate_angle, self._p.turn, moment.now, _REMEDY_TIME_S)
         else:

@@ -16,12 +16,13 @@ class Remedy(enum.Enum):
 
     CLEAR_FAR = "forgetting obstacles that are far away"
     ROTATE = "looking around"
-    CLEAR_ALL = "forgetting all obstacles"
+    CLEAR_NEAR = "forgetting obstacles that are not close"
     BACK_UP = "backing up"
 
 
-REMEDIES = (Remedy.CLEAR_FAR, Remedy.ROTATE, Remedy.CLEAR_ALL, Remedy.BACK_UP, Remedy.ROTATE)
-"""In this order, each followed by a new attempt (REFERENCE 7.3; backing up comes from Nav2, 7.9)."""
+REMEDIES = (Remedy.CLEAR_FAR, Remedy.ROTATE, Remedy.CLEAR_NEAR, Remedy.BACK_UP, Remedy.ROTATE)
+"""In this order, each followed by a new attempt (REFERENCE 7.3; backing up comes from Nav2, 7.9). What
+is close is never forgotten: the Kinect cannot see it again from here."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,71 @@
+"""Goals without room to turn are entered straight."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigate.staging import is_lined_up, staging_pose
+
+GOAL = Pose2(3.0, 2.0, 0.0)
+FAR = Pose2(1.0, 0.6, 1.0)
+SPARE = 0.12
+
+
+def costmap(*blocks: tuple[float, float, float, float]) -> Costmap:
+    """5 m x 4 m of free floor with some blocks: x from, x to, y from, y to."""
+    cells = np.zeros((80, 100), np.int8)
+    for left, right, low, high in blocks:
+        cells[round(low / 0.05) : round(high / 0.05), round(left / 0.05) : round(right / 0.05)] = 100
+    return Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), cells))
+
+
+def test_a_goal_with_room_needs_no_run_up():
+    assert staging_pose(FAR, GOAL, costmap(), SPARE) is None
+
+
+def test_a_goal_before_a_person_is_entered_straight():
+    near_person = (3.22, 3.6, 1.85, 2.15)
+    stage = staging_pose(FAR, GOAL, costmap(near_person), SPARE)
+    assert stage is not None
+    assert stage.yaw == GOAL.yaw and stage.y == pytest.approx(GOAL.y)
+    assert 0.2 <= GOAL.x - stage.x <= 0.5
+
+
+def test_who_is_lined_up_already_drives_on():
+    near_person = (3.22, 3.6, 1.85, 2.15)
+    here = Pose2(2.6, 2.01, 0.05)
+    assert is_lined_up(here, GOAL)
+    assert staging_pose(here, GOAL, costmap(near_person), SPARE) is None
+
+
+@pytest.mark.parametrize(
+    "here",
+    [
+        Pose2(2.6, 2.0, 0.5),
+        Pose2(2.6, 2.3, 0.0),
+        Pose2(3.1, 2.0, 0.0),
+        Pose2(1.0, 2.0, 0.0),
+        Pose2(3.0, 2.0, math.pi),
+    ],
+)
+def test_who_is_off_or_past_or_far_or_turned_away_is_not_lined_up(here):
+    assert not is_lined_up(here, GOAL)
+
+
+def test_a_blocked_run_up_is_no_way_in():
+    near_person = (3.22, 3.6, 1.85, 2.15)
+    behind = (2.4, 2.75, 1.6, 2.4)
+    assert staging_pose(FAR, GOAL, costmap(near_person, behind), SPARE) is None
+
+
+def test_the_last_part_of_the_way_may_be_blocked():
+    # The nose would be 5 cm inside the person at the goal: as near as that is near enough.
+    too_near = (3.15, 3.6, 1.85, 2.15)
+    assert staging_pose(FAR, GOAL, costmap(too_near), SPARE) is not None
+    assert staging_pose(FAR, GOAL, costmap(too_near), 0.0) is None
