@@ -140,7 +140,9 @@ class TransformBuffer:
         if known is None or known[0] != parent:
             known = self._moving[child] = (parent, deque())
         samples = known[1]
-        if samples and stamp <= samples[-1][0]:
+        if samples and stamp == samples[-1][0]:
+            samples[-1] = (stamp, pose)
+        elif samples and stamp < samples[-1][0]:
             ordered = [sample for sample in samples if sample[0] != stamp] + [(stamp, pose)]
             ordered.sort(key=lambda sample: sample[0])
             samples.clear()

@@ -17,16 +17,18 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.shared_clock import SharedClock
 
 LONG_S = 3600.0
 
 
 class SpinLoop:
-    """Serves some nodes on the calling thread."""
+    """Serves some nodes on the calling thread; together they listen to ``/clock`` once."""
 
     def __init__(self, context: Context | None = None) -> None:
         self._executor: Any = EventsExecutor(context=context)
         self._nodes: list[Node] = []
+        self._clock = SharedClock()
 
     def add(self, node: Node) -> None:
         """Serve a node from now on."""
@@ -34,10 +36,12 @@ class SpinLoop:
         # The executor tells a node of itself only when it is set like this; setting it twice is harmless.
         node.executor = self._executor
         self._nodes.append(node)
+        self._clock.add(node)
 
     def remove(self, node: Node) -> None:
         """Serve a node no more."""
         self._nodes.remove(node)
+        self._clock.remove(node)
         self._executor.remove_node(node)
 
     def spin_once(self, timeout_s: float = LONG_S) -> None:
@@ -67,7 +71,7 @@ class SpinLoop:
 
     def close(self) -> None:
         """Serve nobody any more."""
-        for node in tuple(self._nodes):
+        for node in reversed(tuple(self._nodes)):
             self.remove(node)
         self._executor.shutdown()
 

@@ -19,17 +19,22 @@ TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
 class TransformListener:
     """Keeps a buffer of everything on ``/tf`` (its part in the plane) and ``/tf_static``.
 
+    Args:
+        node: Subscribes.
+        moving: Also listen to moving frames. That costs; who asks for the mounting of a sensor needs it not.
+
     Attributes:
         buffer: What was heard.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, *, moving: bool = True) -> None:
         self.buffer = TransformBuffer()
         self._node = node
-        self._subscriptions = (
-            node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF),
-            node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER),
-        )
+        self._subscriptions = [
+            node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER)
+        ]
+        if moving:
+            self._subscriptions.append(node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF))
 
     def close(self) -> None:
         """Listen no more; the buffer keeps what was heard."""

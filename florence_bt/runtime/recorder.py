@@ -194,9 +194,10 @@ def read_record(runs_folder: Path, run_id: str) -> PastRun | None:
     try:
         result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         text = (folder / "tree.txt").read_text(encoding="utf-8").rstrip("\n")
-        return PastRun(
-            run_id, *(str(result[name]) for name in ("mission", "status", "code", "reason")), text=text
+        mission, status, code, reason = (
+            str(result[name]) for name in ("mission", "status", "code", "reason")
         )
+        return PastRun(run_id, mission, status, code, reason, text)
     except (OSError, ValueError, TypeError, KeyError):
         return None  # never recorded, or not to its end
 

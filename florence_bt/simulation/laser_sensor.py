@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation._laser_rays import cast_fan
 from florence_bt.simulation.world import World
@@ -22,8 +23,8 @@ LAST_STEP = 768
 """Source of all three: REFERENCE 4.1 (URG-04LX)."""
 
 _TOO_FAR = 0
-_TOO_WEAK = (1, 2)
-_FAILED = (6, 7, 9)
+_TOO_WEAK = np.array([1, 2], np.int32)
+_FAILED = np.array([6, 7, 9], np.int32)
 """Codes in the place of a distance. Source: REFERENCE 4.8."""
 
 
@@ -76,6 +77,8 @@ class LaserSensor:
         self._mount = mount
         self._parameters = parameters if parameters is not None else LaserParameters()
         self._rng = np.random.default_rng(seed)
+        self._seen: tuple[Pose2, int, int] | None = None
+        self._ranges: NDArray[np.float64] = np.empty(0)
 
     def measure(self, first_step: int = 44, last_step: int = 725) -> NDArray[np.int32]:
         """Measure all steps at once.
@@ -97,19 +100,23 @@ class LaserSensor:
             )
         ranges = self.true_ranges(first_step, last_step)
         p, rng, count = self._parameters, self._rng, len(ranges)
-        sigma = np.where(ranges < 1.0, p.noise_mm / 1000.0, p.noise_ratio * np.minimum(ranges, p.max_range_m))
+        near = np.minimum(ranges, p.max_range_m)
+        sigma = np.where(ranges < 1.0, p.noise_mm / 1000.0, p.noise_ratio * near)
         noise, chance = rng.standard_normal(count), rng.random((2, count))
+        measured = np.maximum(np.rint(1000.0 * (near + sigma * noise)), 20.0).astype(np.int32)
         seen = np.isfinite(ranges)
-        millimetres = np.full(count, _TOO_FAR, np.int32)
-        millimetres[seen] = np.maximum(np.rint(1000.0 * (ranges + sigma * noise)[seen]), 20.0)
+        millimetres = np.where(seen, measured, np.int32(_TOO_FAR))
         weak = seen & (p.sure_range_m + chance[0] * (p.max_range_m - p.sure_range_m) < ranges)
-        millimetres[weak] = rng.choice(_TOO_WEAK, count)[weak]
-        failed = chance[1] < p.drop_out
-        millimetres[failed] = rng.choice(_FAILED, count)[failed]
+        for spoilt, codes in ((weak, _TOO_WEAK), (chance[1] < p.drop_out, _FAILED)):
+            places = np.flatnonzero(spoilt)
+            millimetres[places] = codes[rng.integers(len(codes), size=len(places))]
         return millimetres
 
     def true_ranges(self, first_step: int = 44, last_step: int = 725) -> NDArray[np.float64]:
         """The exact ranges in metres, infinite beyond the maximum; arguments as in :meth:`measure`."""
+        seen = (self._world.robot_pose, first_step, last_step)
+        if self._world.resting and seen == self._seen:
+            return self._ranges
         increment = 2 * math.pi / STEPS_PER_TURN
         ranges = np.empty(last_step - first_step + 1)
         map_from_laser = Transform3.from_pose2(self._world.robot_pose) @ self._mount
@@ -122,4 +129,5 @@ class LaserSensor:
             self._parameters.max_range_m,
             ranges,
         )
+        self._seen, self._ranges = seen, ranges
         return ranges

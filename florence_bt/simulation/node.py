@@ -23,6 +23,13 @@ from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.simulation.server import STEP_S, HardwareServer
 
 CLOCK_PERIOD_S = 0.01
+RESTING_CLOCK_PERIOD_S = 0.05
+"""Simulated seconds between two messages on ``/clock``, while something moves and while nothing does.
+
+Each message wakes every process.
+"""
+LONGEST_BURST_S = 0.02
+"""Simulated seconds that are stepped at once; then, and after each message, the wall clock is waited for."""
 TRUTH_PERIOD_S = 0.2
 MAX_BACKLOG_S = 0.05
 """Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
@@ -80,17 +87,21 @@ class SimulatorNode(FlorenceNode):
     def _pace(self, server: HardwareServer) -> None:
         """Step the world at ``speed`` times the wall clock, or as fast as it goes if that is slower."""
         due = time.monotonic()
-        next_clock = next_truth = server.world.time
+        next_clock = next_truth = paced = server.time
         while not self._stop.is_set():
             server.step()
-            now = server.world.time
-            if now >= next_clock:
-                next_clock = now + CLOCK_PERIOD_S
-                self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(now)))
-            if now >= next_truth:
-                next_truth = now + TRUTH_PERIOD_S
-                self._truth_topic.publish(String(data=json.dumps(server.truth())))
             due += STEP_S / self._speed
+            # Half a step of tolerance: these are sums of floating-point numbers.
+            now = server.time + STEP_S / 2
+            if now < next_clock and now < paced + LONGEST_BURST_S:
+                continue
+            paced = server.time
+            if now >= next_clock:
+                next_clock += RESTING_CLOCK_PERIOD_S if server.world.resting else CLOCK_PERIOD_S
+                self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
+            if now >= next_truth:
+                next_truth += TRUTH_PERIOD_S
+                self._truth_topic.publish(String(data=json.dumps(server.truth())))
             wait = due - time.monotonic()
             if wait > 0.0:
                 select.select([], [], [], wait)

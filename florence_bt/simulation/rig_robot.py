@@ -39,6 +39,9 @@ BASE_FRAME = "base_footprint"
 BASE_PERIOD_S = 0.02
 KINECT_PERIOD_S = 0.2
 """Slower than the Kinect's 30 Hz: a depth picture is by far the dearest thing in the rig."""
+IDLE_SCAN_PERIOD_S = 0.5
+"""While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
+SETTLED_S = 0.5
 DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
 """Columns and rows of the depth picture: coarse for obstacles, as on the robot for looking at people."""
 
@@ -114,6 +117,8 @@ class RigRobot:
         self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
         self._localiser.set_pose(start, (0.05, 0.05, 0.03))
         self.map_from_odom = start
+        self._moved = clock.now()
+        self._next_scan = self._next_kinect_scan = clock.now()
         call_every(clock, BASE_PERIOD_S, self._step_base)
         call_every(clock, URG_04LX.scan_period, self._scan)
         call_every(clock, KINECT_PERIOD_S, self._look)
@@ -145,9 +150,16 @@ class RigRobot:
             wheels_stopped=self._twist.is_zero(),
         )
         self.odometry = motion.odometry
+        if not motion.at_rest or self.driving():
+            self._moved = now
+            self._next_scan = self._next_kinect_scan = now
 
     def _scan(self) -> None:
         now = self._clock.now()
+        if now < self._next_scan:
+            return
+        if now - self._moved >= SETTLED_S:
+            self._next_scan = now + IDLE_SCAN_PERIOD_S - URG_04LX.scan_period / 2
         geometry = URG_04LX
         distances = self._laser.measure(geometry.first_step, geometry.last_step)
         scan = scan_from_distances(distances, geometry.first_step, 1, geometry, now, LASER_FRAME)
@@ -164,6 +176,10 @@ class RigRobot:
         kinect = self._looking_kinect if looking else self._driving_kinect
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
         self.on_depth(depth)
+        if now < self._next_kinect_scan:
+            return
+        if now - self._moved >= SETTLED_S:
+            self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
         kinect_scan = self._fake_laser.project(depth)
         self.on_scan("depth", self._laser_filter.filter(kinect_scan))
         combined = self._combinator.update_kinect(kinect_scan, now)

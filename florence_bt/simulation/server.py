@@ -7,6 +7,7 @@ Who drives it (``node.py``) decides how fast that goes against the wall clock.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 from typing import Any
 
 from florence_bt.core.geometry import Pose2
@@ -46,29 +47,45 @@ class HardwareServer:
         self.world = world
         self._settings = settings
         self._mounts = mounts
-        self._next_frame = world.time
+        self._steps = 0
+        self._next_frame = self.time
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the start; the physics is at the last whole step of its own before that."""
+        return self._steps * STEP_S
 
     def open(self) -> None:
-        """Make the ports; the devices behind them are powered from now on."""
+        """Make the ports; the devices behind them are powered from now on.
+
+        Raises:
+            DeviceLost: A port cannot be made; then none is left.
+            OSError: The folder or the socket cannot be made; then no port is left.
+        """
         seed = self._settings.seed
         self._settings.folder.mkdir(parents=True, exist_ok=True)
         self._create = CreateEmulator(self.world, BaseSensors(self.world, seed + 1))
         self._laser = ScipEmulator(_LaserPlant(LaserSensor(self.world, self._mounts.laser, seed + 2)))
         self._kinect = KinectSensor(self.world, self._mounts.camera, seed=seed + 3)
-        self._base_port = PseudoTerminal(self._settings.base_port)
-        self._laser_port = PseudoTerminal(self._settings.laser_port)
-        self._frames = KinectFrameServer(self._settings.kinect_socket)
+        with ExitStack() as ports:
+            self._base_port = PseudoTerminal(self._settings.base_port)
+            ports.callback(self._base_port.close)
+            self._laser_port = PseudoTerminal(self._settings.laser_port)
+            ports.callback(self._laser_port.close)
+            self._frames = KinectFrameServer(self._settings.kinect_socket)
+            ports.callback(self._frames.close)
+            self._ports = ports.pop_all()
 
     def close(self) -> None:
         """Unplug everything and remove the links."""
         self.world.set_wheels(0.0, 0.0)
-        for port in (self._base_port, self._laser_port, self._frames):
-            port.close()
+        self._ports.close()
 
     def step(self) -> None:
         """Advance the world by one step and serve the ports."""
-        self.world.step_to(self.world.time + STEP_S)
-        now = self.world.time
+        self._steps += 1
+        now = self.time
+        self.world.step_to(now)
         for emulator, port in ((self._create, self._base_port), (self._laser, self._laser_port)):
             received = port.read()
             answer = emulator.receive(received, now) if received else b""
@@ -78,14 +95,19 @@ class HardwareServer:
         self._serve_frames(now)
 
     def _serve_frames(self, now: float) -> None:
-        self._frames.poll()
         if now < self._next_frame:
+            if self._frames.pending:
+                self._frames.poll()
             return
+        self._frames.poll()
         self._next_frame = now + 1.0 / self._settings.kinect_rate
         if self._frames.client_count:
-            depth, colour = self._kinect.measure()
-            self._frames.send_raw_depth(depth, now)
-            self._frames.send_colour(colour, now)
+            if self._frames.colour_wanted:
+                depth, colour = self._kinect.measure()
+                self._frames.send_raw_depth(depth, now)
+                self._frames.send_colour(colour, now)
+            else:
+                self._frames.send_raw_depth(self._kinect.measure_depth(), now)
 
     def truth(self) -> Mapping[str, Any]:
         """What is really so, for judging a run; no part of the robot may use it."""

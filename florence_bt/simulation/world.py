@@ -42,6 +42,12 @@ _BUMPER_OVERLAP_RAD = math.radians(10.0)
 _WALK_STEPS = 5
 """Physics steps between two steps of a walking person."""
 
+_REST_MPS = 1e-3
+"""Slower than this (m/s and rad/s) is standing still; what is left then is the give of the tyres."""
+
+_REST_STEPS = 50
+"""Physics steps of standing still after which the robot is left alone until its wheels are driven again."""
+
 _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_PLANE): PLANE,
     int(mujoco.mjtGeom.mjGEOM_SPHERE): SPHERE,
@@ -99,6 +105,8 @@ class World:
         self._robot_body = self._model.body("robot").id
         self._last_touch: dict[str, int] = {}
         self._last_bump = [-(10**9), -(10**9)]
+        self._driven = False
+        self._still_steps = 0
         mujoco.mj_forward(self._model, self._data)
         self.scene = self._make_scene()
 
@@ -106,6 +114,11 @@ class World:
     def time(self) -> float:
         """Seconds since the start."""
         return self._steps * TIMESTEP_S
+
+    @property
+    def resting(self) -> bool:
+        """Whether nothing moves: nobody walks, and the robot stands still and touches nothing."""
+        return self._still_steps >= _REST_STEPS
 
     def step_to(self, time: float) -> None:
         """Let the world go on until a moment; the last whole physics step before it.
@@ -115,14 +128,18 @@ class World:
         """
         target = math.floor(time / TIMESTEP_S + 1e-6)
         moved = self._steps < target
-        while self._steps < target:
+        while self._steps < target and not self.resting:
             if self._walkers and self._steps % _WALK_STEPS == 0:
                 self._walk()
             mujoco.mj_step(self._model, self._data)
             self._steps += 1
+            touched = False
             for index, (first, second) in enumerate(self._data.contact.geom.tolist()):
                 if first != self._floor:
                     self._touch(index, first, second)
+                    touched = True
+            self._still_steps = 0 if touched or self._moves() else self._still_steps + 1
+        self._steps = max(self._steps, target)
         if moved and self._walkers:
             self._refresh_scene()
 
@@ -135,6 +152,9 @@ class World:
         """
         self._data.ctrl[0] = min(max(left_mps, -MAX_WHEEL_MPS), MAX_WHEEL_MPS) / WHEEL_RADIUS_M
         self._data.ctrl[1] = min(max(right_mps, -MAX_WHEEL_MPS), MAX_WHEEL_MPS) / WHEEL_RADIUS_M
+        self._driven = left_mps != 0.0 or right_mps != 0.0
+        if self._driven:
+            self._still_steps = 0
 
     def travel(self) -> tuple[float, float]:
         """Metres that the left and the right wheel turned since the start (slip included)."""
@@ -210,6 +230,9 @@ class World:
         if name not in names:
             raise ConfigError(f"there is no person {name!r}", valid=closest_first(name, names))
         return names.index(name)
+
+    def _moves(self) -> bool:
+        return self._driven or bool(self._walkers) or bool(np.abs(self._data.qvel).max() > _REST_MPS)
 
     def _walk(self) -> None:
         robot = self.robot_pose

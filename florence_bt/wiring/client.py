@@ -19,12 +19,15 @@ from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
+from florence_bt.wiring.signals import held_back
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
 ANSWER_BUDGET_S = 5.0
 """Wall seconds to wait for the answer of a service that is there."""
 ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
+MISSION_SERVER = "florence_bt"
+"""Node name of the mission server."""
 SERVICES = ("florence_bt/run_mission", "florenceLocator/getRobotPosXYPhi", "approach_user/propose")
 """What the shipped missions need; the system is ready when all of it is served."""
 
@@ -87,14 +90,19 @@ class MissionClient:
 
         Returns:
             Whether the condition holds.
+
+        Raises:
+            KeyboardInterrupt: Somebody asked for the end meanwhile.
         """
         end = time.monotonic() + budget_s
-        while not done():
-            if watch is not None:
-                watch()
-            if time.monotonic() > end:
-                return False
-            self._loop.spin_once(0.05)
+        # Callbacks run below C++ code, which does not survive a KeyboardInterrupt: it comes at the end.
+        with held_back() as interrupted:
+            while not done():
+                if watch is not None:
+                    watch()
+                if interrupted() or time.monotonic() > end:
+                    return False
+                self._loop.spin_once(0.05)
         return True
 
     def call(self, service_type: Any, name: str, request: Any, *, repeat: bool = False) -> Any:
@@ -131,12 +139,18 @@ class MissionClient:
         needed |= {f"/{service}": service for service in SERVICES}
         return [shown for name, shown in needed.items() if name not in names]
 
-    def is_ready(self) -> bool:
-        """Whether every server is there and the robot knows where it is."""
-        if self.missing():
-            return False
+    def knows_pose(self) -> bool:
+        """Whether the robot knows where it is."""
         question = GetXYPhi.Request()
-        return bool(self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True).valid)
+        try:
+            answer = self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True)
+        except (SystemNotThere, DeviceTimeout):
+            return False  # a start on a busy machine; whoever asks has a limit of their own
+        return bool(answer.valid)
+
+    def servers(self) -> int:
+        """How many mission servers are in sight."""
+        return self.node.get_node_names().count(MISSION_SERVER)
 
     def run(
         self, mission: str, inputs: Mapping[str, str], *, caller: str, policy: str = "", priority: int = 0

@@ -33,6 +33,8 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
         raise ConfigError(
             f"cannot be read: {error.strerror}", file=path, valid=["a readable YAML file"]
         ) from error
+    except UnicodeDecodeError as error:
+        raise ConfigError("is no text in UTF-8", file=path, valid=["a readable YAML file"]) from error
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         raise ConfigError(

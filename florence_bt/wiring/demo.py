@@ -12,14 +12,16 @@ from rich.console import Console
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.closeness import Closeness, closeness, closeness_text
-from florence_bt.wiring.client import ACTIVE_STATES
 from florence_bt.wiring.live import Display, make_display, styled
 from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.run_watch import RunWatch
 from florence_bt.wiring.system import System
 
 MISSION = "goto_user"
 MISSION_BUDGET_S = 600.0
 """Simulated seconds after which a demo is given up; the mission's own deadlines are shorter."""
+TRUTH_BUDGET_S = 10.0
+"""Wall seconds to wait for the first word of the simulator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,8 @@ def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResul
 def _run_mission(system: System, display: Display) -> DemoResult:
     client = system.client
     client.follow_truth()
-    client.spin_until(lambda: bool(client.truth), 5.0, watch=system.check)
+    if not client.spin_until(lambda: bool(client.truth), TRUTH_BUDGET_S, watch=system.check):
+        raise DeviceTimeout("the simulator does not tell the truth; see its log")
     start = float(client.truth["time"])
     answer = client.run(MISSION, {}, caller="florence demo")
     if not answer.accepted:
@@ -79,11 +82,8 @@ def _run_mission(system: System, display: Display) -> DemoResult:
         system.check()
         display.show(client.tree)
 
-    def over() -> bool:
-        return client.state.run_id == answer.run_id and client.state.state not in ACTIVE_STATES
-
     wall_budget = MISSION_BUDGET_S / min(system.options.speed, 1.0)
-    if not client.spin_until(over, wall_budget, watch=watch):
+    if not client.spin_until(RunWatch(client, answer.run_id).over, wall_budget, watch=watch):
         client.stop("the demo's time is over")
         raise DeviceTimeout(f"{MISSION} did not end within {MISSION_BUDGET_S:.0f} s; it was stopped")
     end = float(client.truth["time"])

@@ -55,7 +55,7 @@ def draw_mission(mission: str, out: Path | None, folders: Sequence[Path], *, exp
         The drawing.
 
     Raises:
-        ConfigError: No such mission, or no such form.
+        ConfigError: No such mission, no such form, or the file cannot be written.
     """
     ending = out.suffix.removeprefix(".") if out else "txt"
     if ending not in DRAWINGS:
@@ -68,13 +68,21 @@ def draw_mission(mission: str, out: Path | None, folders: Sequence[Path], *, exp
         mission = file.stem
     drawing = draw(library.get(mission), ending, library, expand=expand)
     if out is not None:
-        out.write_text(drawing, encoding="utf-8")
+        try:
+            out.write_text(drawing, encoding="utf-8")
+        except OSError as error:
+            raise ConfigError(
+                f"cannot be written: {error.strerror}", file=out, valid=["a file in a folder that exists"]
+            ) from error
     return drawing
 
 
 def _mission_files(given: Path) -> list[Path]:
     if given.is_dir():
-        return sorted(given.glob("*.yaml"))
+        files = sorted(given.glob("*.yaml"))
+        if not files:
+            raise ConfigError(f"there is no mission file in {str(given)!r}", valid=["a folder with *.yaml"])
+        return files
     if not given.exists():
         raise ConfigError(
             f"there is no file {str(given)!r}", valid=["a mission file", "a folder of mission files"]

@@ -48,7 +48,7 @@ class LiveDisplay:
 
     def say(self, line: str) -> None:
         """Print above the panel."""
-        self._live.console.print(line, highlight=False)
+        self._live.console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def show(self, tree: str) -> None:
         """Redraw the panel."""

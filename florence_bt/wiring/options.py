@@ -62,6 +62,10 @@ class BringUp:
         """The start as a pose."""
         return Pose2(*self.start) if self.start else None
 
+    def up_file(self, group: str) -> Path:
+        """Where the process of a group of nodes writes its process id once all its nodes are there."""
+        return Path(self.folder) / "up" / group
+
     def write(self) -> Path:
         """Write to ``options.json`` in the folder and return that file.
 

@@ -31,8 +31,11 @@ class BackgroundPictures:
     def draw(self, record: RunRecord) -> None:
         """Begin to draw the picture of a run."""
         self._processes = [process for process in self._processes if process.poll() is None]
-        command = [sys.executable, "-m", "florence_bt.wiring.pictures", *self._files, str(record.folder)]
-        self._processes.append(subprocess.Popen(command, stdin=subprocess.DEVNULL))
+        self._processes.append(subprocess.Popen(self.command(record), stdin=subprocess.DEVNULL))
+
+    def command(self, record: RunRecord) -> list[str]:
+        """The command line that draws the picture of a run."""
+        return [sys.executable, "-m", "florence_bt.wiring.pictures", *self._files, str(record.folder)]
 
     def close(self) -> None:
         """Wait a little for the pictures that are being drawn; none is drawn after the end."""

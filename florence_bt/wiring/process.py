@@ -1,4 +1,7 @@
-"""One process of a bring-up: ``python -m florence_bt.wiring.process GROUP OPTIONS PARENT``; see the supervisor."""
+"""One process of a bring-up, started by the supervisor.
+
+``python -m florence_bt.wiring.process GROUP OPTIONS PARENT``
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,13 @@ import signal
 import sys
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.wiring.options import BringUp
+
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
 
 PR_SET_PDEATHSIG = 1
 """prctl(2): the signal that the kernel sends when the parent process ends."""
@@ -38,7 +45,17 @@ def main(group: str, options_file: Path, parent: int) -> int:
     from florence_bt.wiring.topology import REMAPPINGS, factories
 
     try:
-        return run_nodes(factories(group, BringUp.read(options_file)), remappings=REMAPPINGS)
+        options = BringUp.read(options_file)
+        *first, last = factories(group, options)
+
+        def make_last() -> FlorenceNode:
+            node = last()
+            up_file = options.up_file(group)
+            up_file.parent.mkdir(exist_ok=True)
+            up_file.write_text(f"{os.getpid()}\n", encoding="utf-8")
+            return node
+
+        return run_nodes([*first, make_last], remappings=REMAPPINGS)
     except FlorenceError as error:
         print(f"florence {group}: {error}", file=sys.stderr)
         return 1

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from rich.console import Console
 
-from florence_bt.wiring.client import ACTIVE_STATES, MissionClient
+from florence_bt.wiring.client import MissionClient
 from florence_bt.wiring.live import make_display, styled
+from florence_bt.wiring.run_watch import RunWatch
+from florence_bt.wiring.signals import held_back
 
 FOREVER_S = float("inf")
+STOP_BUDGET_S = 20.0
+"""Wall seconds to wait for the end of a run that was stopped; skills may take some to end."""
 
 
 def run_mission(
@@ -28,26 +33,33 @@ def run_mission(
         Whether it succeeded, or was accepted when detached.
     """
     with MissionClient() as client:
-        answer = client.run(mission, inputs, caller="florence run", policy=policy, priority=priority)
-        console.print(answer.message, highlight=False, markup=False, soft_wrap=True)
-        if not answer.accepted or detach:
-            return bool(answer.accepted)
-
-        def over() -> bool:
-            return client.state.run_id == answer.run_id and client.state.state not in ACTIVE_STATES
-
-        display = make_display(console, headless=headless)
+        answer: Any = None
         try:
-            client.spin_until(over, FOREVER_S, watch=lambda: display.show(client.tree))
+            # A Ctrl-C between the question and the answer would leave a mission that nobody stops.
+            with held_back():
+                answer = client.run(mission, inputs, caller="florence run", policy=policy, priority=priority)
+            console.print(answer.message, highlight=False, markup=False, soft_wrap=True)
+            if not answer.accepted or detach:
+                return bool(answer.accepted)
+            status = _watch(client, answer.run_id, console, headless=headless)
         except KeyboardInterrupt:
-            client.stop("Ctrl-C at florence run", answer.run_id)
-            client.spin_until(over, 10.0)
+            if answer is not None and answer.accepted and not detach:
+                client.stop("Ctrl-C at florence run", answer.run_id)
+                client.spin_until(RunWatch(client, answer.run_id).over, STOP_BUDGET_S)
             raise
-        finally:
-            display.close()
-        status = client.status(answer.run_id)
         console.print(styled(status.tree), soft_wrap=True)
         return bool(status.state == "SUCCEEDED")
+
+
+def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bool) -> Any:
+    """Show a run until it is over; gives its status."""
+    display = make_display(console, headless=headless)
+    try:
+        watch = RunWatch(client, run_id)
+        client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree))
+    finally:
+        display.close()
+    return watch.result()
 
 
 def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
@@ -60,7 +72,8 @@ def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
         display = make_display(console, headless=False)
         try:
             client.tree = status.tree
-            client.spin_until(lambda: False, FOREVER_S, watch=lambda: display.show(client.tree))
+            server = RunWatch(client)
+            client.spin_until(server.over, FOREVER_S, watch=lambda: display.show(client.tree))
         finally:
             display.close()
     return True

@@ -39,6 +39,14 @@ def hardware_settings(options: BringUp) -> HardwareSettings:
     return HardwareSettings(Path(options.folder) / "ports", seed=options.seed)
 
 
+def clear_ports(options: BringUp) -> None:
+    """Remove the ports that a killed bring-up left: they may lead to somebody else's terminal by now."""
+    settings = hardware_settings(options)
+    for port in (settings.base_port, settings.laser_port, settings.kinect_socket):
+        if port.is_symlink() or port.is_socket():
+            port.unlink()
+
+
 def people_at_home(flat: Flat, options: BringUp) -> list[PersonSpec]:
     """The person that the bring-up asks for: in a room, anywhere, or nobody.
 

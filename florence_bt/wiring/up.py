@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-from types import FrameType
-
 from rich.console import Console
 
 from florence_bt.wiring.options import BringUp
@@ -17,7 +14,7 @@ def run_up(options: BringUp) -> None:
     """Bring the system up, say how to use it, and keep it running.
 
     Raises:
-        KeyboardInterrupt: Somebody pressed Ctrl-C or sent SIGTERM; by then everything is down.
+        KeyboardInterrupt: Somebody pressed Ctrl-C or sent SIGTERM (``signals``); by then everything is down.
         FlorenceError: It did not come up, or a process died; by then the rest is down too.
     """
     console = Console()
@@ -25,13 +22,10 @@ def run_up(options: BringUp) -> None:
     def say(line: str) -> None:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
-    signal.signal(signal.SIGTERM, _interrupt)
     with System(options) as system:
         seconds = system.wait_ready(say)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
+        if not system.client.knows_pose():
+            say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
         say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
         system.client.spin_until(lambda: False, FOREVER_S, watch=system.check)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt

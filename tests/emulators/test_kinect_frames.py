@@ -183,3 +183,24 @@ def test_the_reader_hands_on_frames_and_the_end() -> None:
     reader.stop()
     assert frames == [video, video]
     assert [str(error) for error in lost] == ["unplugged"]
+
+
+def test_only_what_is_asked_for_is_sent(server: KinectFrameServer, source: SocketFrameSource) -> None:
+    assert server.colour_wanted
+    source.request(colour=False)
+    server.poll()
+    assert not server.colour_wanted
+    server.send_colour(COLOUR, 1.0)
+    server.send_depth(DEPTH, 2.0)
+    assert isinstance(receive(server, source), DepthFrame)
+    source.request(colour=True)
+    server.poll()
+    server.send_colour(COLOUR, 3.0)
+    assert isinstance(receive(server, source), VideoFrame)
+
+
+def test_a_request_to_a_closed_source(server: KinectFrameServer) -> None:
+    source = SocketFrameSource(str(server.path))
+    source.close()
+    with pytest.raises(DeviceLost):
+        source.request(colour=False)

@@ -111,3 +111,13 @@ def test_silence_and_garbage(ros: Any, server: KinectFrameServer) -> None:
     ros.spin_until(
         sending(server, lambda: spy.reports[-1].level == DiagnosticStatus.OK), what="the end of the silence"
     )
+
+
+def test_colour_is_asked_for_only_while_somebody_looks(ros: Any, server: KinectFrameServer) -> None:
+    Spy(ros)
+    ros.add(KinectNode(parameters={"source": str(server.path)}))
+    ros.spin_until(
+        sending(server, lambda: server.client_count and not server.colour_wanted), what="no wish for colour"
+    )
+    Spy(ros, colour=True)
+    ros.spin_until(sending(server, lambda: server.colour_wanted), what="the wish for colour")

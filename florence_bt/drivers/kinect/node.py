@@ -57,6 +57,7 @@ class KinectNode(FlorenceNode):
         self._open_source = open_source
         self._source: FrameSource | None = None
         self._reader: FrameReader | None = None
+        self._colour_requested = True
         self._problem = ""
         self._attempts = 0
         self._newest: dict[type, tuple[Frame, float]] = {}
@@ -87,6 +88,7 @@ class KinectNode(FlorenceNode):
             self._retry_later(error)
             return
         self._source, self._problem, self._attempts = source, "", 0
+        self._colour_requested = True
         self._reader = FrameReader(source, self._on_frame, partial(self._on_lost, source))
         self._reader.start()
         self.get_logger().info(f"frames come from {self._settings.source}")
@@ -135,11 +137,26 @@ class KinectNode(FlorenceNode):
             if picture is not None:
                 self._depth_info.publish(camera_info_to_ros(picture.camera, picture.frame_id, picture.stamp))
                 self._depth.publish(depth_to_ros(picture))
+            self._request_colour()
             return
-        if self._colour.get_subscription_count() or self._colour_info.get_subscription_count():
+        if self._colour_wanted():
             colour = self._driver.colour(frame, arrived)
             self._colour_info.publish(camera_info_to_ros(colour.camera, colour.frame_id, colour.stamp))
             self._colour.publish(colour_to_ros(colour))
+
+    def _colour_wanted(self) -> bool:
+        return self._colour.get_subscription_count() + self._colour_info.get_subscription_count() > 0
+
+    def _request_colour(self) -> None:
+        """Have no colour pictures made and sent for nobody."""
+        wanted, source = self._colour_wanted(), self._source
+        if source is None or wanted == self._colour_requested:
+            return
+        try:
+            source.request(colour=wanted)
+            self._colour_requested = wanted
+        except DeviceError as error:
+            self._lose(source, error)
 
     def _diagnose(self, now: float) -> Diagnosis:
         values = {

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from florence_bt.core.errors import DeviceError, DeviceLost
-from florence_bt.drivers.kinect.frames import Frame, FrameParser
+from florence_bt.drivers.kinect.frames import Frame, FrameKind, FrameParser
 
 RECEIVE_SIZE = 1 << 20
 
@@ -29,6 +29,13 @@ class FrameSource(Protocol):
 
         Returns:
             The frame, or None when none is complete yet.
+
+        Raises:
+            DeviceLost: The device went away.
+        """
+
+    def request(self, *, colour: bool) -> None:
+        """Tell whether colour pictures are wanted besides the depth pictures; at first they are.
 
         Raises:
             DeviceLost: The device went away.
@@ -72,6 +79,14 @@ class SocketFrameSource:
         if not self._frames:
             self._frames.extend(self._parser.feed(self._receive(timeout_s)))
         return self._frames.popleft() if self._frames else None
+
+    def request(self, *, colour: bool) -> None:
+        """Tell whether colour pictures are wanted; see :class:`FrameSource`."""
+        try:
+            wanted = FrameKind.DEPTH | FrameKind.VIDEO if colour else FrameKind.DEPTH
+            self._socket.send(bytes([wanted]))
+        except OSError as error:
+            raise DeviceLost(f"the Kinect frames at {self._path} broke off: {error}") from error
 
     def close(self) -> None:
         """Close the socket."""

@@ -18,14 +18,21 @@ class Pace:
         """
         self._period = 1.0 / rate
         self._next: float | None = None
+        self._last: float | None = None
 
     def is_due(self, stamp: float) -> bool:
-        """Whether something is to be told at this moment; True also starts the next period."""
+        """Whether something is to be told at this moment; True also starts the next period.
+
+        Nothing is told twice of one moment, as of readings that arrived together.
+        """
+        if stamp == self._last:
+            return False
         if self._next is None or abs(stamp - self._next) > 2.0 * self._period:  # a gap, or a clock set back
             self._next = stamp
         if stamp < self._next:
             return False
         self._next += self._period
+        self._last = stamp
         return True
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 DEPTH, VIDEO = 1, 2
+ALL_KINDS = DEPTH | VIDEO
 NOTHING_MEASURED = 2047
 SEND_BUFFER = 1 << 20
 
@@ -82,13 +83,15 @@ class KinectFaults:
 @dataclass(slots=True)
 class _Client:
     connection: socket.socket
+    wants: int = ALL_KINDS
     pending: bytearray = field(default_factory=bytearray)
 
 
 class KinectFrameServer:
     """A Unix socket that sends frames to all who are connected.
 
-    Call :meth:`poll` often, every 10 ms or so: it lets clients in and sends what did not fit before.
+    Call :meth:`poll` at least as often as there are frames, and soon while something is :attr:`pending`: it
+    lets clients in, learns what they want and sends what did not fit before.
 
     Args:
         path: The socket file; a stale one is replaced.
@@ -122,6 +125,16 @@ class KinectFrameServer:
         """How many are connected; pictures for nobody need not be rendered."""
         return len(self._clients)
 
+    @property
+    def colour_wanted(self) -> bool:
+        """Whether a client wants colour pictures; who has not said what it wants wants everything."""
+        return any(client.wants & VIDEO for client in self._clients)
+
+    @property
+    def pending(self) -> bool:
+        """Whether something waits for room in a connection; then :meth:`poll` soon."""
+        return any(client.pending for client in self._clients)
+
     def poll(self) -> None:
         """Let new clients in, send what is pending, forget clients that went."""
         with contextlib.suppress(BlockingIOError):
@@ -149,7 +162,7 @@ class KinectFrameServer:
             timestamp: Seconds.
         """
         height, width = raw.shape
-        self._broadcast(lambda: frame_bytes(DEPTH, width, height, timestamp, pack_depth(raw)))
+        self._broadcast(DEPTH, lambda: frame_bytes(DEPTH, width, height, timestamp, pack_depth(raw)))
 
     def send_colour(self, pixels: NDArray[np.uint8], timestamp: float) -> None:
         """Send a colour picture.
@@ -159,7 +172,7 @@ class KinectFrameServer:
             timestamp: Seconds.
         """
         height, width, _ = pixels.shape
-        self._broadcast(lambda: frame_bytes(VIDEO, width, height, timestamp, pixels.tobytes()))
+        self._broadcast(VIDEO, lambda: frame_bytes(VIDEO, width, height, timestamp, pixels.tobytes()))
 
     def disconnect_all(self) -> None:
         """Throw every client out, as when the plug is pulled; they may come back."""
@@ -173,13 +186,14 @@ class KinectFrameServer:
         self._listener.close()
         self.path.unlink(missing_ok=True)
 
-    def _broadcast(self, make: Callable[[], bytes]) -> None:
+    def _broadcast(self, kind: int, make: Callable[[], bytes]) -> None:
         self.poll()
-        if not self._clients or self.faults.silent:
+        wanting = [client for client in self._clients if client.wants & kind]
+        if not wanting or self.faults.silent:
             return
         garbage, self.faults.garbage = self.faults.garbage, b""
         frame = make()
-        for client in self._clients:
+        for client in wanting:
             if client.pending:
                 self.dropped += 1
             else:
@@ -191,8 +205,10 @@ class KinectFrameServer:
         try:
             while client.pending:
                 del client.pending[: client.connection.send(client.pending)]
-            # Clients send nothing, so the only thing to read is the end of the connection.
-            alive = client.connection.recv(1024) != b""
+            request = client.connection.recv(1024)
+            alive = request != b""
+            if alive:
+                client.wants = request[-1] & ALL_KINDS
         except BlockingIOError:
             alive = True
         except OSError:

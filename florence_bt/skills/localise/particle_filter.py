@@ -100,12 +100,14 @@ class ParticleFilter:
     def estimate(self) -> tuple[Pose2, NDArray[np.float64]]:
         """Mean and covariance (3, 3) of x, y, yaw over the heaviest cluster of particles."""
         x, y, yaw = self.particles.T
-        bins = np.stack(
-            [np.floor(x / 0.5), np.floor(y / 0.5), np.floor(_wrap(yaw) / math.radians(10.0))], axis=1
-        )
-        _, which = np.unique(bins.astype(np.int64), axis=0, return_inverse=True)
-        heaviest = int(np.argmax(np.bincount(which.ravel(), weights=self.weights)))
-        mean = self._mean(which.ravel() == heaviest)
+        column, row = np.floor(x / 0.5), np.floor(y / 0.5)
+        sector = np.floor(_wrap(yaw) / math.radians(10.0))
+        # One number a bin, in the order of (column, row, sector): sorting rows of three is dear.
+        rows = row.max() - row.min() + 1.0
+        bins = ((column - column.min()) * rows + (row - row.min())) * 64.0 + (sector + 32.0)
+        _, which = np.unique(bins, return_inverse=True)
+        heaviest = int(np.argmax(np.bincount(which, weights=self.weights)))
+        mean = self._mean(which == heaviest)
         near = (np.hypot(x - mean[0], y - mean[1]) < _CLUSTER_DISTANCE_M) & (
             np.abs(_wrap(yaw - mean[2])) < _CLUSTER_ANGLE
         )

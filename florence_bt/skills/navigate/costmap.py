@@ -118,10 +118,23 @@ def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
     """
     valid = scan.valid()
     ranges, angles = scan.ranges[valid].astype(float), scan.angles()[valid]
-    flat = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(ranges))], axis=1)
-    ends = sensor_in_frame.apply(flat)[:, :2]
-    x, y, _ = sensor_in_frame.translation
-    return Rays(float(x), float(y), np.ascontiguousarray(ends), ranges, float(scan.range_min))
+    flat = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=1)
+    x, y, _ = sensor_in_frame.translation.tolist()
+    ends = flat @ sensor_in_frame.rotation[:2, :2].T + sensor_in_frame.translation[:2]
+    return Rays(x, y, ends, ranges, float(scan.range_min))
+
+
+def moved_rays(rays: Rays, motion: Pose2) -> Rays:
+    """The same rays in another frame.
+
+    Args:
+        rays: In a frame.
+        motion: That frame in the new one.
+    """
+    c, s = math.cos(motion.yaw), math.sin(motion.yaw)
+    x, y = motion.apply(rays.x, rays.y)
+    ends = rays.ends @ np.array([[c, s], [-s, c]]) + np.array([motion.x, motion.y])
+    return Rays(x, y, ends, rays.ranges, rays.nearest)
 
 
 class Costmap:

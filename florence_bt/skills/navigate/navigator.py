@@ -13,7 +13,7 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigate._cells import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigate.clearance import Clearance, MapWalls
-from florence_bt.skills.navigate.costmap import Costmap, rays_of
+from florence_bt.skills.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigate.drive import Drive, Moment, Site
 from florence_bt.skills.navigate.freshness import Freshness
 from florence_bt.skills.navigate.results import SERVER_CODES, SPIN_SERVER_CODES
@@ -85,13 +85,13 @@ class Navigator:
         if not odom_pose.is_finite():
             return
         self._fresh.saw(source, scan.stamp)
+        in_base = rays_of(scan, sensor_in_base)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
         ):
             if robot is not None:
-                rays = rays_of(scan, Transform3.from_pose2(robot) @ sensor_in_base)
-                costmap.add_rays(source, rays, robot)
+                costmap.add_rays(source, moved_rays(in_base, robot), robot)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""

@@ -339,3 +339,8 @@ def test_diagnoses() -> None:
 def test_wrong_node_parameters_are_named(wrong: dict[str, float]) -> None:
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         TurtlebotNodeParameters(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_moment_is_told_once():
+    pace = Pace(30.0)
+    assert [pace.is_due(stamp) for stamp in (1.0, 1.0, 1.05, 1.05, 1.10, 1.10)] == [True, False] * 3

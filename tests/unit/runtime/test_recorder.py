@@ -3,9 +3,11 @@ from __future__ import annotations
 import itertools
 import json
 
+import pytest
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure
-from florence_bt.runtime.recorder import RunRecorder
+from florence_bt.runtime.recorder import RunRecorder, read_record
 from florence_bt.runtime.run import Request
 from florence_bt.runtime.status import status_text
 from florence_bt.testing.mocks import Step
@@ -63,3 +65,53 @@ def test_the_final_tree_tells_why(bench, tmp_path):
 
 def test_the_status_of_nothing_is_said_in_words(bench):
     assert status_text(None, "", 0.0) == "no mission has run yet"
+
+
+def test_a_folder_that_cannot_be_written_to_stops_no_mission_and_is_told_once(bench, tmp_path):
+    (tmp_path / "runs").write_text("a file where the folder should be")
+    told = []
+    RunRecorder(bench.executor, tmp_path / "runs", bench.clock, lambda: None, on_trouble=told.append)
+    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(10.0)
+    assert run.status.value == "SUCCEEDED"
+    assert len(told) == 1 and run.run_id in told[0] and "not recorded" in told[0]
+    assert bench.clock.next_time() is None
+
+
+def test_a_disk_that_is_full_for_a_while_costs_only_the_run_of_that_time(bench, tmp_path):
+    told = []
+    recorder = RunRecorder(bench.executor, tmp_path, bench.clock, lambda: None, on_trouble=told.append)
+    first = bench.executor.trigger(Request("drive_once"))
+    bench.clock.advance(0.5)
+    recorder._open[first.run_id][1].close()
+    recorder._open[first.run_id] = (recorder._open[first.run_id][0], open("/dev/full", "w"))  # noqa: SIM115
+    bench.clock.advance(5.0)
+    assert first.status.value == "SUCCEEDED" and len(told) == 1 and "No space left" in told[0]
+    second = bench.executor.trigger(Request("drive_once"))
+    bench.clock.advance(5.0)
+    assert read_record(tmp_path, second.run_id).status == "SUCCEEDED"
+    assert len(told) == 1
+
+
+def test_without_anybody_to_tell_the_error_is_raised(bench, tmp_path):
+    (tmp_path / "runs").write_text("")
+    RunRecorder(bench.executor, tmp_path / "runs", bench.clock, lambda: None)
+    with pytest.raises(OSError):
+        bench.executor.trigger(Request("drive_once"))
+
+
+def test_a_record_reads_back(bench, tmp_path):
+    bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0))
+    run, folder, _ = record(bench, tmp_path, "drive_once")
+    past = read_record(tmp_path, run.run_id)
+    assert (past.run_id, past.mission, past.status) == (run.run_id, "drive_once", "FAILED")
+    assert (past.code, past.reason) == ("blocked", "a chair is in the way")
+    assert past.text == (folder / "tree.txt").read_text().rstrip("\n")
+
+
+@pytest.mark.parametrize("run_id", ["", "..", ".", "nothing", "../secret", "a/b", "/etc", "broken", "\0"])
+def test_what_is_no_record_is_not_found(tmp_path, run_id):
+    (tmp_path / "secret").mkdir()
+    (tmp_path / "runs" / "broken").mkdir(parents=True)
+    (tmp_path / "runs" / "broken" / "result.json").write_text("[1, 2")
+    assert read_record(tmp_path / "runs", run_id) is None

@@ -172,3 +172,28 @@ def test_same_seed_same_numbers_bit_for_bit(flat):
     assert first.travel() == second.travel() and first.yaw_rate() == second.yaw_rate()
     assert first.contacts == second.contacts and first.person_pose("bob") == second.person_pose("bob")
     assert first.robot_pose != other.robot_pose
+
+
+def test_a_world_at_rest_stands_still_until_the_wheels_are_driven(flat):
+    world = World(flat)
+    assert not world.resting  # it has yet to settle on its wheels
+    world.step_to(2.0)
+    assert world.resting
+    pose = world.robot_pose
+    world.step_to(60.0)
+    assert (world.time, world.robot_pose) == (pytest.approx(60.0), pose)
+    world.set_wheels(0.2, 0.2)
+    assert not world.resting
+    world.step_to(61.0)
+    assert pose.distance_to(world.robot_pose) > 0.1
+    world.set_wheels(0.0, 0.0)
+    assert not world.resting  # it still rolls
+    world.step_to(63.0)
+    assert world.resting
+
+
+def test_nothing_rests_while_somebody_walks(flat):
+    walker = PersonSpec("Ada", Pose2(2.0, 2.0), "walking", route=((3.0, 2.0),))
+    world = World(flat, people=[walker])
+    world.step_to(3.0)
+    assert not world.resting

@@ -1,0 +1,363 @@
+"""The mission server alone: its services, action and topics over skills that follow scripts."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import failure, success
+from florence_bt.testing.mocks import ScriptedSkill, Step
+
+pytestmark = pytest.mark.ros
+
+DRIVE = SkillDeclaration(
+    "drive",
+    "Drive some way",
+    inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)},
+    failures={"blocked": "something is in the way"},
+    resources=frozenset({"base"}),
+)
+MISSIONS = {
+    "drive_once": "description: Drives once.\ninputs:\n  way: {type: length, default: 1 m, max: 5 m}\n"
+    "tree:\n  sequence:\n    - drive: {way: $way}\n",
+    "drive_far": "description: Drives far.\ninputs:\n  way: {type: length, description: how far}\n"
+    "tree:\n  drive: {way: $way}\n",
+    "be_quick": "description: Waits a moment.\ntree:\n  wait: 1 ms\n",
+    "wrong": "description: Has an error.\ntree:\n  sequence:\n    - driv: {way: 1 m}\n",
+}
+
+
+class Bench:
+    """A mission server with a client's node beside it."""
+
+    def __init__(self, ros, folder, script):
+        from florence_bt.ros.node import FlorenceNode
+        from florence_bt.runtime.node import MissionNode
+
+        self.ros = ros
+        self.runs = folder / "runs"
+        missions = folder / "missions"
+        missions.mkdir()
+        for name, text in MISSIONS.items():
+            (missions / f"{name}.yaml").write_text(f"mission: {name}\n{text}")
+        (missions / "not-a-ros-name.yaml").write_text("mission: not-a-ros-name\ntree:\n  wait: 1 s\n")
+        (missions / "torn.yaml").write_text("mission: [")
+        self.recorded = []
+
+        def make_skills(node):
+            self.drive = ScriptedSkill(DRIVE, node.timebase, script)
+            return {"drive": self.drive}
+
+        self.server = ros.add(
+            MissionNode(
+                make_skills,
+                {"drive": DRIVE},
+                on_recorded=self.recorded.append,
+                parameters={"runs_folder": str(self.runs), "mission_folders": (str(missions),)},
+            )
+        )
+        self.node = ros.add(FlorenceNode("client"))
+        self._clients = {}
+
+    def call(self, service_type, name, **fields):
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(service_type, f"florence_bt/{name}")
+        self.ros.spin_until(client.service_is_ready, what=name)
+        future = client.call_async(service_type.Request(**fields))
+        self.ros.spin_until(future.done, what=f"the answer of {name}")
+        return future.result()
+
+    def run(self, mission, *, policy="", priority=0, **inputs):
+        from florence_interfaces.srv import RunMission
+
+        return self.call(
+            RunMission,
+            "run_mission",
+            mission=mission,
+            input_names=list(inputs),
+            input_values=list(inputs.values()),
+            caller="test",
+            policy=policy,
+            priority=priority,
+        )
+
+    def trigger(self, mission):
+        from std_srvs.srv import Trigger
+
+        return self.call(Trigger, f"missions/{mission}")
+
+    def status(self, run_id=""):
+        from florence_interfaces.srv import MissionStatus
+
+        return self.call(MissionStatus, "status", run_id=run_id)
+
+    def stop(self, run_id=""):
+        from florence_interfaces.srv import StopMission
+
+        return self.call(StopMission, "stop", run_id=run_id, reason="a test wants it")
+
+    def wait(self, state, run_id=""):
+        self.ros.spin_until(lambda: self.status(run_id).state == state, what=state)
+        return self.status(run_id)
+
+    def listen(self):
+        from florence_interfaces.msg import RunState
+        from std_msgs.msg import String
+
+        from florence_bt.ros.qos import LATCHED
+
+        states, trees = [], []
+        self.node.create_subscription(RunState, "florence_bt/run_state", states.append, LATCHED)
+        self.node.create_subscription(String, "florence_bt/tree", trees.append, LATCHED)
+        return states, trees
+
+
+@pytest.fixture
+def bench_of(ros, tmp_path):
+    return lambda *script: Bench(ros, tmp_path, script or (Step(None),))
+
+
+@pytest.mark.parametrize(
+    ("mission", "inputs", "policy", "message"),
+    [
+        ("drive_onc", {}, "", "drive_once"),
+        ("", {}, "", "there is no mission ''"),
+        ("torn", {}, "", "torn.yaml"),
+        ("wrong", {}, "", "driv"),
+        ("not-a-ros-name", {}, "", "not-a-ros-name.yaml"),
+        ("drive_once", {"weigh": "1 m"}, "", "no input 'weigh'"),
+        ("drive_once", {"way": "9 m"}, "", "way"),
+        ("drive_once", {"way": "1 kg"}, "", "way"),
+        ("drive_far", {}, "", "way is missing"),
+        ("drive_once", {}, "perhaps", "unknown policy 'perhaps'.*reject, queue, preempt"),
+    ],
+)
+def test_a_bad_trigger_is_answered_with_what_works(bench_of, mission, inputs, policy, message):
+    import re
+
+    bench = bench_of()
+    answer = bench.run(mission, policy=policy, **inputs)
+    assert not answer.accepted and answer.run_id == "" and re.search(message, answer.message), answer.message
+    assert bench.status().tree == "no mission has run yet" and not bench.drive.runs
+
+
+def test_names_without_values_are_refused(bench_of):
+    from florence_interfaces.srv import RunMission
+
+    answer = bench_of().call(RunMission, "run_mission", mission="drive_once", input_names=["way"])
+    assert not answer.accepted and "1 input names came with 0 values" in answer.message
+
+
+def test_a_run_from_trigger_to_record(bench_of):
+    bench = bench_of(Step(failure("blocked", "a chair is in the way"), after=0.3))
+    answer = bench.run("drive_once", way="2 m")
+    assert answer.accepted and answer.message == "drive_once starts"
+    status = bench.wait("RUNNING")
+    assert status.run_id == answer.run_id and status.mission == "drive_once" and "[>] drive" in status.tree
+    assert bench.drive.calls == [{"way": 2.0}]
+    status = bench.wait("FAILED", answer.run_id)
+    assert (status.code, status.reason) == ("blocked", "a chair is in the way") and "[x] drive" in status.tree
+    assert bench.status().run_id == answer.run_id
+    assert [record.folder for record in bench.recorded] == [bench.runs / answer.run_id]
+
+
+def test_triggers_by_name_are_served_for_missions_without_required_inputs(bench_of):
+    bench = bench_of(Step(success(), after=0.05))
+    answer = bench.trigger("drive_once")
+    assert answer.success and "run " in answer.message
+    again = bench.trigger("drive_once")
+    assert not again.success and "is running" in again.message
+    bench.wait("SUCCEEDED")
+    names = {name for name, _ in bench.node.get_service_names_and_types()}
+    assert "/florence_bt/missions/be_quick" in names
+    assert not any(word in name for name in names for word in ("drive_far", "not-a-ros-name", "torn"))
+
+
+def test_older_runs_are_told_from_their_records(bench_of):
+    bench = bench_of()
+    first = bench.run("be_quick").run_id
+    bench.wait("SUCCEEDED", first)
+    second = bench.run("be_quick").run_id
+    bench.wait("SUCCEEDED", second)
+    old = bench.status(first)
+    assert old.found and (old.run_id, old.mission, old.state) == (first, "be_quick", "SUCCEEDED")
+    assert "be_quick: SUCCEEDED" in old.tree
+    unknown = bench.status("../runs")
+    assert not unknown.found and "no run '../runs'" in unknown.tree
+
+
+def test_stops(bench_of):
+    bench = bench_of(Step(None, cancel_takes=0.1))
+    assert bench.stop().message == "no mission is running" and not bench.stop("T-1").success
+    run_id = bench.run("drive_once").run_id
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    assert "'T-1'" in bench.stop("T-1").message and bench.drive.active
+    stopped = bench.stop(run_id)
+    assert stopped.success and stopped.message == f"{run_id} stops"
+    status = bench.wait("STOPPED")
+    assert status.reason == "a test wants it (was at 'drive')" and bench.drive.runs[0].cancelled
+
+
+def test_queue_and_preemption(bench_of):
+    bench = bench_of(Step(None), Step(success(), after=0.05))
+    first = bench.run("drive_once", priority=2)
+    waiting = bench.run("drive_once", policy="queue")
+    assert waiting.accepted and "waits" in waiting.message
+    assert bench.status(waiting.run_id).state == "QUEUED"
+    assert bench.status().run_id == first.run_id
+    low = bench.run("be_quick", policy="preempt", priority=1)
+    assert not low.accepted and "priority 2" in low.message
+    high = bench.run("be_quick", policy="preempt", priority=3)
+    assert high.accepted
+    for run_id, state in (
+        (high.run_id, "SUCCEEDED"),
+        (waiting.run_id, "SUCCEEDED"),
+        (first.run_id, "STOPPED"),
+    ):
+        bench.wait(state, run_id)
+    results = {
+        r: json.loads((bench.runs / r / "result.json").read_text())
+        for r in (first.run_id, high.run_id, waiting.run_id)
+    }
+    assert "preempted by" in results[first.run_id]["reason"]
+    starts = [results[run.run_id]["started"] for run in (first, high, waiting)]
+    assert starts == sorted(starts)
+
+
+def test_who_joins_late_hears_of_the_run_that_goes_on(bench_of):
+    bench = bench_of()
+    states, trees = bench.listen()
+    bench.ros.spin_until(lambda: states, what="the first state")
+    assert states[-1].state == "IDLE" and not trees
+    first = bench.run("drive_once")
+    waiting = bench.run("drive_once", policy="queue")
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    states, trees = bench.listen()
+    bench.ros.spin_until(lambda: states and trees, what="the latched messages")
+    assert (states[0].run_id, states[0].state, states[0].mission) == (first.run_id, "ACTIVE", "drive_once")
+    assert "[>] drive" in trees[0].data and "drive_once: RUNNING" in trees[0].data
+    assert bench.stop(waiting.run_id).success
+    states, trees = bench.listen()
+    bench.ros.spin_until(lambda: states and trees, what="the latched messages")
+    assert states[0].run_id == first.run_id and first.run_id in trees[0].data
+    bench.stop()
+    bench.ros.spin_until(lambda: states[-1].state == "PREEMPTED", what="the end")
+    bench.ros.spin_until(lambda: "stopped because: a test wants it" in trees[-1].data, what="the last tree")
+
+
+def test_missions_are_listed_and_checked(bench_of):
+    from florence_interfaces.srv import CheckMission, ListMissions
+
+    bench = bench_of()
+    listed = bench.call(ListMissions, "list_missions")
+    missions = dict(zip(listed.names, listed.descriptions, strict=True))
+    assert missions["drive_once"] == "Drives once." and "goto_user" in missions and "torn" not in missions
+    assert bench.call(CheckMission, "check_mission", mission="drive_once").ok
+    for mission, text in (("wrong", "driv"), ("torn", "torn.yaml"), ("drive_onc", "drive_once")):
+        answer = bench.call(CheckMission, "check_mission", mission=mission)
+        assert not answer.ok and text in answer.report
+
+
+def test_runs_that_cannot_be_recorded_still_run(bench_of):
+    bench = bench_of(Step(success(), after=0.05))
+    bench.runs.write_text("a file where the folder should be")
+    bench.run("drive_once")
+    bench.wait("SUCCEEDED")
+    assert bench.recorded == []
+
+
+def send(bench, feedback=None, **goal):
+    from florence_interfaces.action import ExecuteMission
+    from rclpy.action import ActionClient
+
+    if not hasattr(bench, "action"):
+        bench.action = ActionClient(bench.node, ExecuteMission, "florence_bt/execute_mission")
+        bench.node.on_close(bench.action.destroy)
+    bench.ros.spin_until(bench.action.server_is_ready, what="the action")
+    heard = feedback if feedback is not None else []
+    future = bench.action.send_goal_async(
+        ExecuteMission.Goal(**goal), feedback_callback=lambda message: heard.append(message.feedback)
+    )
+    bench.ros.spin_until(future.done, what="the acceptance")
+    return future.result()
+
+
+def result_of(bench, goal):
+    future = goal.get_result_async()
+    bench.ros.spin_until(future.done, what="the result")
+    return future.result()
+
+
+def test_the_action_runs_a_mission_and_tells_its_tree(bench_of):
+    from action_msgs.msg import GoalStatus
+
+    bench = bench_of(Step(success(), after=0.3))
+    feedback = []
+    goal = send(bench, feedback, mission="drive_once", input_names=["way"], input_values=["2 m"])
+    assert goal.accepted
+    answer = result_of(bench, goal)
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED
+    assert (answer.result.state, answer.result.code) == (
+        "SUCCEEDED",
+        "ok",
+    ) and "[+] drive" in answer.result.tree
+    assert feedback[0].tip == "drive" and "[>] drive" in feedback[0].tree
+    assert feedback[0].run_id == answer.result.run_id and bench.drive.calls == [{"way": 2.0}]
+
+
+def test_the_action_refuses_and_fails(bench_of):
+    from action_msgs.msg import GoalStatus
+
+    bench = bench_of(Step(failure("blocked", "a chair"), after=0.05))
+    assert not send(bench, mission="drive_onc").accepted
+    answer = result_of(bench, send(bench, mission="drive_once"))
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    assert (answer.result.state, answer.result.code, answer.result.reason) == ("FAILED", "blocked", "a chair")
+
+
+def test_a_cancel_of_the_action_stops_the_mission(bench_of):
+    from action_msgs.msg import GoalStatus
+
+    bench = bench_of(Step(None, cancel_takes=0.1))
+    goal = send(bench, mission="drive_once")
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    cancel = goal.cancel_goal_async()
+    bench.ros.spin_until(cancel.done, what="the answer to the cancel")
+    answer = result_of(bench, goal)
+    assert answer.status == GoalStatus.STATUS_CANCELED and answer.result.state == "STOPPED"
+    assert "cancelled by the action client" in answer.result.reason and not bench.drive.active
+
+
+def test_a_newer_goal_of_the_action_leaves_no_older_run_behind(bench_of):
+    from action_msgs.msg import GoalStatus
+
+    bench = bench_of()
+    service = bench.run("drive_once")
+    older = send(bench, mission="drive_once", policy="queue")
+    assert older.accepted
+    # Its result would have to wait for the older one's place: that is what the service is for.
+    assert not send(bench, mission="drive_once", policy="queue").accepted
+    newer = send(bench, mission="be_quick", policy="preempt")
+    assert newer.accepted
+    assert result_of(bench, older).status == GoalStatus.STATUS_ABORTED
+    assert result_of(bench, newer).result.state == "SUCCEEDED"
+    bench.ros.spin_for(0.1)
+    assert len(bench.drive.runs) == 1 and bench.status(service.run_id).state == "STOPPED"
+
+
+def test_shutting_down_cancels_the_skill_and_completes_the_record(bench_of):
+    bench = bench_of(Step(None, cancel_takes=5.0))
+    run_id = bench.run("drive_once").run_id
+    waiting = bench.run("drive_once", policy="queue").run_id
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    bench.ros.close_node(bench.server)
+    assert [run.cancelled for run in bench.drive.runs] == [True]
+    for each in (run_id, waiting):
+        result = json.loads((bench.runs / each / "result.json").read_text())
+        assert result["status"] == "STOPPED" and "shutting down" in result["reason"]
+        last = (bench.runs / each / "journal.jsonl").read_text().splitlines()[-1]
+        assert json.loads(last)["event"] == "ended"
+    assert bench.recorded == []  # no pictures while the system goes down

@@ -1,0 +1,139 @@
+"""Every way in which a bring-up or a client ends early: nothing is left, the exit code is the right one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(240)]
+
+FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
+PATIENCE_S = 120.0
+
+
+def command_of(pid: int) -> str:
+    """The command line of a process, empty when it has ended."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def left_over(folder: Path) -> list[int]:
+    """Processes of a bring-up in a folder that are still there, those that draw pictures included."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            command = command_of(int(entry.name))
+            if str(folder) in command and "florence_bt." in command:
+                found.append(int(entry.name))
+    return found
+
+
+def bring_up(start_process, verb, folder, *more):
+    arguments = [verb, *(["--sim"] if verb == "up" else ["--headless"])]
+    return start_process(
+        *FLORENCE, *arguments, "--person", "living_room", "--speed", "4", "--out", folder, *more
+    )
+
+
+def assert_clean(child, folder, code):
+    assert child.process.returncode == code, child.output
+    assert "Traceback" not in child.output and "terminate called" not in child.output, child.output
+    assert left_over(folder) == []
+    ports = folder / "ports"
+    assert not ports.exists() or not any(ports.iterdir())
+
+
+MOMENTS = {
+    "while the parts are loaded": None,
+    "while the processes start": "starting 5 processes",
+    "while the mission runs": "calling the mission service",
+}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_demo_can_be_interrupted_at_every_moment(start_process, tmp_path, moment, number):
+    folder = tmp_path / "out"
+    child = bring_up(start_process, "demo", folder)
+    if MOMENTS[moment]:
+        child.wait_for(MOMENTS[moment], PATIENCE_S)
+    else:
+        wait_for_module(child, "rclpy")
+    child.end(number, PATIENCE_S)
+    assert_clean(child, folder, 130)
+
+
+def wait_for_module(child, name):
+    """Wait until a process has mapped a library of a module: it is amid its imports."""
+    maps = Path(f"/proc/{child.process.pid}/maps")
+    while name not in maps.read_text():
+        assert child.process.poll() is None, child.output
+
+
+def test_the_impatient_leave_nothing_either(start_process, tmp_path):
+    folder = tmp_path / "out"
+    child = bring_up(start_process, "up", folder)
+    child.wait_for("ready after", PATIENCE_S)
+    for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM):
+        child.process.send_signal(number)
+    child.end(signal.SIGINT, PATIENCE_S)
+    assert_clean(child, folder, 130)
+
+
+def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_dies(start_process, tmp_path):
+    folder = tmp_path / "out"
+    system = bring_up(start_process, "up", folder)
+    system.wait_for("ready after", PATIENCE_S)
+
+    again = bring_up(start_process, "up", folder)
+    assert again.process.wait(PATIENCE_S) == 2 and f"process {system.process.pid}" in again.output
+    elsewhere = bring_up(start_process, "demo", tmp_path / "elsewhere")
+    assert elsewhere.process.wait(PATIENCE_S) == 2, elsewhere.output
+    assert "ROS_DOMAIN_ID" in elsewhere.output
+    assert left_over(tmp_path / "elsewhere") == []
+
+    # Ctrl-C at the client stops the mission, and only that.
+    first = start_process(*FLORENCE, "run", "goto_room", "room=kitchen", "--headless")
+    first.wait_for("-- driving", PATIENCE_S)
+    assert first.end(signal.SIGINT, PATIENCE_S) == 130, first.output
+    run_id = next((folder / "runs").iterdir()).name
+    status = start_process(*FLORENCE, "status", "--run", run_id)
+    assert status.process.wait(PATIENCE_S) == 0 and "STOPPED" in status.output
+    assert "Ctrl-C at florence run" in status.output
+
+    # The mission server dies without a word while a client watches.
+    watcher = start_process(*FLORENCE, "run", "goto_room", "room=bedroom", "--headless")
+    watcher.wait_for("-- driving", PATIENCE_S)
+    (victim,) = (pid for pid in left_over(folder) if "missions" in command_of(pid))
+    os.kill(victim, signal.SIGKILL)
+    assert watcher.process.wait(PATIENCE_S) == 3
+    assert "the mission server went away" in watcher.output
+    assert system.process.wait(PATIENCE_S) == 3 and "the process 'missions' ended" in system.output
+    assert_clean(system, folder, 3)
+
+
+def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_process, tmp_path):
+    folder = tmp_path / "out"
+    first = bring_up(start_process, "up", folder)
+    first.wait_for("ready after", PATIENCE_S)
+    run = start_process(*FLORENCE, "run", "goto_room", "room=kitchen", "--detach")
+    assert run.process.wait(PATIENCE_S) == 0
+    first.process.kill()
+    first.process.wait()
+    end = time.monotonic() + PATIENCE_S
+    while left_over(folder):
+        assert time.monotonic() < end
+    fresh = bring_up(start_process, "up", folder)
+    fresh.wait_for("ready after", PATIENCE_S)
+    (run_id,) = (entry.name for entry in (folder / "runs").iterdir())
+    old = start_process(*FLORENCE, "status", "--run", run_id)
+    assert old.process.wait(PATIENCE_S) == 0 and "STOPPED" in old.output
+    fresh.end(signal.SIGINT, PATIENCE_S)
+    assert_clean(fresh, folder, 130)

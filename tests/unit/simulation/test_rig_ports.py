@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.simulation.flat import load_flat
+from florence_bt.simulation.ports import HardwareSettings
+from florence_bt.simulation.server import HardwareServer
+from florence_bt.simulation.world import World
+from florence_bt.wiring.simulated import hardware_mounts
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, 31.0, float("nan")])
+def test_a_rate_that_no_kinect_has_is_refused(tmp_path, rate):
+    with pytest.raises(ConfigError, match="kinect_rate"):
+        HardwareSettings(tmp_path, kinect_rate=rate)
+
+
+def test_ports_come_and_go_together(tmp_path):
+    settings = HardwareSettings(tmp_path / "ports")
+    server = HardwareServer(World(load_flat()), hardware_mounts(), settings)
+    server.open()
+    assert {path.name for path in settings.folder.iterdir()} == {"create", "hokuyo", "kinect"}
+    server.step()
+    assert server.truth()["time"] > 0.0 and server.truth()["people"] == {}
+    server.close()
+    assert not any(settings.folder.iterdir())
+
+
+def test_when_one_port_cannot_be_made_none_is_left(tmp_path):
+    settings = HardwareSettings(tmp_path / "ports")
+    settings.kinect_socket.mkdir(parents=True)
+    server = HardwareServer(World(load_flat()), hardware_mounts(), settings)
+    with pytest.raises(OSError):
+        server.open()
+    assert [path.name for path in settings.folder.iterdir()] == ["kinect"]

@@ -1,0 +1,133 @@
+"""Runs of components in this process: preemption, cancel, late results."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, cancelled, failure, success
+from florence_bt.simulation.rig_skills import (
+    ComponentRun,
+    ExclusiveComponent,
+    StartingSkill,
+    approach_skills,
+    locator_skills,
+)
+from florence_bt.skills.locate.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locate.locator import Locator
+
+
+class Component:
+    """Something that can be started and told to stop, and that says when it has stopped."""
+
+    def __init__(self):
+        self.exclusive = ExclusiveComponent()
+        self.stops = 0
+
+    def begin(self):
+        return self.exclusive.begin("working", self._stop)
+
+    def _stop(self):
+        self.stops += 1
+
+
+@pytest.fixture
+def component():
+    return Component()
+
+
+def test_a_run_lasts_until_the_component_is_done(component):
+    run = component.begin()
+    woken = []
+    run.on_change(lambda: woken.append(run.poll()))
+    assert run.poll() is None and run.feedback == "working"
+    component.exclusive.finish(success(pay=3))
+    assert run.poll() == success(pay=3) and woken == [success(pay=3)]
+    component.exclusive.finish(failure("late", "too late"))
+    assert run.poll() == success(pay=3) and len(woken) == 1
+
+
+def test_a_newer_run_ends_the_older_one_and_keeps_its_own_result(component):
+    older = component.begin()
+    newer = component.begin()
+    assert older.poll().outcome is Outcome.CANCELLED and "newer" in older.poll().reason
+    assert newer.poll() is None and component.stops == 0
+    older.cancel()
+    assert component.stops == 0  # the newer one goes on
+    component.exclusive.finish(success())
+    assert newer.poll() == success()
+
+
+def test_a_cancel_reaches_the_component_once_and_its_end_counts(component):
+    run = component.begin()
+    run.cancel()
+    run.cancel()
+    assert component.stops == 1 and run.poll() is None
+    component.exclusive.finish(cancelled())
+    assert run.poll().outcome is Outcome.CANCELLED
+    run.cancel()
+    assert component.stops == 1
+
+
+def test_a_newer_run_while_the_older_one_is_being_cancelled(component):
+    older = component.begin()
+    older.cancel()
+    newer = component.begin()
+    component.exclusive.finish(success())
+    assert older.poll().outcome is Outcome.CANCELLED and newer.poll() == success()
+
+
+def test_a_component_that_stops_within_the_cancel():
+    exclusive = ExclusiveComponent()
+    run = exclusive.begin("working", lambda: exclusive.finish(cancelled()))
+    run.cancel()
+    assert run.poll().outcome is Outcome.CANCELLED
+
+
+def test_any_order_of_begin_cancel_and_finish_leaves_at_most_one_open_run():
+    for steps in itertools.product("bcf", repeat=6):
+        component, runs = Component(), []
+        for step in steps:
+            if step == "b":
+                runs.append(component.begin())
+            elif step == "c" and runs:
+                runs[-1].cancel()
+            elif step == "f":
+                component.exclusive.finish(success())
+        assert [run for run in runs if run.poll() is None] in ([], runs[-1:])
+
+
+def test_a_skill_is_the_function_that_starts_it():
+    started = []
+
+    def start(inputs):
+        started.append(inputs)
+        return ComponentRun("working", lambda: None)
+
+    run = StartingSkill(start).start({"way": 1.0})
+    assert started == [{"way": 1.0}] and run.poll() is None
+
+
+def test_the_locator_as_skills():
+    locator = Locator(Hotspots([Hotspot("kitchen", Pose2(1.0, 2.0, 0.5))]), "kitchen")
+    skills = locator_skills(locator)
+
+    def call(name, **inputs):
+        return skills[name].start(inputs).poll()
+
+    assert call("get_user_room").outputs["room"] == "kitchen"
+    assert call("get_hotspot", label="kitchen").outputs["pose"] == Pose2(1.0, 2.0, 0.5)
+    assert call("get_hotspot", label="kitchn").code == "unknown_hotspot"
+    assert call("get_robot_pose").code == "no_pose"
+    locator.robot = Pose2(1.0, 1.0, 0.0)
+    assert call("get_robot_pose").outputs["pose"] == Pose2(1.0, 1.0, 0.0)
+
+
+def test_proposals_look_at_the_costmap():
+    inputs = {"user": Pose2(2.0, 0.0), "robot": Pose2(), "trial": 1, "safe_distance": 0.5}
+    free = approach_skills(lambda x, y: 0)["propose_approach_pose"].start(inputs).poll()
+    assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
+    full = approach_skills(lambda x, y: 100)["propose_approach_pose"].start(inputs).poll()
+    assert full.code == "pose_occupied"

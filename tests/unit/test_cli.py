@@ -1,0 +1,191 @@
+"""The command line without a running system: answers, exit codes, and how little it loads."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from florence_bt.cli import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE, app
+from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.trees.loader import BUILT_IN
+
+GOOD = "mission: {name}\ndescription: A test.\ntree:\n  wait: 1 s\n"
+BAD = "mission: {name}\ndescription: A test.\ntree:\n  wate: 1 s\n"
+
+
+@pytest.fixture
+def florence():
+    def call(*arguments):
+        return CliRunner().invoke(app, [str(argument) for argument in arguments], catch_exceptions=False)
+
+    return call
+
+
+@pytest.fixture
+def mission(tmp_path):
+    def write(name, text=GOOD):
+        file = tmp_path / f"{name}.yaml"
+        file.write_text(text.format(name=name))
+        return file
+
+    return write
+
+
+def test_check_of_good_missions(florence, mission, tmp_path):
+    done = florence("check", mission("one"), mission("two"))
+    assert done.exit_code == OK and "2 missions checked: no problem found" in done.stdout
+    assert florence("check", tmp_path).exit_code == OK
+    assert florence("check", BUILT_IN).exit_code == OK
+
+
+def test_check_tells_the_place_of_an_error(florence, mission):
+    file = mission("wrong", BAD)
+    done = florence("check", mission("one"), file)
+    assert done.exit_code == FAILED
+    assert f"{file}:4:3: error:" in done.stdout and "wait" in done.stdout and "1 error" in done.stdout
+
+
+def test_check_as_json_and_as_annotations(florence, mission):
+    file = mission("wrong", BAD)
+    done = florence("check", file, "--format", "json")
+    assert done.exit_code == FAILED and json.loads(done.stdout)[0]["line"] == 4
+    assert florence("check", file, "--format", "github").stdout.startswith("::error file=")
+    assert json.loads(florence("check", mission("one"), "--format", "json").stdout) == []
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"a: [", b"- 1", b"\x00", b"mission: x\n", b"&a [*a]"])
+def test_check_of_files_that_are_no_missions(florence, tmp_path, content):
+    file = tmp_path / "odd.yaml"
+    file.write_bytes(content)
+    done = florence("check", file)
+    assert done.exit_code == FAILED and str(file) in done.stdout
+
+
+def test_check_of_wrong_usage(florence, mission, tmp_path):
+    (tmp_path / "empty").mkdir()
+    for arguments, text in (
+        ([tmp_path / "nothing.yaml"], "there is no file"),
+        ([tmp_path / "empty"], "no mission file"),
+        ([mission("one"), "--format", "xml"], "text"),
+        ([mission("one"), "--hotspots", tmp_path / "none.yaml"], "hotspots"),
+        ([], "Missing argument"),
+        ([mission("one"), "--formt", "xml"], "No such option"),
+    ):
+        done = florence("check", *arguments)
+        assert done.exit_code == USAGE and text in done.stderr, done.stderr
+
+
+def test_check_of_labels_against_the_hotspots(florence, tmp_path):
+    file = tmp_path / "go.yaml"
+    file.write_text("mission: go\ndescription: Goes.\ntree:\n  call: goto_room\n  in: {room: kitchn}\n")
+    spots = tmp_path / "spots.yaml"
+    spots.write_text("hotspots:\n- {label: kitchen, x: 1, y: 2}\n")
+    assert florence("check", file, "--hotspots", spots).exit_code in (OK, FAILED)
+    spots.write_text("hotspots:\n- {label: kitchen, x: 1}\n")
+    assert florence("check", file, "--hotspots", spots).exit_code == USAGE
+
+
+def test_missions_are_listed_with_their_inputs(florence):
+    done = florence("missions")
+    assert done.exit_code == OK
+    assert "goto_user" in done.stdout and "room: text (required)" in done.stdout
+
+
+def test_missions_of_a_folder_and_what_cannot_be_read(florence, mission, tmp_path):
+    mission("mine")
+    mission("torn", "mission: [")
+    done = florence("missions", "--missions", tmp_path)
+    assert done.exit_code == OK and "mine" in done.stdout and "torn.yaml" in done.stderr
+    assert florence("missions", "--missions", tmp_path / "none").exit_code == USAGE
+
+
+def test_draw_as_text_and_into_files(florence, mission, tmp_path):
+    done = florence("draw", "goto_user")
+    assert done.exit_code == OK and "goto_user" in done.stdout
+    for ending in ("svg", "txt", "mermaid"):
+        out = tmp_path / f"tree.{ending}"
+        done = florence("draw", mission("mine"), "-o", out)
+        assert done.exit_code == OK and "mine" in out.read_text()
+    assert len(florence("draw", "goto_user", "--expand").stdout) > len(florence("draw", "goto_user").stdout)
+
+
+def test_draw_of_what_cannot_be_drawn(florence, mission, tmp_path):
+    for arguments, text in (
+        (["goto_usr"], "goto_user"),
+        (["goto_user", "-o", tmp_path / "tree.png"], ".svg"),
+        (["goto_user", "-o", tmp_path / "tree"], "without an ending"),
+        (["goto_user", "-o", tmp_path / "none" / "tree.svg"], "cannot be written"),
+        ([mission("torn", "mission: [")], "torn.yaml"),
+        ([tmp_path / "none.yaml"], "there is no mission"),
+        (["goto_user", "--missions", tmp_path / "none"], "no folder"),
+    ):
+        done = florence("draw", *arguments)
+        assert done.exit_code == USAGE and text in done.stderr, (arguments, done.stderr)
+
+
+def test_draw_of_a_mission_with_errors_does_not_break(florence, mission):
+    assert florence("draw", mission("wrong", BAD)).exit_code in (OK, USAGE)
+
+
+def test_wrong_usage_of_the_other_verbs(florence, tmp_path):
+    for arguments, text in (
+        (["run", "goto_room", "kitchen"], "key=value"),
+        (["run", "goto_room", "=kitchen"], "key=value"),
+        (["run", "goto_room", "--policy", "never"], "--policy"),
+        (["up"], "--sim"),
+        (["up", "--sim", "--robot", "robot.yaml"], "--robot CONFIG"),
+        (["up", "--robot", tmp_path / "none.yaml", "--out", tmp_path / "out"], "cannot be read"),
+        (["demo", "--speed", "0", "--out", tmp_path / "out"], "speed"),
+        (["demo", "--seed", "-1", "--out", tmp_path / "out"], "seed"),
+        (["fly"], "No such command"),
+    ):
+        done = florence(*arguments)
+        assert done.exit_code == USAGE and text in done.stderr, (arguments, done.stderr)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (ConfigError("wrong"), USAGE),
+        (DeviceTimeout("late"), NOT_THERE),
+        (FlorenceError("broken"), NOT_THERE),
+        (KeyboardInterrupt(), INTERRUPTED),
+        (ModuleNotFoundError("no module", name="mujoco"), USAGE),
+    ],
+)
+def test_every_error_has_its_exit_code_and_one_line(florence, monkeypatch, error, code):
+    def fail(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr("florence_bt.wiring.files.check_files", fail)
+    done = florence("check", "x.yaml")
+    assert done.exit_code == code
+    assert done.stderr.startswith("florence: ") and done.stderr.count("\n") == 1
+
+
+PROGRAM = """
+import sys
+from florence_bt.cli import app
+try:
+    app(sys.argv[1:], prog_name="florence")
+except SystemExit as end:
+    assert end.code == 0, end.code
+heavy = {"numpy", "numba", "scipy", "cv2", "mujoco", "matplotlib", "rclpy", "florence_interfaces"}
+print("heavy:", sorted(heavy & set(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["check", str(BUILT_IN)], ["draw", "goto_user"], ["missions"], ["--help"], ["demo", "--help"]],
+)
+def test_nothing_heavy_is_loaded_for(arguments):
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *arguments], capture_output=True, text=True, timeout=60
+    )
+    assert "heavy: []" in done.stdout, done.stdout + done.stderr

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.wiring.config import load_config, refuse_unknown_nodes, section
+
+
+def test_the_configuration_of_the_package_is_read():
+    config = load_config()
+    assert config and all(isinstance(section, dict) for section in config.values())
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"navigate: {a: 1\nb", r"robot\.yaml:2:\d+: is not YAML"),
+        (b"- navigate\n", "must map node names"),
+        (b"", "must map node names"),
+        (b"navigate: 3\n", "navigate must map parameter names"),
+        (b"navigate:\n", "navigate must map parameter names"),
+        (b"navigate: \xff\xfe\n", "no text in UTF-8"),
+        (b"navigate: {a: !!python/object:os.system {}}\n", "is not YAML"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_said_with_its_name(tmp_path, content, problem):
+    file = tmp_path / "robot.yaml"
+    file.write_bytes(content)
+    with pytest.raises(ConfigError, match=problem) as error:
+        load_config(file)
+    assert str(file) in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["nothing.yaml", "."])
+def test_a_file_that_cannot_be_read_is_named(tmp_path, name):
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load_config(tmp_path / name)
+
+
+def test_overrides_go_over_the_configuration_and_none_is_no_override():
+    config = {"navigate": {"speed": 1, "frame": "map"}}
+    assert section(config, "navigate", speed=2, frame=None) == {"speed": 2, "frame": "map"}
+    assert section(config, "localiser", seed=3, port=None) == {"seed": 3}
+    assert config == {"navigate": {"speed": 1, "frame": "map"}}
+
+
+def test_an_unknown_node_is_told_with_what_looks_like_it():
+    refuse_unknown_nodes({"navigate": {}}, {"navigate", "localiser"}, "robot.yaml")
+    with pytest.raises(ConfigError, match=r"robot\.yaml: unknown node 'navigat'.*navigate"):
+        refuse_unknown_nodes({"navigat": {}}, {"navigate", "localiser"}, "robot.yaml")

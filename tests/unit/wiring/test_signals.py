@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+import signal
+import threading
+
+import pytest
+
+from florence_bt.wiring.signals import all_like_ctrl_c, deaf, held_back
+
+
+@pytest.fixture(autouse=True)
+def handlers_as_before():
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    yield
+    assert {number: signal.getsignal(number) for number in before} == before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_every_signal_that_asks_for_the_end_is_like_ctrl_c(number):
+    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c():
+        signal.raise_signal(number)
+
+
+def test_what_nohup_ignores_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with all_like_ctrl_c(), held_back() as came:
+            signal.raise_signal(signal.SIGHUP)
+            assert not came()
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_signal_that_was_held_back_comes_when_the_block_is_over():
+    done = []
+    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c(), held_back() as came:
+        assert not came()
+        signal.raise_signal(signal.SIGTERM)
+        assert came()
+        done.append("the rest of the block")
+    assert done
+
+
+def test_blocks_within_blocks_deliver_at_the_end_of_the_outermost():
+    done = []
+    with pytest.raises(KeyboardInterrupt), held_back() as outer:
+        with held_back():
+            signal.raise_signal(signal.SIGINT)
+        assert outer()
+        done.append("after the inner block")
+    assert done
+
+
+def test_a_signal_goes_before_an_error_that_it_met():
+    with pytest.raises(KeyboardInterrupt), held_back():
+        signal.raise_signal(signal.SIGINT)
+        raise ValueError("on the way")
+
+
+def test_deaf_is_deaf():
+    with deaf():
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.raise_signal(number)
+
+
+def test_on_other_threads_nothing_happens():
+    seen = []
+
+    def work():
+        with all_like_ctrl_c(), held_back() as came, deaf():
+            seen.append(came())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert seen == [False]
