@@ -116,7 +116,7 @@ def robot(ros: Any) -> Robot:
 
 @pytest.fixture
 def tracker(ros: Any) -> UserTrackerNode:
-    return ros.add(UserTrackerNode())
+    return ros.add(UserTrackerNode(parameters={"keep_pictures_s": 0.1}))
 
 
 def test_the_tracker_takes_pictures_only_while_it_runs(

@@ -17,7 +17,7 @@ from florence_bt.wiring.options import BringUp
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(240)]
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
-SPEED = "4"
+SPEED = "2"
 PATIENCE_S = 200.0
 
 

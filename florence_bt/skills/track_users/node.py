@@ -51,6 +51,8 @@ class UserTrackerNodeParameters:
     Attributes:
         period_s: Pictures that come sooner after the last one are left out, seconds.
         colour_age_s: A colour picture may differ this much in time from the depth picture, seconds.
+        keep_pictures_s: Pictures are listened to for this long after a stop, seconds: between two looks the
+            tracker is stopped for a moment, and it would take a while to find the pictures anew.
         use_map: Whether the map takes walls and furniture out of the pictures.
         map_frame: The frame of the map.
         base_frame: The frame of the robot on the floor.
@@ -58,6 +60,7 @@ class UserTrackerNodeParameters:
 
     period_s: float = 0.06
     colour_age_s: float = 0.2
+    keep_pictures_s: float = 20.0
     use_map: bool = True
     map_frame: str = "map"
     base_frame: str = "base_footprint"
@@ -68,8 +71,8 @@ class UserTrackerNodeParameters:
         Raises:
             ConfigError: One is below zero.
         """
-        if not (self.period_s >= 0.0 and self.colour_age_s >= 0.0):
-            raise ConfigError("period_s and colour_age_s must not be below zero")
+        if not (self.period_s >= 0.0 and self.colour_age_s >= 0.0 and self.keep_pictures_s >= 0.0):
+            raise ConfigError("period_s, colour_age_s and keep_pictures_s must not be below zero")
 
 
 class UserTrackerNode(FlorenceNode):
@@ -88,6 +91,7 @@ class UserTrackerNode(FlorenceNode):
         self._look_timer: Timer | None = None
         self._started_by_look = False
         self._pictures: list[Any] = []
+        self._forget_timer: Timer | None = None
         self._depth_camera: CameraModel | None = None
         self._colour: ColourImage | None = None
         self._known: KnownObstacles | None = None
@@ -120,6 +124,9 @@ class UserTrackerNode(FlorenceNode):
 
     def _start(self) -> None:
         self._tracker.start(self.timebase.now())
+        if self._forget_timer is not None:
+            self._forget_timer.cancel()
+            self._forget_timer = None
         if not self._pictures:
             self._pictures = [
                 self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR),
@@ -130,6 +137,12 @@ class UserTrackerNode(FlorenceNode):
     def _stop(self) -> None:
         self._tracker.stop()
         self._colour = None
+        if self._pictures and self._forget_timer is None:
+            when = self.timebase.now() + self._use.keep_pictures_s
+            self._forget_timer = self.timebase.call_at(when, self._forget_pictures)
+
+    def _forget_pictures(self) -> None:
+        self._forget_timer = None
         for subscription in self._pictures:
             self.destroy_subscription(subscription)
         self._pictures = []
@@ -149,7 +162,7 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"the camera info is left out: {error}")
 
     def _on_colour(self, message: Image) -> None:
-        if self._depth_camera is None:
+        if not self._tracker.running or self._depth_camera is None:
             return
         try:
             # Only the pixels count here; the camera model of the depth picture stands in for its own.
