@@ -63,8 +63,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     if file is not None:
         machine = f"{os.cpu_count()} cores, Python {platform.python_version()}"
         text = (
-            '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`; medians unless said otherwise. '
-            f"Machine of the last run: {machine}. Compare ratios, not absolute times.\n\n"
+            '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`; medians unless said '
+            f"otherwise. Machine of the last run: {machine}. Compare ratios, not absolute times.\n\n"
         )
         file.write_text(text + figures.markdown(), encoding="utf-8")
         terminalreporter.write_line(f"written to {file}")

@@ -77,6 +77,11 @@ class SimulatorNode(FlorenceNode):
         self._thread.join()
 
     def _run(self) -> None:
+        # Raised on the executor's thread: a world that stands still without a word would be a riddle.
+        self.guarded(self._simulate)()
+        self.call_soon(lambda: None)
+
+    def _simulate(self) -> None:
         server = self._make_server()
         server.open()
         try:
