@@ -14,8 +14,9 @@ from florence_bt.wiring.system import System
 
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 IDLE_S = 10.0
-FAST = 20.0
-"""More than the machine can do, so that the simulation goes as fast as it can."""
+SPEEDS = (3.0, 5.0)
+"""Simulated seconds per wall second asked for; the first is the aim. Beyond what the machine can do, the
+latencies between the processes count more and more in simulated time, and missions begin to fail."""
 
 
 @pytest.fixture
@@ -50,8 +51,9 @@ def test_idle_cpu(benchmark, figures, domain, tmp_path):
     figures.add("idle stack, all processes", f"{sum(used.values()):.0f} % of a core", rest)
 
 
-def test_stack_speed(benchmark, figures, domain, tmp_path):
-    with System(BringUp(folder=str(tmp_path), person="kitchen", speed=FAST)) as system:
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_stack_speed(benchmark, figures, domain, tmp_path, speed):
+    with System(BringUp(folder=str(tmp_path), person="study", speed=speed)) as system:
         system.wait_ready(print)
         client = system.client
         client.follow_truth()
@@ -73,5 +75,5 @@ def test_stack_speed(benchmark, figures, domain, tmp_path):
     figures.add(
         "ROS stack: simulated seconds per wall second",
         f"{simulated / wall:.1f}",
-        f"goto_user {status.state} in {simulated:.0f} s, as fast as it goes on this machine",
+        f"asked for {speed:g}: goto_user {status.state} in {simulated:.0f} s {status.reason}",
     )
