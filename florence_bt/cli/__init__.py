@@ -1,0 +1,16 @@
+"""The command ``florence``. Every verb loads only what it needs: ``check`` and ``draw`` work without ROS.
+
+One module per group of verbs; importing it adds its verbs to the application.
+"""
+
+from __future__ import annotations
+
+from florence_bt.cli import missions, runs, system
+from florence_bt.cli._common import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE, app
+
+__all__ = ["FAILED", "INTERRUPTED", "NOT_THERE", "OK", "USAGE", "app", "main", "missions", "runs", "system"]
+
+
+def main() -> None:
+    """Entry point of the command."""
+    app(prog_name="florence", standalone_mode=True)

@@ -1,0 +1,69 @@
+"""What every verb shares: the application, exit codes, errors, common options."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.wiring.signals import all_like_ctrl_c
+
+OK, FAILED, USAGE, NOT_THERE, INTERRUPTED = 0, 1, 2, 3, 130
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
+    "configuration; 3 the system is not there, did not come up or broke down; 130 interrupted (Ctrl-C)."
+)
+
+app = typer.Typer(
+    name="florence",
+    help="Missions for home robots: behaviour trees in YAML, run on ROS 2.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+@contextmanager
+def errors_to_exit_codes() -> Iterator[None]:
+    """Turn the errors of Florence into one clear line and an exit code."""
+    try:
+        with all_like_ctrl_c():
+            yield
+    except ConfigError as error:
+        _fail(str(error), USAGE)
+    except FlorenceError as error:
+        _fail(str(error), NOT_THERE)
+    except ModuleNotFoundError as error:
+        _fail(
+            f"this verb needs the package {error.name!r}, which is not installed; "
+            "run `make setup` in a checkout, or build a ROS workspace with colcon (CONTRIBUTING.md)",
+            USAGE,
+        )
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+
+
+def _fail(message: str, code: int) -> None:
+    typer.echo(f"florence: {message}", err=True)
+    raise typer.Exit(code)
+
+
+FolderOption = Annotated[
+    list[Path] | None,
+    typer.Option("--missions", help="More folders of missions; later ones shadow earlier ones."),
+]
+
+
+def key_values(pairs: list[str]) -> dict[str, str]:
+    values = {}
+    for pair in pairs:
+        name, separator, value = pair.partition("=")
+        if not separator or not name:
+            raise ConfigError(f"{pair!r} is not an input", valid=["key=value, e.g. room=kitchen"])
+        values[name] = value
+    return values

@@ -1,0 +1,81 @@
+"""Verbs that bring the system up: ``demo``, ``up``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from florence_bt.cli._common import EXIT_CODES, FAILED, OK, FolderOption, app, errors_to_exit_codes
+from florence_bt.core.errors import ConfigError
+
+PersonOption = Annotated[
+    str | None,
+    typer.Option(help="Room the person is in, or 'absent' for nobody at home.", show_default="a random room"),
+]
+SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random generator.")]
+SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second aimed at.")]
+
+
+@app.command(epilog=f"Example: florence demo --person kitchen --seed 3\n\n{EXIT_CODES}")
+def demo(
+    person: PersonOption = None,
+    seed: SeedOption = 0,
+    speed: SpeedOption = 1.0,
+    out: Annotated[Path, typer.Option(help="Folder for the logs and the run.")] = Path("runs/demo"),
+    headless: Annotated[bool, typer.Option(help="Plain log lines instead of the live tree.")] = False,
+) -> None:
+    """Show the main job in the simulated flat: find the person and approach to a polite distance.
+
+    Brings up all nodes on ROS 2 over simulated hardware, calls the mission service for goto_user, shows the
+    tree live, and ends with the final tree, the reason, the distance to the person, the time and the folder
+    of the run.
+    """
+    with errors_to_exit_codes():
+        from rich.console import Console
+
+        from florence_bt.wiring.demo import print_result, run_demo
+        from florence_bt.wiring.options import BringUp
+
+        console = Console()
+        options = BringUp(folder=str(out.absolute()), person=person, seed=seed, speed=speed)
+        result = run_demo(options, console, headless=headless)
+        print_result(result, console)
+        raise typer.Exit(OK if result.succeeded else FAILED)
+
+
+@app.command(epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}")
+def up(
+    sim: Annotated[bool, typer.Option("--sim", help="Simulated hardware instead of the robot's.")] = False,
+    robot: Annotated[
+        Path | None, typer.Option(metavar="CONFIG", help="Drive the robot that this file configures.")
+    ] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
+    hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
+    folders: FolderOption = None,
+    person: PersonOption = None,
+    seed: SeedOption = 0,
+    speed: SpeedOption = 1.0,
+    out: Annotated[Path, typer.Option(help="Folder for the logs and the runs.")] = Path("runs/up"),
+) -> None:
+    """Bring the whole system up and keep it running until Ctrl-C."""
+    with errors_to_exit_codes():
+        if sim == (robot is not None):
+            raise ConfigError("say what to bring up", valid=["--sim", "--robot CONFIG"])
+        from florence_bt.wiring.options import BringUp
+        from florence_bt.wiring.up import run_up
+
+        run_up(
+            BringUp(
+                folder=str(out.absolute()),
+                simulated=sim,
+                config_file=str(robot.absolute()) if robot else None,
+                map_file=str(map_file.absolute()) if map_file else None,
+                hotspots_file=str(hotspots.absolute()) if hotspots else None,
+                mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
+                person=person,
+                seed=seed,
+                speed=speed,
+            )
+        )
