@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import traceback
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.composites import Composite
 from py_trees.composites import Selector as PyTreesSelector
 
 from florence_bt.behaviours.context import OpenRun, TreeContext
+from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.why import explain, path_of
 from florence_bt.core.outcome import Result, failure, success
 
@@ -26,10 +29,10 @@ class Selector(PyTreesSelector):
 
     def initialise(self) -> None:
         """Reset the children."""
-        _reset(self.children)
+        reset_all(self.children)
 
 
-class Finally(Composite):
+class Finally(Stepping):
     """Runs a body, then a clean-up, and ends with the status of the body.
 
     The clean-up also runs when the body is stopped from outside: then it goes on beside the tree, as one of
@@ -55,25 +58,25 @@ class Finally(Composite):
         self._cleanup = make_cleanup(context)
         super().__init__(name, [body, self._cleanup])
 
-    def tick(self) -> Iterator[Behaviour]:
-        """Tick the body until it is done, then the clean-up."""
+    def steps(self) -> Steps:
+        """The body until it is done, then the clean-up."""
         if self.status is not Status.RUNNING:
-            _reset(self.children)
+            self.halt_all()
             self.current_child = self._body
         if self.current_child is self._body:
-            yield from self._body.tick()
+            yield self._body
             if self._body.status is Status.RUNNING:
-                self.status = Status.RUNNING
-                yield self
-                return
+                return Status.RUNNING
             self.current_child = self._cleanup
-        yield from self._cleanup.tick()
+        yield self._cleanup
         if self._cleanup.status is Status.RUNNING:
-            self.status = Status.RUNNING
-        else:
-            self.stop(self._body.status)
-            self.current_child = self._body
-        yield self
+            return Status.RUNNING
+        self.current_child = self._body
+        return self._body.status
+
+    def active(self) -> Iterable[Behaviour]:
+        """The body or the clean-up."""
+        return () if self.current_child is None else (self.current_child,)
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Stop; when that interrupts the body or the clean-up, clean up beside the tree."""
@@ -107,14 +110,29 @@ class _CleanupRun:
         return tip.feedback_message if tip is not None else ""
 
     def poll(self) -> Result | None:
-        if self._result is None:
-            self._tree.tick_once()
+        if self._result is None and not self._context.pause.active:
+            try:
+                self._tree.tick_once()
+            except Exception as error:
+                # A bug in a clean-up ends the clean-up: it may have been woken by a timer, far from any tree.
+                self._break_off(error)
+                return self._result
             why = explain(self._tree)
             if why is not None:
                 self._result = failure(why.code, why.reason)
             elif self._tree.status is Status.SUCCESS:
                 self._result = success()
         return self._result
+
+    def _break_off(self, error: Exception) -> None:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(where.filename).name}:{where.lineno}"
+        self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
+        # Skills that the clean-up had started are told to stop; the node that broke may break again.
+        for node in self._tree.iterate():
+            if not node.children and node.status is Status.RUNNING:
+                with suppress(Exception):
+                    node.stop(Status.INVALID)
 
     def cancel(self) -> None:
         """Refused on purpose: the deadlines of its skills end a clean-up."""
@@ -132,7 +150,8 @@ class _CleanupRun:
         self._context.wake()
 
 
-def _reset(children: Iterable[Behaviour]) -> None:
+def reset_all(children: Iterable[Behaviour]) -> None:
+    """Let children forget where they stood."""
     for child in children:
         if child.status is not Status.INVALID:
             child.stop(Status.INVALID)

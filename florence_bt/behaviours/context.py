@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from florence_bt.behaviours.keys import KeyStore
-from florence_bt.core.clock import Clock
+from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Skill, SkillRun
@@ -33,14 +33,39 @@ class OpenRun:
     Attributes:
         path: The path of the node that started it.
         skill: The name of the skill (or of the clean-up).
-        run: The run itself.
+        run: The run itself; another one after a pause.
+        wake: Asks for a tick of the tree that the node belongs to.
+        inputs: What the skill was started with; None for a run that was started elsewhere.
         left: Whether the node that started it looks at it no more; the context then notes its end by itself.
+        late: Whether the skill took longer than its declaration allows.
+        suspended: Whether it was cancelled for a pause and will be started again.
+        told: Whether the end of the cancelled run was told already.
+        touched: Called when the node should look at the run again, before the tick is asked for.
+        deadline: The timer behind ``late``.
     """
 
     path: str
     skill: str
     run: SkillRun
+    wake: Callable[[], None]
+    inputs: Mapping[str, Any] | None = None
     left: bool = False
+    late: bool = False
+    suspended: bool = False
+    told: bool = False
+    touched: Callable[[], None] = _ignore
+    deadline: Timer | None = None
+
+
+@dataclass(slots=True)
+class Pause:
+    """Whether the run is paused; shared by every context of one run.
+
+    Attributes:
+        active: No node may be ticked and no skill started.
+    """
+
+    active: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,7 +82,8 @@ class TreeContext:
             its tree has finished or was stopped and this list is empty.
         on_skill_started: Called when a run begins.
         on_skill_ended: Called once when a run has reported its end, also after a cancel; by then the run has
-            left ``runs``.
+            left ``runs``, unless it will be started again after a pause.
+        pause: Whether the run is paused.
     """
 
     clock: Clock
@@ -68,6 +94,7 @@ class TreeContext:
     runs: list[OpenRun] = field(default_factory=list)
     on_skill_started: StartedHook = _ignore
     on_skill_ended: EndedHook = _ignore
+    pause: Pause = field(default_factory=Pause)
 
     def with_keys(self, keys: KeyStore) -> TreeContext:
         """The same context for a called mission, which has its own keys."""
@@ -81,31 +108,117 @@ class TreeContext:
             skill: The name of the skill, one of :attr:`skills`.
             inputs: The complete inputs in SI units, already checked.
         """
-        self.on_skill_started(path, skill, inputs)
-        return self.adopt(path, skill, self.skills[skill].start(inputs))
+        entry = self.adopt(path, skill, self._begin(path, skill, inputs))
+        entry.inputs = inputs
+        self._limit(entry)
+        return entry
 
     def adopt(self, path: str, skill: str, run: SkillRun) -> OpenRun:
         """Keep a run that was started elsewhere, until it reports its end."""
-        entry = OpenRun(path, skill, run)
+        entry = OpenRun(path, skill, run, self.wake)
         self.runs.append(entry)
-        run.on_change(lambda: self._on_change(entry))
+        run.on_change(lambda: self._on_change(entry, run))
         return entry
 
     def poll(self, entry: OpenRun) -> Result | None:
         """The result of a run, or None; the first time there is one the run is no longer kept."""
         result = entry.run.poll()
         if result is not None and entry in self.runs:
-            self.runs.remove(entry)
+            self.drop(entry)
             self.on_skill_ended(entry.path, entry.skill, result)
         return result
 
     def leave(self, entry: OpenRun) -> None:
         """Cancel a run that no node will look at any more, and wait for its end in the background."""
         entry.left = True
+        _end_limit(entry)
+        if entry.suspended and entry.told:
+            self.drop(entry)
+            return
+        entry.suspended = False
         entry.run.cancel()
         self.poll(entry)
 
-    def _on_change(self, entry: OpenRun) -> None:
-        if entry.left:
+    def drop(self, entry: OpenRun) -> None:
+        """Keep a run no longer."""
+        self.runs.remove(entry)
+        _end_limit(entry)
+
+    def suspend(self) -> None:
+        """Cancel every run that goes on, for a pause; a run that had finished keeps its result."""
+        self.pause.active = True
+        for entry in tuple(self.runs):
+            if entry.inputs is not None and not entry.left and self.poll(entry) is None:
+                entry.suspended = True
+                entry.told = False
+                _end_limit(entry)
+                entry.run.cancel()
+                self._look_at_suspended(entry)
+
+    def still_ending(self) -> list[OpenRun]:
+        """The runs that were cancelled for a pause and have not reported their end."""
+        return [entry for entry in self.runs if entry.suspended and not entry.told]
+
+    def resume(self) -> None:
+        """Start the suspended skills again with the same inputs."""
+        self.pause.active = False
+        for entry in tuple(self.runs):
+            if entry.suspended and entry.inputs is not None:
+                entry.suspended = False
+                run = entry.run = self._begin(entry.path, entry.skill, entry.inputs)
+                run.on_change(lambda entry=entry, run=run: self._on_change(entry, run))  # type: ignore[misc]
+                self._limit(entry)
+                _tell(entry)
+
+    def _begin(self, path: str, skill: str, inputs: Mapping[str, Any]) -> SkillRun:
+        # A mock of a test may answer differently at different nodes.
+        start_at = getattr(self.skills[skill], "start_at", None)
+        run: SkillRun = self.skills[skill].start(inputs) if start_at is None else start_at(path, inputs)
+        # Told afterwards: nothing stands between the end of one skill and the start of the next.
+        self.on_skill_started(path, skill, inputs)
+        return run
+
+    def _limit(self, entry: OpenRun) -> None:
+        """Give a run that goes on the time that its skill declares."""
+        entry.late = False
+        if self.poll(entry) is None:
+            when = self.clock.now() + self.declarations[entry.skill].deadline_s
+            entry.deadline = self.clock.call_at(when, lambda: _on_deadline(entry))
+
+    def _on_change(self, entry: OpenRun, run: SkillRun) -> None:
+        if run is not entry.run:
+            return  # the run before a pause
+        if entry.suspended:
+            self._look_at_suspended(entry)
+        elif entry.left:
             self.poll(entry)
-        self.wake()
+        _tell(entry)
+
+    def _look_at_suspended(self, entry: OpenRun) -> None:
+        """Note the end of a run that was cancelled for a pause; one that succeeded after all is done."""
+        result = None if entry.told else entry.run.poll()
+        if result is None:
+            return
+        entry.told = True
+        if result.succeeded:
+            entry.suspended = False
+            self.drop(entry)
+        self.on_skill_ended(entry.path, entry.skill, result)
+        _tell(entry)
+
+
+def _tell(entry: OpenRun) -> None:
+    entry.touched()
+    entry.wake()
+
+
+def _on_deadline(entry: OpenRun) -> None:
+    entry.deadline = None
+    entry.late = True
+    _tell(entry)
+
+
+def _end_limit(entry: OpenRun) -> None:
+    if entry.deadline is not None:
+        entry.deadline.cancel()
+        entry.deadline = None

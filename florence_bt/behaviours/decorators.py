@@ -1,8 +1,8 @@
-"""What the decorators here have in common, the two that change a status, and the call of another mission."""
+"""What the decorators here have in common, those that change a status, and the call of another mission."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -10,7 +10,8 @@ from py_trees.common import Status
 from py_trees.decorators import Decorator
 
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import KeyStore, MissingKey, resolve
+from florence_bt.behaviours.keys import KeyStore, ValueProblem, resolve
+from florence_bt.behaviours.reactive import AlwaysSettled, Reactive
 from florence_bt.core.declaration import Port
 from florence_bt.core.outcome import Result, failure
 
@@ -18,34 +19,58 @@ from florence_bt.core.outcome import Result, failure
 class PreparedDecorator(Decorator):
     """A decorator that looks up what it needs before its child begins, and fails when it cannot.
 
-    The child is not ticked at all when :meth:`prepare` finds a problem.
+    The child is not ticked at all when :meth:`prepare` has a result already: then that is the node's own.
     """
+
+    on_halt: Callable[[Behaviour], None] | None = None
+    """Set by a ticker that wants to stop the child itself."""
 
     def __init__(self, name: str, child: Behaviour) -> None:
         super().__init__(name, child)
         self.result: Result | None = None
 
     def prepare(self) -> Result | None:
-        """Look up what is needed for a new round; the failure when something is wrong."""
+        """Look up what is needed for a new round; a failure, or a success, that needs no child."""
         return None
 
     def tick(self) -> Iterator[Behaviour]:
         """Prepare, then tick as every decorator does."""
-        if self.status is not Status.RUNNING:
-            self.feedback_message = ""
-            try:
-                self.result = self.prepare()
-            except MissingKey as error:
-                self.result = error.as_result()
-            if self.result is not None:
-                self.feedback_message = self.result.reason
-                self.stop(Status.FAILURE)
-                yield self
-                return
-        yield from super().tick()
+        if self.gate():
+            yield from super().tick()
+        else:
+            yield self
+
+    def gate(self) -> bool:
+        """Whether the child may be ticked now; when not, the node has ended with a result of its own."""
+        if self.status is Status.RUNNING:
+            return True
+        self.feedback_message = ""
+        try:
+            self.result = self.prepare()
+        except ValueProblem as error:
+            self.result = error.as_result()
+        if self.result is None:
+            return True
+        self.settle(self.result)
+        return False
+
+    @property
+    def refused(self) -> bool:
+        """Whether the node has ended with a result of its own and without its child."""
+        return self.result is not None and self.decorated.status is Status.INVALID
+
+    def settle(self, result: Result) -> None:
+        """End with a result that the child has no part in."""
+        self.feedback_message = result.reason
+        if self.decorated.status is not Status.INVALID:
+            if self.on_halt is None:
+                self.decorated.stop(Status.INVALID)
+            else:
+                self.on_halt(self.decorated)
+        self.stop(Status.SUCCESS if result.succeeded else Status.FAILURE)
 
 
-class Invert(PreparedDecorator):
+class Invert(AlwaysSettled, PreparedDecorator):
     """Turns success into failure and failure into success."""
 
     def update(self) -> Status:
@@ -59,7 +84,7 @@ class Invert(PreparedDecorator):
         return self.decorated.status
 
 
-class ForceSuccess(Decorator):
+class ForceSuccess(AlwaysSettled, Decorator):
     """Succeeds when its child is done, whichever way."""
 
     def update(self) -> Status:
@@ -67,7 +92,20 @@ class ForceSuccess(Decorator):
         return Status.RUNNING if self.decorated.status is Status.RUNNING else Status.SUCCESS
 
 
-class CallMission(PreparedDecorator):
+class ForceFailure(AlwaysSettled, PreparedDecorator):
+    """Fails when its child is done, whichever way; a failure of the child stands as it is."""
+
+    def update(self) -> Status:
+        """RUNNING as long as the child is, then FAILURE."""
+        if self.decorated.status is Status.RUNNING:
+            return Status.RUNNING
+        if self.decorated.status is Status.SUCCESS:
+            self.result = failure("forced", f"{self.decorated.name} succeeded, which counts as failure here")
+            self.feedback_message = self.result.reason
+        return Status.FAILURE
+
+
+class CallMission(Reactive, PreparedDecorator):
     """Runs the tree of another mission with keys of its own.
 
     Args:
@@ -92,7 +130,7 @@ class CallMission(PreparedDecorator):
     ) -> None:
         super().__init__(name, child)
         self._context = context
-        self._called_keys = called_keys
+        self.called_keys = called_keys
         self._ports = ports
         self._inputs = dict(inputs)
         self._outputs = dict(outputs)
@@ -108,7 +146,7 @@ class CallMission(PreparedDecorator):
         ]
         if problems:
             return failure("bad_input", "; ".join(problems))
-        self._called_keys.reset(values)
+        self.called_keys.reset(values)
         return None
 
     def update(self) -> Status:
@@ -116,8 +154,8 @@ class CallMission(PreparedDecorator):
         if self.decorated.status is Status.SUCCESS:
             try:
                 for output, key in self._outputs.items():
-                    self._context.keys.write(key, self._called_keys.read(output))
-            except MissingKey as error:
+                    self._context.keys.write(key, self.called_keys.read(output))
+            except ValueProblem as error:
                 self.result = error.as_result()
                 self.feedback_message = self.result.reason
                 return Status.FAILURE

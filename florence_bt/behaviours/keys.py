@@ -6,18 +6,32 @@ not a crash.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+from florence_bt.core.declaration import Port
 from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure
 
 _STORABLE = (str, bool, int, float, Pose2)
+_NOTHING = object()
+"""Stands for the value of a key that has none."""
 
 
-class MissingKey(FlorenceError):
+class ValueProblem(FlorenceError):
+    """A value cannot be had, or not be kept: an expected failure of the node that wanted it."""
+
+    code = "bad_input"
+    """The code of the failure."""
+
+    def as_result(self) -> Result:
+        """The failure of the node that wanted the value."""
+        return failure(self.code, str(self))
+
+
+class MissingKey(ValueProblem):
     """A key was read that nothing has written.
 
     Attributes:
@@ -25,15 +39,31 @@ class MissingKey(FlorenceError):
         known: The keys that have a value.
     """
 
+    code = "missing_key"
+
     def __init__(self, key: str, known: Mapping[str, Any]) -> None:
         self.key = key
         self.known = tuple(sorted(known))
         has = ", ".join(closest_first(key, known)) or "none at all"
         super().__init__(f"the key {key!r} has no value yet (keys with a value: {has})")
 
-    def as_result(self) -> Result:
-        """The failure of the node that read the key."""
-        return failure("missing_key", str(self))
+
+class WrongValue(ValueProblem):
+    """A key was given what its declaration does not allow.
+
+    Attributes:
+        key: The key.
+    """
+
+    code = "bad_output"
+
+    def __init__(self, key: str, problem: str) -> None:
+        self.key = key
+        super().__init__(f"the key {key!r} cannot hold this: {problem}")
+
+
+Watcher = Callable[[str], None]
+"""Called with the name of the key that changed."""
 
 
 class KeyStore:
@@ -41,13 +71,56 @@ class KeyStore:
 
     def __init__(self, values: Mapping[str, Any] | None = None) -> None:
         self._values: dict[str, Any] = {}
+        self._declared: Mapping[str, Port] = {}
+        self._watchers: dict[str, tuple[Watcher, ...]] = {}
         self.reset(values or {})
 
+    def declare(self, ports: Mapping[str, Port]) -> None:
+        """Say what some keys hold.
+
+        Args:
+            ports: What each declared key holds; a default is its value after every reset.
+        """
+        self._declared = dict(ports)
+
     def reset(self, values: Mapping[str, Any]) -> None:
-        """Forget everything and begin with these values."""
-        self._values.clear()
+        """Forget everything and begin with these values, and with the defaults of declared keys."""
+        defaults = {key: port.default for key, port in self._declared.items() if not port.required}
+        values = {**defaults, **values}
         for key, value in values.items():
-            self.write(key, value)
+            _check_storable(key, value)
+        before, self._values = self._values, dict(values)
+        for key in tuple(self._watchers):
+            self._tell(key, before.get(key, _NOTHING), values.get(key, _NOTHING))
+
+    def watch(self, keys: Iterable[str], callback: Watcher) -> Callable[[], None]:
+        """Call back with the name of a key whenever its value has changed, was first written or is gone.
+
+        Writing the value that a key has already is no change. The callback comes inside ``write`` or
+        ``reset``, after the value was stored; it should only take a note.
+
+        Args:
+            keys: What is watched; names that nothing has written yet too.
+            callback: Takes the name of the key.
+
+        Returns:
+            A function that ends the watch.
+        """
+        names = tuple(dict.fromkeys(keys))
+        for key in names:
+            self._watchers[key] = (*self._watchers.get(key, ()), callback)
+
+        def end() -> None:
+            nonlocal names
+            for key in names:
+                left = list(self._watchers[key])
+                left.remove(callback)
+                self._watchers[key] = tuple(left)
+                if not left:
+                    del self._watchers[key]
+            names = ()
+
+        return end
 
     def read(self, key: str) -> Any:
         """The value of a key.
@@ -65,12 +138,31 @@ class KeyStore:
 
         Raises:
             TypeError: The value is of none of the types that flow between skills.
+            WrongValue: The key is declared to hold something else.
         """
-        if not isinstance(value, _STORABLE):
-            raise TypeError(
-                f"the key {key!r} cannot hold {value!r}; text, numbers, booleans and poses can be held"
-            )
+        _check_storable(key, value)
+        if key in self._declared:
+            self.check(key, value)
+        old = self._values.get(key, _NOTHING) if key in self._watchers else value
         self._values[key] = value
+        self._tell(key, old, value)
+
+    def check(self, key: str, value: Any) -> None:
+        """See whether a key may be given a value, without giving it.
+
+        Raises:
+            WrongValue: The key is declared to hold something else.
+        """
+        port = self._declared.get(key)
+        problem = port.problem_with(value) if port is not None else None
+        if problem:
+            raise WrongValue(key, problem)
+
+    def _tell(self, key: str, old: Any, new: Any) -> None:
+        # 1, 1.0 and True are equal, but a text that shows them is not the same.
+        if old is not new and (type(old) is not type(new) or old != new):
+            for callback in self._watchers.get(key, ()):
+                callback(key)
 
     def __contains__(self, key: object) -> bool:
         return key in self._values
@@ -83,6 +175,13 @@ class KeyStore:
         return dict(self._values)
 
 
+def _check_storable(key: str, value: Any) -> None:
+    if not isinstance(value, _STORABLE):
+        raise TypeError(
+            f"the key {key!r} cannot hold {value!r}; text, numbers, booleans and poses can be held"
+        )
+
+
 @runtime_checkable
 class ValueSource(Protocol):
     """A value that is known only when the mission runs."""
@@ -91,7 +190,7 @@ class ValueSource(Protocol):
         """The value now.
 
         Raises:
-            MissingKey: It needs a key that has no value.
+            ValueProblem: It needs a key that has no value, or cannot be computed.
         """
 
 
@@ -118,7 +217,7 @@ class TextTemplate:
         parts: Pieces of text, and the keys whose values stand between them.
     """
 
-    parts: tuple[str | KeyReference, ...]
+    parts: tuple[str | ValueSource, ...]
 
     def resolve(self, keys: KeyStore) -> str:
         """The text with the values of its keys."""
@@ -149,7 +248,7 @@ def resolve(value: Any, keys: KeyStore) -> Any:
     """A literal as it is; a value source as it stands now.
 
     Raises:
-        MissingKey: A key that is needed has no value.
+        ValueProblem: A key that is needed has no value, or the value cannot be computed.
     """
     return value.resolve(keys) if isinstance(value, ValueSource) else value
 

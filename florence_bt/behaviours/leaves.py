@@ -9,11 +9,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import MissingKey, readable, resolve
+from florence_bt.behaviours.keys import ValueProblem, readable, resolve
+from florence_bt.behaviours.reactive import AlwaysSettled
 from florence_bt.core.outcome import Result, failure
 
 
-class Succeed(Behaviour):
+class Succeed(AlwaysSettled, Behaviour):
     """Succeeds at once."""
 
     def update(self) -> Status:
@@ -42,7 +43,7 @@ class Fail(Behaviour):
         """FAILURE with the reason."""
         try:
             self.result = failure(self._code, readable(resolve(self._reason, self._context.keys)))
-        except MissingKey as error:
+        except ValueProblem as error:
             self.result = error.as_result()
         self.feedback_message = self.result.reason
         return Status.FAILURE
@@ -68,7 +69,9 @@ class SetKey(Behaviour):
         keys = self._context.keys
         try:
             resolved = {key: resolve(value, keys) for key, value in self._values.items()}
-        except MissingKey as error:
+            for key, value in resolved.items():
+                keys.check(key, value)
+        except ValueProblem as error:
             self.result = error.as_result()
             self.feedback_message = self.result.reason
             return Status.FAILURE

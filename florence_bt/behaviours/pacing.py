@@ -12,43 +12,18 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.composites import Sequence
 
+from florence_bt.behaviours._alarm import Alarm, bad_duration
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import PreparedDecorator
-from florence_bt.behaviours.keys import MissingKey, resolve
+from florence_bt.behaviours.keys import ValueProblem, resolve
+from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import Why, explain
-from florence_bt.core.clock import Timer
 from florence_bt.core.outcome import Result, failure
 
 
-class _Alarm:
-    """A moment on the clock that stays passed once it has come, and wakes the executor when it comes.
-
-    The callback counts, not a second look at the clock: a timer that fires a hair early must not be lost.
-    """
-
-    def __init__(self, context: TreeContext) -> None:
-        self.passed = False
-        self._context = context
-        self._timer: Timer | None = None
-
-    def set(self, seconds: float) -> None:
-        self.clear()
-        self.passed = False
-        clock = self._context.clock
-        self._timer = clock.call_at(clock.now() + seconds, self._ring)
-
-    def clear(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-
-    def _ring(self) -> None:
-        self.passed = True
-        self._context.wake()
-
-
-class Wait(Behaviour):
+class Wait(Reactive, Behaviour):
     """Succeeds after a pause.
 
     Args:
@@ -62,7 +37,7 @@ class Wait(Behaviour):
         self.result: Result | None = None
         self._context = context
         self._duration = duration
-        self._alarm = _Alarm(context)
+        self._alarm = Alarm(context, self.touch)
 
     def initialise(self) -> None:
         """Begin the pause."""
@@ -70,10 +45,10 @@ class Wait(Behaviour):
         self.result = None
         try:
             duration = resolve(self._duration, self._context.keys)
-        except MissingKey as error:
+        except ValueProblem as error:
             self.result = error.as_result()
             return
-        self.result = _bad_duration(duration)
+        self.result = bad_duration(duration)
         if self.result is None:
             self._alarm.set(duration)
 
@@ -89,7 +64,20 @@ class Wait(Behaviour):
         self._alarm.clear()
 
 
-class Timeout(PreparedDecorator):
+class Delay(Sequence):
+    """Starts its child after a pause: a sequence of the two.
+
+    Args:
+        name: The name of the node in dumps.
+        pause: The pause.
+        child: What is done after it.
+    """
+
+    def __init__(self, name: str, pause: Wait, child: Behaviour) -> None:
+        super().__init__(name, True, [pause, child])
+
+
+class Timeout(Reactive, PreparedDecorator):
     """Stops its child and fails when the child takes too long.
 
     Args:
@@ -104,12 +92,12 @@ class Timeout(PreparedDecorator):
         self._context = context
         self._duration = duration
         self._seconds = 0.0
-        self._alarm = _Alarm(context)
+        self._alarm = Alarm(context, self.touch)
 
     def prepare(self) -> Result | None:
         """Look up the duration."""
         self._seconds = resolve(self._duration, self._context.keys)
-        return _bad_duration(self._seconds)
+        return bad_duration(self._seconds)
 
     def initialise(self) -> None:
         """Start the timer."""
@@ -153,6 +141,8 @@ class _Counting(PreparedDecorator):
             return failure(
                 "bad_input", f"{self.name} needs a whole number of at least 1, not {self.rounds!r}"
             )
+        if self._round_key is not None:
+            self._context.keys.check(self._round_key, 1)
         return None
 
     def initialise(self) -> None:
@@ -171,7 +161,7 @@ class _Counting(PreparedDecorator):
         return Status.RUNNING
 
 
-class Retry(_Counting):
+class Retry(Reactive, _Counting):
     """Starts its child again when it fails.
 
     Args:
@@ -226,7 +216,7 @@ class Retry(_Counting):
         return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
 
 
-class Repeat(_Counting):
+class Repeat(Reactive, _Counting):
     """Starts its child again when it succeeds, until it has succeeded a number of times.
 
     Args:
@@ -242,13 +232,3 @@ class Repeat(_Counting):
             return self.decorated.status
         self.feedback_message = f"round {self.round + 1} of {self.rounds}"
         return self._again()
-
-
-def _bad_duration(duration: Any) -> Result | None:
-    if (
-        isinstance(duration, (int, float))
-        and not isinstance(duration, bool)
-        and 0.0 <= duration < float("inf")
-    ):
-        return None
-    return failure("bad_input", f"a duration of zero or more seconds is needed, not {duration!r}")

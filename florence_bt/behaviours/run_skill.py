@@ -9,14 +9,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.context import OpenRun, TreeContext
-from florence_bt.behaviours.keys import MissingKey, resolve
+from florence_bt.behaviours.keys import ValueProblem, resolve
+from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import path_of
-from florence_bt.core.clock import Timer
 from florence_bt.core.errors import closest_first
 from florence_bt.core.outcome import Outcome, Result, failure
 
 
-class RunSkill(Behaviour):
+class RunSkill(Reactive, Behaviour):
     """Runs a skill.
 
     RUNNING while the run goes on, SUCCESS with its outputs written to keys, FAILURE with the result in
@@ -47,17 +47,14 @@ class RunSkill(Behaviour):
         self._context = context
         self._declaration = context.declarations[skill]
         self._entry: OpenRun | None = None
-        self._deadline: Timer | None = None
-        self._deadline_passed = False
 
     def initialise(self) -> None:
         """Check the inputs and start the skill."""
         self.result = None
         self.feedback_message = ""
-        self._deadline_passed = False
         try:
             inputs = {name: resolve(value, self._context.keys) for name, value in self.inputs.items()}
-        except MissingKey as error:
+        except ValueProblem as error:
             self.result = error.as_result()
             return
         self.result = self._refusal(inputs)
@@ -65,15 +62,13 @@ class RunSkill(Behaviour):
             return
         complete = self._declaration.complete(inputs)
         self._entry = self._context.start(path_of(self), self.skill, complete)
-        if self._context.poll(self._entry) is None:
-            when = self._context.clock.now() + self._declaration.deadline_s
-            self._deadline = self._context.clock.call_at(when, self._on_deadline)
+        self._entry.touched = self.touch
 
     def update(self) -> Status:
         """Look at the run."""
         if self._entry is not None:
             result = self._context.poll(self._entry)
-            if result is None and not self._deadline_passed:
+            if result is None and not self._entry.late:
                 self.feedback_message = self._entry.run.feedback
                 return Status.RUNNING
             self.result = self._too_late() if result is None else self._checked(result)
@@ -87,16 +82,9 @@ class RunSkill(Behaviour):
 
     def terminate(self, new_status: Status) -> None:
         """Leave no run behind, also when its goal was not accepted yet."""
-        if self._deadline is not None:
-            self._deadline.cancel()
-            self._deadline = None
         entry, self._entry = self._entry, None
         if entry is not None and entry in self._context.runs:
             self._context.leave(entry)
-
-    def _on_deadline(self) -> None:
-        self._deadline_passed = True
-        self._context.wake()
 
     def _refusal(self, inputs: Mapping[str, Any]) -> Result | None:
         if self.skill not in self._context.skills:
@@ -119,11 +107,15 @@ class RunSkill(Behaviour):
             return (
                 result if result.reason else failure(result.code, f"{self.skill} failed with {result.code}")
             )
-        for output in self.outputs:
+        for output, key in self.outputs.items():
             port = self._declaration.outputs.get(output)
             if output not in result.outputs or port is None:
                 return failure("bad_output", f"{self.skill} gave no output {output!r} although it succeeded")
             problem = port.problem_with(result.outputs[output])
             if problem:
                 return failure("bad_output", f"the output {output!r} of {self.skill} is wrong: {problem}")
+            try:
+                self._context.keys.check(key, result.outputs[output])
+            except ValueProblem as error:
+                return error.as_result()
         return result

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 from typing import Protocol, runtime_checkable
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Selector
 
-from florence_bt.behaviours.keys import KeyStore, MissingKey, TextTemplate
+from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem
 from florence_bt.core.outcome import Result
+
+SHORT_REASON = 80
+"""Characters of a reason that stands beside others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,15 @@ class RetellsFailure(Protocol):
         """The child's failure with what this node knows about it."""
 
 
+@runtime_checkable
+class PointsToCause(Protocol):
+    """A composite that knows which child a failure comes from, such as an ``if``."""
+
+    @property
+    def cause(self) -> Behaviour | None:
+        """The child, or None when the node failed by itself."""
+
+
 @dataclass(frozen=True, slots=True)
 class Because:
     """Reasons that the author of a mission gave for the failures of a node.
@@ -66,7 +79,7 @@ class Because:
             return why
         try:
             return replace(why, reason=template.resolve(self.keys))
-        except MissingKey:
+        except ValueProblem:
             return why
 
 
@@ -84,32 +97,81 @@ def path_of(node: Behaviour) -> str:
     return "/".join(reversed(names))
 
 
-def explain(root: Behaviour) -> Why | None:
+def remember_failure(node: Behaviour, why: Why | None) -> None:
+    """Keep why a node failed, or forget it (None): a selector resets the branches that it has left behind."""
+    if why is not None:
+        node.__dict__["failed_with"] = why
+    else:
+        node.__dict__.pop("failed_with", None)
+
+
+def remembered_failure(node: Behaviour) -> Why | None:
+    """Why a branch that its selector has left behind failed in this round; None for every other node."""
+    selector = node.parent
+    if not isinstance(selector, Selector) or selector.status is Status.INVALID:
+        return None
+    left_behind = takewhile(lambda child: child is not selector.current_child, selector.children)
+    why = node.__dict__.get("failed_with") if any(child is node for child in left_behind) else None
+    return why if isinstance(why, Why) else None
+
+
+def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why | None:
     """Find the cause of a failure in a tree, or a part of one, that has just finished.
 
     A decorator points to its child, a sequence and a parallel to the child that failed, a selector to the
-    last child that failed.
+    last child that failed; its reason tells why the others failed too.
 
     Args:
         root: The node to explain.
+        known: Causes found before in the same tree as it stands; new ones are added.
 
     Returns:
         The cause, or None when the node has not failed.
     """
     if root.status is not Status.FAILURE:
         return None
-    why = _cause(root)
-    because = root.__dict__.get("because")
-    return because.retell(why) if isinstance(because, Because) else why
+    known = {} if known is None else known
+    why = known.get(root)
+    if why is None:
+        why = _cause(root, known)
+        because = root.__dict__.get("because")
+        if isinstance(because, Because):
+            why = because.retell(why)
+        known[root] = why
+    return why
 
 
-def _cause(node: Behaviour) -> Why:
+def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
     own = node.result if isinstance(node, FailsByItself) else None
     if own is not None and not own.succeeded:
         return Why(path_of(node), own.code, own.reason)
-    failed = [child for child in node.children if child.status is Status.FAILURE]
+    children = [node.cause] if isinstance(node, PointsToCause) and node.cause is not None else node.children
+    failed = [child for child in children if child.status is Status.FAILURE]
     if not failed:
         return Why(path_of(node), "failed", node.feedback_message or f"{node.name} failed")
-    why = explain(failed[-1] if isinstance(node, Selector) else failed[0])
-    assert why is not None  # the child's status is FAILURE
+    if isinstance(node, Selector):
+        why = _of_all(node, failed[-1], known)
+    else:
+        why = _why(failed[0], known)
     return node.retell(why) if isinstance(node, RetellsFailure) else why
+
+
+def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) -> Why:
+    """The cause of a selector: that of the last branch, and in short why the others failed."""
+    why = _why(last, known)
+    others = []
+    for child in takewhile(lambda child: child is not last, selector.children):
+        other = explain(child, known) or remembered_failure(child)
+        if other is not None:
+            others.append(f"{child.name}: {_short(other.reason)}")
+    return replace(why, reason=f"{why.reason} (before that, {'; '.join(others)})") if others else why
+
+
+def _why(child: Behaviour, known: dict[Behaviour, Why]) -> Why:
+    why = explain(child, known)
+    assert why is not None  # the child's status is FAILURE
+    return why
+
+
+def _short(reason: str) -> str:
+    return reason if len(reason) <= SHORT_REASON else f"{reason[: SHORT_REASON - 3]}..."

@@ -5,10 +5,27 @@ One module per group of verbs; importing it adds its verbs to the application.
 
 from __future__ import annotations
 
-from florence_bt.cli import missions, runs, system
+from florence_bt.cli import draw, exchange, journal, missions, robot, runs, schema, system, testing
 from florence_bt.cli._common import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE, app
 
-__all__ = ["FAILED", "INTERRUPTED", "NOT_THERE", "OK", "USAGE", "app", "main", "missions", "runs", "system"]
+__all__ = [
+    "FAILED",
+    "INTERRUPTED",
+    "NOT_THERE",
+    "OK",
+    "USAGE",
+    "app",
+    "draw",
+    "exchange",
+    "journal",
+    "main",
+    "missions",
+    "robot",
+    "runs",
+    "schema",
+    "system",
+    "testing",
+]
 
 
 def main() -> None:

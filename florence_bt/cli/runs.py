@@ -1,8 +1,9 @@
-"""Verbs that talk to a running system: ``run``, ``status``, ``stop``."""
+"""Verbs that talk to a running system: run, status, stop, pause, resume, override, release, reload."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -52,15 +53,30 @@ def run(
         )
 
 
-@app.command(epilog=f"Example: florence status --watch\n\n{EXIT_CODES}")
+@app.command(
+    epilog="Examples: florence status --watch; florence status --folder runs/up/runs --events\n\n"
+    + EXIT_CODES
+)
 def status(
     run_id: Annotated[
         str, typer.Option("--run", help="A run's id.", show_default="the current or last run")
     ] = "",
     watch: Annotated[bool, typer.Option("--watch", help="Keep showing until Ctrl-C.")] = False,
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="Look into the journal of this folder of runs instead; needs no running system."),
+    ] = None,
+    events: Annotated[
+        bool, typer.Option("--events", help="From the journal, with what happened when.")
+    ] = False,
 ) -> None:
     """Show the tree of the current or last run as ASCII text, with reasons."""
     with errors_to_exit_codes():
+        if folder is not None or events:
+            from florence_bt.wiring.journal_view import run_text
+
+            typer.echo(run_text(folder, run_id, events=events))
+            raise typer.Exit(OK)
         from rich.console import Console
 
         from florence_bt.wiring.remote import show_status
@@ -76,6 +92,59 @@ def stop(
     with errors_to_exit_codes():
         from florence_bt.wiring.remote import stop_mission
 
-        success, message = stop_mission(run_id)
-        typer.echo(message)
-        raise typer.Exit(OK if success else FAILED)
+        _end_with(*stop_mission(run_id))
+
+
+@app.command(epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")
+def pause(
+    run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
+    reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
+) -> None:
+    """Pause the running mission: the robot stands still, and no time passes for the mission."""
+    with errors_to_exit_codes():
+        from florence_bt.wiring.remote import pause_mission
+
+        _end_with(*pause_mission(run_id, reason))
+
+
+@app.command(epilog=f"Example: florence resume\n\n{EXIT_CODES}")
+def resume(
+    run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
+) -> None:
+    """Go on with a paused mission; the skills that were stopped are started again."""
+    with errors_to_exit_codes():
+        from florence_bt.wiring.remote import resume_mission
+
+        _end_with(*resume_mission(run_id))
+
+
+@app.command(epilog=f"Example: florence override\n\n{EXIT_CODES}")
+def override() -> None:
+    """Stop everything at once and refuse every mission until `florence release`: the robot is yours."""
+    with errors_to_exit_codes():
+        from florence_bt.wiring.remote import set_override
+
+        typer.echo(set_override(True))
+
+
+@app.command(epilog=f"Example: florence release\n\n{EXIT_CODES}")
+def release() -> None:
+    """End the manual override: missions may start again. What it stopped stays stopped."""
+    with errors_to_exit_codes():
+        from florence_bt.wiring.remote import set_override
+
+        typer.echo(set_override(False))
+
+
+@app.command(epilog=f"Example: florence reload\n\n{EXIT_CODES}")
+def reload() -> None:
+    """Take edited mission files over; a file with an error keeps its version of before, and says so."""
+    with errors_to_exit_codes():
+        from florence_bt.wiring.remote import reload_missions
+
+        _end_with(*reload_missions())
+
+
+def _end_with(success: bool, message: str) -> None:
+    typer.echo(message)
+    raise typer.Exit(OK if success else FAILED)

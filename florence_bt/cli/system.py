@@ -53,8 +53,17 @@ def up(
     ] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
+    ] = None,
     folders: FolderOption = None,
     person: PersonOption = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,YAW", help="Simulated only: where the robot starts, metres and degrees on the map."
+        ),
+    ] = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
     out: Annotated[Path, typer.Option(help="Folder for the logs and the runs.")] = Path("runs/up"),
@@ -63,18 +72,23 @@ def up(
     with errors_to_exit_codes():
         if sim == (robot is not None):
             raise ConfigError("say what to bring up", valid=["--sim", "--robot CONFIG"])
-        from florence_bt.wiring.options import BringUp
+        if robot and (config or start):
+            raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
+        from florence_bt.wiring.options import BringUp, parse_start
         from florence_bt.wiring.up import run_up
+
+        parameters = robot or config
 
         run_up(
             BringUp(
                 folder=str(out.absolute()),
                 simulated=sim,
-                config_file=str(robot.absolute()) if robot else None,
+                config_file=str(parameters.absolute()) if parameters else None,
                 map_file=str(map_file.absolute()) if map_file else None,
                 hotspots_file=str(hotspots.absolute()) if hotspots else None,
                 mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
                 person=person,
+                start=parse_start(start) if start else None,
                 seed=seed,
                 speed=speed,
             )

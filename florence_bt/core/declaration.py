@@ -63,6 +63,8 @@ class Port:
         default: The value when none is given; :data:`REQUIRED` when one must be given.
         minimum: Smallest value allowed, or None.
         maximum: Largest value allowed, or None.
+        names: What a text must name: ``hotspot`` (any label of the hotspots file), ``room`` (the label of a
+            room in it), or nothing in particular. The checks hold written labels against the file.
     """
 
     kind: Kind
@@ -70,6 +72,7 @@ class Port:
     default: Any = REQUIRED
     minimum: float | None = None
     maximum: float | None = None
+    names: str = ""
 
     @property
     def required(self) -> bool:
@@ -107,6 +110,8 @@ class SkillDeclaration:
         resources: What only one skill at a time may use, e.g. ``base``.
         deadline_s: Seconds after which a run is ended with the code ``timed_out``.
         instant: Whether a run is over as soon as it starts (a condition or a look-up).
+        deprecated: What missions should use instead, when the skill is on its way out; empty otherwise.
+        server_codes: Error number of the skill's ROS server -> one of the codes above or of the common codes.
     """
 
     name: str
@@ -117,6 +122,8 @@ class SkillDeclaration:
     resources: frozenset[str] = frozenset()
     deadline_s: float = 60.0
     instant: bool = False
+    deprecated: str = ""
+    server_codes: Mapping[int, str] = field(default_factory=dict)
 
     def problems_with(self, inputs: Mapping[str, Any]) -> list[str]:
         """Everything that is wrong with a set of inputs (SI units); empty when they fit."""

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import errno
 import select
-import threading
-from collections.abc import Callable
 from typing import Protocol
 
 import serial
 from serial.tools import list_ports
 
-from florence_bt.core.errors import DeviceError, DeviceLost, DeviceTimeout
+from florence_bt.core.errors import DeviceLost, DeviceTimeout
 
 WRITE_TIMEOUT_S = 0.5
 
@@ -45,6 +43,13 @@ class BytePort(Protocol):
         Raises:
             DeviceLost: The device went away or the port was closed.
             DeviceTimeout: The device does not take the bytes.
+        """
+
+    def set_rts(self, level: bool) -> bool:
+        """Set the modem line RTS.
+
+        Returns:
+            Whether the port has that line; pseudo-terminals and some adapters have none.
         """
 
     def close(self) -> None:
@@ -94,6 +99,15 @@ class SerialPort:
         except (OSError, TypeError, ValueError) as error:
             raise DeviceLost(f"{self.name} went away while writing: {error}; check the plug") from error
 
+    def set_rts(self, level: bool) -> bool:
+        """Set the modem line RTS; see :class:`BytePort`."""
+        try:
+            self._serial.rts = level
+        except (OSError, TypeError, ValueError):
+            # A port that is gone says so at the next read or write; all others have no such line.
+            return False
+        return True
+
     def close(self) -> None:
         """Give the port back; harmless when it is closed already."""
         self._serial.close()
@@ -112,53 +126,3 @@ def _explain_open(path: str, error: OSError | ValueError) -> str:
         advice = f"{error}: correct the parameter 'port'"
     found = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
     return f"cannot open {path}: {advice}; ports found: {found}"
-
-
-class PortReader:
-    """Reads a port on a thread of its own and hands on what comes.
-
-    Both callbacks run on that thread; a node passes them on through ``FlorenceNode.call_soon``.
-    """
-
-    WAIT_S = 0.1
-    """How long one wait for bytes may take, so the longest that :meth:`stop` blocks."""
-
-    def __init__(
-        self,
-        port: BytePort,
-        on_data: Callable[[bytes], None],
-        on_lost: Callable[[DeviceError], None],
-    ) -> None:
-        """Prepare the thread.
-
-        Args:
-            port: The open port; it stays the caller's to close, after :meth:`stop`.
-            on_data: Called with every piece of bytes, never empty.
-            on_lost: Called once when the port fails; the thread has nothing more to read then.
-        """
-        self._port = port
-        self._on_data = on_data
-        self._on_lost = on_lost
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"reader of {port.name}", daemon=True)
-
-    def start(self) -> None:
-        """Begin to read."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End the thread; after this no callback comes any more. Harmless when called twice."""
-        self._stopping.set()
-        if self._thread.is_alive() and threading.current_thread() is not self._thread:
-            self._thread.join()
-
-    def _run(self) -> None:
-        while not self._stopping.is_set():
-            try:
-                data = self._port.read(self.WAIT_S)
-            except DeviceError as error:
-                if not self._stopping.is_set():
-                    self._on_lost(error)
-                return
-            if data and not self._stopping.is_set():
-                self._on_data(data)

@@ -1,7 +1,10 @@
 """One run of a goal on an action server: which events lead where, and what a passed deadline means.
 
 No ROS in here: what is sent to the server goes through :class:`GoalChannel`; what the server says comes in
-through the methods ``accepted``, ``rejected``, ``finished`` and ``cancel_refused``.
+through the methods ``accepted``, ``rejected``, ``finished`` and ``stop_answered``.
+
+Two clocks: what the robot does takes the time of ``clock``, simulated or not; whether another process answers
+is a matter of ``steady``, the time of this machine. A simulation that runs fast must not make a server late.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.skill import Event, Phase, RunState
+from florence_bt.ros._goal_stop import GoalStop, StopAnswer
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +25,11 @@ class Deadlines:
     """How long each state of a run may last, in seconds.
 
     Attributes:
-        accept_s: From the start to the server's answer to the goal, the search for the server included.
-        result_s: From the acceptance to the result.
-        cancel_s: From a cancel request to the result.
-        lost_s: How long a server may be out of sight during a run; discovery blinks under load.
+        accept_s: From the start to the server's answer to the goal, the search for the server included;
+            steady time.
+        result_s: From the acceptance to the result; time of the robot.
+        cancel_s: From a cancel request to the result; passed when both clocks say so.
+        lost_s: How long a server may be out of sight during a run; discovery blinks under load; steady time.
     """
 
     accept_s: float = 5.0
@@ -49,7 +54,7 @@ class GoalChannel(Protocol):
         """Send the goal; the answer comes later."""
 
     def send_cancel(self) -> None:
-        """Ask for the goal's end; called only after the acceptance."""
+        """Ask for the goal's end, any time after it was sent; the answer comes to ``stop_answered``."""
 
 
 SEARCH_PERIOD_S = 0.05
@@ -58,30 +63,46 @@ SEARCH_PERIOD_S = 0.05
 WATCH_PERIOD_S = 0.25
 """How often to look whether the server is still there."""
 
+STANDING_CLOCK = 4.0
+"""A cancel is given up after this many times its deadline in steady time, should the robot's clock stand."""
+
 
 class ActionRun:
     """A run of a skill that an action server performs."""
 
-    def __init__(self, clock: Clock, channel: GoalChannel, deadlines: Deadlines, label: str) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        channel: GoalChannel,
+        deadlines: Deadlines,
+        label: str,
+        steady: Clock | None = None,
+    ) -> None:
         """Begin the run.
 
         Args:
-            clock: Drives the deadlines.
+            clock: The time of the robot.
             channel: The way to the server.
             deadlines: How long each state may last.
             label: Names the action in reasons, e.g. ``navigate_to_pose (nav2_msgs/action/NavigateToPose)``.
+            steady: The time of this machine; ``clock`` when not given.
         """
         self._clock = clock
+        self._steady = steady or clock
         self._channel = channel
         self._deadlines = deadlines
         self._label = label
         self._state = RunState(f"waiting for {label}")
+        self._stop = GoalStop(self._steady, channel.send_cancel)
         self._sent = False
+        self._accepted = False
+        self._over = False
         self._refused = False
-        self._stop_reason = ""
-        self._deadline: Timer = clock.call_at(clock.now() + deadlines.accept_s, self._not_accepted)
+        self._cancel_asked = 0.0
+        now = self._steady.now()
+        self._deadline: Timer = self._steady.call_at(now + deadlines.accept_s, self._not_accepted)
         self._look: Timer | None = None
-        self._seen = clock.now()
+        self._seen = now
         self._search()
 
     @property
@@ -93,6 +114,13 @@ class ActionRun:
     def phase(self) -> Phase:
         """Where the run stands."""
         return self._state.phase
+
+    @property
+    def goal_open(self) -> bool:
+        """Whether a goal may be running on the server that nobody has ended: to be waited for at the end."""
+        if not self._sent or self._over:
+            return False
+        return self._stop.asking or self._state.phase is not Phase.DONE
 
     def poll(self) -> Result | None:
         """The result, or None while the run goes on."""
@@ -108,8 +136,14 @@ class ActionRun:
             self._finish(cancelled("cancelled before the goal was sent"))
             return
         if self._state.phase is Phase.ACTIVE:
-            self._restart_deadline(self._deadlines.cancel_s, self._not_cancelled)
+            self._expect_end()
         self._handle(Event.CANCEL)
+
+    def shut_down(self) -> None:
+        """Ask for the end although nobody will be there for the acceptance: the node goes away."""
+        self.cancel()
+        if self._sent and not self._over:
+            self._stop.begin()
 
     def set_feedback(self, text: str) -> None:
         """The server told what it does."""
@@ -117,29 +151,41 @@ class ActionRun:
 
     def accepted(self) -> None:
         """The server took the goal."""
+        self._accepted = True
+        self._over = False
         if self._state.phase in (Phase.PENDING, Phase.PENDING_CANCEL):
             if self._state.phase is Phase.PENDING:
-                self._restart_deadline(self._deadlines.result_s, self._no_result)
+                when = self._clock.now() + self._deadlines.result_s
+                self._set_deadline(self._clock.call_at(when, self._no_result))
             else:
-                self._restart_deadline(self._deadlines.cancel_s, self._not_cancelled)
-            self._seen = self._clock.now()
-            self._look = self._clock.call_at(self._seen + WATCH_PERIOD_S, self._watch)
+                self._expect_end()
+            self._seen = self._steady.now()
+            self._look = self._steady.call_at(self._seen + WATCH_PERIOD_S, self._watch)
         self._handle(Event.ACCEPTED)
         self.set_feedback(f"running {self._label}")
 
     def rejected(self) -> None:
         """The server refused the goal."""
+        self._goal_is_over()
         if self._state.phase is Phase.PENDING_CANCEL:
             self._finish(cancelled("cancelled; the server had refused the goal"))
         else:
             self._finish(failure("rejected", f"{self._label} refused the goal; its log says why"))
 
-    def cancel_refused(self) -> None:
-        """The server will not stop the goal."""
-        self._refused = True
+    def stop_answered(self, answer: StopAnswer) -> None:
+        """The server answered the request to stop."""
+        self._refused = answer is StopAnswer.REFUSED
+        if answer is StopAnswer.PROMISED:
+            self._stop.end()
+        elif answer is StopAnswer.OVER:
+            self._goal_is_over()
+        elif answer is StopAnswer.UNKNOWN and self._accepted:
+            self._goal_is_over()
+            self._finish(self._without_server("knows nothing of the goal any more; was it started anew?"))
 
     def finished(self, result: Result) -> None:
         """The goal came to its end."""
+        self._goal_is_over()
         self._finish(result)
 
     def _search(self) -> None:
@@ -150,19 +196,25 @@ class ActionRun:
             self._look = None
             self._channel.send_goal()
         else:
-            self._look = self._clock.call_at(self._clock.now() + SEARCH_PERIOD_S, self._search)
+            self._look = self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
 
     def _watch(self) -> None:
-        now = self._clock.now()
+        now = self._steady.now()
         if self._channel.server_is_there():
             self._seen = now
         elif now - self._seen >= self._deadlines.lost_s:
-            reason = f"{self._label} went away during the run; start its node again"
-            self._finish(
-                cancelled(f"cancelled; {reason}") if self._cancelling() else failure("server_lost", reason)
-            )
+            # Perhaps it is only out of sight, and still working: it is asked until it answers.
+            self._stop.begin()
+            self._finish(self._without_server("went away during the run; start its node again"))
             return
-        self._look = self._clock.call_at(now + WATCH_PERIOD_S, self._watch)
+        if self._state.phase is Phase.CANCELLING and self._cancel_age() > STANDING_CLOCK:
+            self._give_up_cancel()
+            return
+        self._look = self._steady.call_at(now + WATCH_PERIOD_S, self._watch)
+
+    def _without_server(self, what: str) -> Result:
+        reason = f"{self._label} {what}"
+        return cancelled(f"cancelled; {reason}") if self._cancelling() else failure("server_lost", reason)
 
     def _not_accepted(self) -> None:
         limit = f"within {self._deadlines.accept_s:g} s"
@@ -172,19 +224,39 @@ class ActionRun:
                     "server_lost", f"nobody serves {self._label}, looked {limit}; start the node that does"
                 )
             )
-        elif self._cancelling():
+            return
+        # Its answer may have got lost: whoever works on the goal all the same is told to stop.
+        self._stop.begin()
+        if self._cancelling():
             self._finish(cancelled(f"cancelled; {self._label} did not answer the goal {limit}"))
         else:
             self._finish(failure("timed_out", f"{self._label} did not answer the goal {limit}"))
 
     def _no_result(self) -> None:
         # The phase is ACTIVE here: the server still works, and nobody will look at the goal any more.
-        self._channel.send_cancel()
+        self._stop.begin()
         self._finish(
             failure("timed_out", f"{self._label} had no result within {self._deadlines.result_s:g} s")
         )
 
+    def _expect_end(self) -> None:
+        self._cancel_asked = self._steady.now()
+        when = self._clock.now() + self._deadlines.cancel_s
+        self._set_deadline(self._clock.call_at(when, self._not_cancelled))
+
+    def _cancel_age(self) -> float:
+        """Steady time since the end was asked for, in deadlines."""
+        return (self._steady.now() - self._cancel_asked) / self._deadlines.cancel_s
+
     def _not_cancelled(self) -> None:
+        if self._cancel_age() < 1.0:
+            # A simulation faster than the other processes.
+            when = self._cancel_asked + self._deadlines.cancel_s
+            self._set_deadline(self._steady.call_at(when, self._give_up_cancel))
+        else:
+            self._give_up_cancel()
+
+    def _give_up_cancel(self) -> None:
         answer = "refused to stop" if self._refused else "did not confirm the stop"
         self._finish(
             cancelled(f"cancelled, but {self._label} {answer} within {self._deadlines.cancel_s:g} s")
@@ -192,6 +264,10 @@ class ActionRun:
 
     def _cancelling(self) -> bool:
         return self._state.phase in (Phase.PENDING_CANCEL, Phase.CANCELLING)
+
+    def _goal_is_over(self) -> None:
+        self._over = True
+        self._stop.end()
 
     def _finish(self, result: Result) -> None:
         self._deadline.cancel()
@@ -203,10 +279,10 @@ class ActionRun:
             )
         self._handle(Event.FINISHED, result)
 
-    def _restart_deadline(self, seconds: float, callback: Callable[[], None]) -> None:
+    def _set_deadline(self, timer: Timer) -> None:
         self._deadline.cancel()
-        self._deadline = self._clock.call_at(self._clock.now() + seconds, callback)
+        self._deadline = timer
 
     def _handle(self, event: Event, result: Result | None = None) -> None:
         if self._state.handle(event, result):
-            self._channel.send_cancel()
+            self._stop.ask_now()

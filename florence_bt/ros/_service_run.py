@@ -31,7 +31,8 @@ class ServiceRun:
         """Begin the run.
 
         Args:
-            clock: Drives the deadline.
+            clock: Drives the deadline; the steady time, because whether another process answers is no matter
+                of the simulated time.
             channel: The way to the server.
             deadline_s: Seconds from the start to the answer, the search for the server included.
             label: Names the service in reasons.

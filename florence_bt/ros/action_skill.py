@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Callable
 from typing import Any
 
@@ -9,11 +10,13 @@ from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
+from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome, Result, failure
 from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
 from florence_bt.ros._action_run import ActionRun, Deadlines
+from florence_bt.ros._goal_stop import StopAnswer
 from florence_bt.ros.node import FlorenceNode
 
 __all__ = ["ActionSkill", "Deadlines"]
@@ -22,6 +25,12 @@ _OUTCOMES = {
     GoalStatus.STATUS_SUCCEEDED: Outcome.SUCCEEDED,
     GoalStatus.STATUS_ABORTED: Outcome.FAILED,
     GoalStatus.STATUS_CANCELED: Outcome.CANCELLED,
+}
+_STOP_ANSWERS = {
+    CancelGoal.Response.ERROR_NONE: StopAnswer.PROMISED,
+    CancelGoal.Response.ERROR_REJECTED: StopAnswer.REFUSED,
+    CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID: StopAnswer.UNKNOWN,
+    CancelGoal.Response.ERROR_GOAL_TERMINATED: StopAnswer.OVER,
 }
 
 
@@ -57,9 +66,21 @@ class ActionSkill:
         self._to_result = to_result
         self._to_feedback = to_feedback
         self._deadlines = deadlines or Deadlines()
+        self._runs: list[ActionRun] = []
         self._client = ActionClient(node, action_type, name)
         self._label = f"action {node.resolve_service_name(name)} ({_type_name(action_type)})"
-        node.on_close(self._client.destroy)
+        node.on_close(self._shut_down)
+        node.before_leaving(self._goals_are_over)
+        node.on_destroy(self._client.destroy)
+
+    @property
+    def label(self) -> str:
+        """The action's name and type, for people."""
+        return self._label
+
+    def server_is_there(self) -> bool:
+        """Whether a server is in sight."""
+        return bool(self._client.server_is_ready())
 
     def start(self, inputs: Inputs) -> SkillRun:
         """Send a goal as soon as the server is there."""
@@ -68,8 +89,10 @@ class ActionSkill:
         except (FlorenceError, KeyError, TypeError, ValueError) as error:
             return FinishedRun(failure("bad_input", f"no goal for {self._label}: {error}"))
         channel = _Channel(self._node, self._client, goal, self._read_result, self._to_feedback)
-        run = ActionRun(self._node.timebase, channel, self._deadlines, self._label)
+        run = ActionRun(self._node.timebase, channel, self._deadlines, self._label, self._node.steady)
         channel.run = run
+        self._runs = [one for one in self._runs if one.poll() is None or one.goal_open]
+        self._runs.append(run)
         return run
 
     def _read_result(self, response: Any) -> Result:
@@ -79,6 +102,13 @@ class ActionSkill:
                 "server_lost", f"{self._label} knows nothing of the goal any more; was it started anew?"
             )
         return self._to_result(response.result, outcome)
+
+    def _shut_down(self) -> None:
+        for run in self._runs:
+            run.shut_down()
+
+    def _goals_are_over(self) -> bool:
+        return not any(run.goal_open for run in self._runs)
 
 
 class _Channel:
@@ -97,6 +127,7 @@ class _Channel:
         self._goal = goal
         self._read_result = read_result
         self._to_feedback = to_feedback
+        self._id = UUID(uuid=list(uuid.uuid4().bytes))
         self._handle: ClientGoalHandle | None = None
         self.run: ActionRun | None = None
 
@@ -105,22 +136,24 @@ class _Channel:
 
     def send_goal(self) -> None:
         feedback = self._node.guarded(self._on_feedback) if self._to_feedback is not None else None
-        future = self._client.send_goal_async(self._goal, feedback_callback=feedback)
+        future = self._client.send_goal_async(self._goal, feedback_callback=feedback, goal_uuid=self._id)
         future.add_done_callback(self._node.guarded(self._on_answer))
 
     def send_cancel(self) -> None:
-        if self._handle is not None:
-            future = self._handle.cancel_goal_async()
-            future.add_done_callback(self._node.guarded(self._on_cancel_answer))
+        # rclpy has no handle before the acceptance; the server knows the goal by its id all the same.
+        handle = self._handle or ClientGoalHandle(self._client, self._id, None)
+        future = self._client._cancel_goal_async(handle)
+        future.add_done_callback(self._node.guarded(self._on_cancel_answer))
 
     def _on_answer(self, future: Any) -> None:
-        self._handle = future.result()
-        if self._handle is None or self.run is None:
+        handle = future.result()
+        if handle is None or self.run is None:
             return
-        if not self._handle.accepted:
+        if not handle.accepted:
             self.run.rejected()
             return
-        self._handle.get_result_async().add_done_callback(self._node.guarded(self._on_result))
+        self._handle = handle
+        handle.get_result_async().add_done_callback(self._node.guarded(self._on_result))
         self.run.accepted()
 
     def _on_result(self, future: Any) -> None:
@@ -129,12 +162,14 @@ class _Channel:
 
     def _on_cancel_answer(self, future: Any) -> None:
         answer = future.result()
-        if (
-            self.run is not None
-            and answer is not None
-            and answer.return_code == CancelGoal.Response.ERROR_REJECTED
-        ):
-            self.run.cancel_refused()
+        if self.run is not None and answer is not None:
+            self.run.stop_answered(self._stop_answer(answer))
+
+    def _stop_answer(self, answer: CancelGoal.Response) -> StopAnswer:
+        promised = [bytes(info.goal_id.uuid) for info in answer.goals_canceling]
+        if answer.return_code == CancelGoal.Response.ERROR_NONE and bytes(self._id.uuid) not in promised:
+            return StopAnswer.REFUSED  # as servers of rclpy say it
+        return _STOP_ANSWERS.get(answer.return_code, StopAnswer.REFUSED)
 
     def _on_feedback(self, message: Any) -> None:
         if self.run is not None and self._to_feedback is not None:

@@ -9,6 +9,7 @@ tasks wake it instead, and callbacks of :meth:`FlorenceNode.guarded` hand their 
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -28,6 +29,8 @@ class SpinLoop:
     def __init__(self, context: Context | None = None) -> None:
         self._executor: Any = EventsExecutor(context=context)
         self._nodes: list[Node] = []
+        self._own: tuple[FlorenceNode, ...] = ()
+        self._more = False
         self._clock = SharedClock()
 
     def add(self, node: Node) -> None:
@@ -36,11 +39,13 @@ class SpinLoop:
         # The executor tells a node of itself only when it is set like this; setting it twice is harmless.
         node.executor = self._executor
         self._nodes.append(node)
+        self._sort_out()
         self._clock.add(node)
 
     def remove(self, node: Node) -> None:
         """Serve a node no more."""
         self._nodes.remove(node)
+        self._sort_out()
         self._clock.remove(node)
         self._executor.remove_node(node)
 
@@ -50,9 +55,20 @@ class SpinLoop:
         Raises:
             Exception: What a callback raised.
         """
-        self._executor.spin_once(timeout_sec=timeout_s)
-        for node in self._nodes:
-            if isinstance(node, FlorenceNode) and node.failures:
+        own = self._own
+        thread = threading.get_ident()
+        for node in own:
+            node.served_by = thread
+        try:
+            self._executor.spin_once(timeout_sec=0.0 if self._more else timeout_s)
+            self._more = False
+            for node in own:
+                self._more |= node.run_soon()
+        finally:
+            for node in own:
+                node.served_by = None
+        for node in own:
+            if node.failures:
                 raise node.failures.popleft()
 
     def spin_while(self, go_on: Callable[[], bool]) -> None:
@@ -64,6 +80,9 @@ class SpinLoop:
         """Handle what is waiting already, at most some events."""
         for _ in range(events):
             self.spin_once(0.0)
+
+    def _sort_out(self) -> None:
+        self._own = tuple(node for node in self._nodes if isinstance(node, FlorenceNode))
 
     def interrupt(self) -> None:
         """Make a waiting :meth:`spin_once` return; may be called from any thread."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
@@ -13,7 +14,7 @@ from rclpy.parameter import Parameter
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.ros.clock import RosClock
+from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
 
 T = TypeVar("T")
@@ -24,11 +25,14 @@ class FlorenceNode(Node):
 
     Attributes:
         timebase: The node's ROS clock as a core clock; its callbacks run on the executor.
+        steady: The time of this machine as a core clock, for what depends on other processes only.
+        served_by: Identity of the thread that runs callbacks of the node right now, None between them.
         failures: Exceptions of guarded callbacks; whoever spins the node raises them
             (:class:`florence_bt.ros.executor.SpinLoop` does).
     """
 
     timebase: Clock
+    steady: Clock
 
     def __init__(
         self,
@@ -47,8 +51,11 @@ class FlorenceNode(Node):
             context: The ROS context; the process's own one when not given.
         """
         self.failures: deque[Exception] = deque()
+        self.served_by: int | None = None
         self._soon: deque[Callable[[], None]] = deque()
         self._closers: list[Callable[[], None]] = []
+        self._settled: list[Callable[[], bool]] = []
+        self._destroyers: list[Callable[[], None]] = []
         self._given = {
             key: to_parameter(value) for key, value in (parameters or {}).items() if value is not None
         }
@@ -56,6 +63,8 @@ class FlorenceNode(Node):
         super().__init__(name, namespace=namespace, parameter_overrides=overrides, context=context)
         self._ros_timebase = RosClock(self, self.call_soon)
         self.timebase = self._ros_timebase
+        self._steady = SteadyClock(self)
+        self.steady = self._steady
 
     def read_parameters(self, cls: type[T]) -> T:
         """Declare a parameter for each field of a frozen dataclass and read them all.
@@ -86,9 +95,11 @@ class FlorenceNode(Node):
         An exception of the callback ends the process as one of a subscription would.
         """
         self._soon.append(self.guarded(callback))
+        if self.served_by == threading.get_ident():
+            return  # within a callback: the loop looks when it is over, which a task would do much later
         executor = self.executor
         if executor is not None:
-            executor.create_task(self._run_soon)
+            executor.create_task(self.run_soon)
 
     def guarded(self, callback: Callable[..., Any]) -> Callable[..., None]:
         """Wrap a callback that is handed to a future or an action client.
@@ -109,6 +120,28 @@ class FlorenceNode(Node):
         """Call back when the node is closed, the latest first; servers and clients end themselves so."""
         self._closers.append(callback)
 
+    def before_leaving(self, settled: Callable[[], bool]) -> None:
+        """Let a closed node be served on, for a moment, until this says that nothing is open any more."""
+        self._settled.append(settled)
+
+    def may_leave(self) -> bool:
+        """Whether nothing of a closed node waits for an answer any more."""
+        return all(settled() for settled in self._settled)
+
+    def on_destroy(self, callback: Callable[[], None]) -> None:
+        """Call back when the node is destroyed, the latest first: for clients that hear the last answers."""
+        self._destroyers.append(callback)
+
+    def destroy_node(self) -> None:
+        """Take the node away; nobody serves it any more."""
+        while self._destroyers:
+            self._destroyers.pop()()
+        super().destroy_node()
+
+    def missing(self) -> list[str]:
+        """What the node needs and does not find yet, for people; empty when it is ready to work."""
+        return []
+
     def close(self) -> None:
         """Leave the hardware safe and stop threads. Components override this."""
 
@@ -121,7 +154,7 @@ class FlorenceNode(Node):
             ExceptionGroup: Some of them failed.
         """
         errors: list[Exception] = []
-        for part in (self.close, *reversed(self._closers), self._ros_timebase.close):
+        for part in (self.close, *reversed(self._closers), self._ros_timebase.close, self._steady.close):
             try:
                 part()
             except Exception as error:
@@ -139,17 +172,23 @@ class FlorenceNode(Node):
     def executor(self, executor: Any) -> None:
         _EXECUTOR.__set__(self, executor)
         if executor is not None and self._soon:
-            executor.create_task(self._run_soon)
+            executor.create_task(self.run_soon)
+
+    def run_soon(self) -> bool:
+        """Run what waits now; whoever spins the node calls it after each event.
+
+        Returns:
+            Whether more has come meanwhile.
+        """
+        for _ in range(len(self._soon)):
+            self._soon.popleft()()
+        return bool(self._soon)
 
     def _read_parameter(self, name: str, default: Any) -> Any:
         descriptor = ParameterDescriptor(dynamic_typing=True, read_only=True)
         if not self.has_parameter(name):
             self.declare_parameter(name, default, descriptor)
         return self.get_parameter(name).value
-
-    def _run_soon(self) -> None:
-        while self._soon:
-            self._soon.popleft()()
 
 
 _EXECUTOR: Any = vars(Node)["executor"]

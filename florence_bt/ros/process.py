@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import socket
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -19,9 +21,18 @@ from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 
 NodeFactory = Callable[[], FlorenceNode]
+LEAVE_BUDGET_S = 2.0
+"""Seconds to wait for the last answers when the nodes are closed, e.g. that a goal will end."""
+READY_PERIOD_S = 0.05
+"""How often to look whether every node has found what it needs."""
 
 
-def run_nodes(factories: Sequence[NodeFactory], *, remappings: Sequence[str] = ()) -> int:
+def run_nodes(
+    factories: Sequence[NodeFactory],
+    *,
+    remappings: Sequence[str] = (),
+    on_ready: Callable[[], None] | None = None,
+) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
     Talks to this machine only (ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST) unless the environment has another
@@ -30,6 +41,7 @@ def run_nodes(factories: Sequence[NodeFactory], *, remappings: Sequence[str] = (
     Args:
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
         remappings: Rules such as ``node:from:=to``, for every node of the process.
+        on_ready: Called once, when all nodes are there and none of them misses anything any more.
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
@@ -50,12 +62,30 @@ def run_nodes(factories: Sequence[NodeFactory], *, remappings: Sequence[str] = (
                 problem = nodes[-1].unknown_parameters()
                 if problem is not None:
                     raise problem
+            # What lives as long as the process is not looked at by the garbage collector any more.
+            gc.collect()
+            gc.freeze()
+            if on_ready is not None and nodes:
+                _tell_when_ready(nodes, on_ready)
             loop.spin_while(lambda: not asked())
         except Exception as error:
             failed = True
             _report(error)
         failed |= not _close(loop, nodes)
     return 1 if failed else 0
+
+
+def _tell_when_ready(nodes: Sequence[FlorenceNode], on_ready: Callable[[], None]) -> None:
+    """Look now and then, on the loop; discovery reports nothing by itself."""
+    steady = nodes[0].steady
+
+    def look() -> None:
+        if any(node.missing() for node in nodes):
+            steady.call_at(steady.now() + READY_PERIOD_S, look)
+        else:
+            on_ready()
+
+    steady.call_at(steady.now(), look)
 
 
 def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode]) -> bool:
@@ -69,6 +99,9 @@ def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode]) -> bool:
             _report(error)
     try:
         # Last commands and results leave before the nodes go.
+        end = time.monotonic() + LEAVE_BUDGET_S
+        while not all(node.may_leave() for node in nodes) and time.monotonic() < end:
+            loop.spin_once(0.02)
         loop.drain()
     except Exception as error:
         went_well = False

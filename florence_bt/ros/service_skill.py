@@ -47,6 +47,15 @@ class ServiceSkill:
         self._client = node.create_client(srv_type, name)
         self._label = f"service {node.resolve_service_name(name)}"
 
+    @property
+    def label(self) -> str:
+        """The service's name, for people."""
+        return self._label
+
+    def server_is_there(self) -> bool:
+        """Whether a server is in sight."""
+        return bool(self._client.service_is_ready())
+
     def start(self, inputs: Inputs) -> SkillRun:
         """Call as soon as the server is there."""
         try:
@@ -54,7 +63,7 @@ class ServiceSkill:
         except (FlorenceError, KeyError, TypeError, ValueError) as error:
             return FinishedRun(failure("bad_input", f"no request for {self._label}: {error}"))
         channel = _Channel(self._node, self._client, request, self._to_result)
-        run = ServiceRun(self._node.timebase, channel, self._deadline_s, self._label)
+        run = ServiceRun(self._node.steady, channel, self._deadline_s, self._label)
         channel.run = run
         return run
 

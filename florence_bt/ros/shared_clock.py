@@ -6,8 +6,10 @@ Python a hundred times a second. Nodes that one loop serves can share the first 
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
+from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
@@ -58,10 +60,20 @@ class SharedClock:
             source._subscribe_to_clock_topic()
 
     def _subscribe(self, node: Node) -> None:
-        self._subscription = node.create_subscription(ClockMessage, CLOCK_TOPIC, self._on_clock, QOS)
+        # Raw: the message object costs more than all the rest, a hundred times a second in every process.
+        self._subscription = node.create_subscription(
+            ClockMessage, CLOCK_TOPIC, self._on_clock, QOS, raw=True
+        )
 
-    def _on_clock(self, message: ClockMessage) -> None:
-        time = self._time = Time.from_msg(message.clock)
+    def _on_clock(self, message: bytes) -> None:
+        seconds, nanoseconds = _STAMP[message[1] & 1].unpack_from(message, _HEADER)
+        time = self._time = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
         for node in self._nodes:
             clock: Any = node.get_clock()
             clock.set_ros_time_override(time)
+
+
+_HEADER = 4
+"""Bytes before the first field of a serialised message; the second one says whether the low byte is first."""
+_STAMP = (struct.Struct(">iI"), struct.Struct("<iI"))
+"""``builtin_interfaces/Time``: seconds and nanoseconds, by the byte order."""

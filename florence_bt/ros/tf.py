@@ -65,7 +65,12 @@ class TransformBroadcaster:
 
     def send(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
         """Tell where a frame was at a moment."""
-        self._publisher.publish(TFMessage(transforms=[transform_to_ros(parent, child, stamp, pose)]))
+        self.send_all(stamp, [(parent, child, pose)])
+
+    def send_all(self, stamp: float, frames: Iterable[tuple[str, str, Pose2 | Transform3]]) -> None:
+        """Tell where some frames (parent, child, transform) were at a moment, in one message."""
+        transforms = [transform_to_ros(parent, child, stamp, where) for parent, child, where in frames]
+        self._publisher.publish(TFMessage(transforms=transforms))
 
 
 class StaticTransformBroadcaster:

@@ -6,6 +6,7 @@ import enum
 from dataclasses import dataclass
 
 from florence_bt.runtime.run import MissionRun, Policy, Request
+from florence_bt.runtime.run_queue import RunQueue
 
 
 class Verdict(enum.Enum):
@@ -25,13 +26,24 @@ class Decision:
     reason: str
 
 
-def decide(request: Request, current: MissionRun | None, blocked_by: str | None = None) -> Decision:
+def name_of(run: MissionRun) -> str:
+    """A run for messages: mission, id and priority."""
+    return f"{run.mission} (run {run.run_id}, priority {run.request.priority})"
+
+
+def decide(
+    request: Request,
+    current: MissionRun | None,
+    blocked_by: str | None = None,
+    queue: RunQueue | None = None,
+) -> Decision:
     """Decide about a request.
 
     Args:
         request: The new trigger.
         current: The run that is not over yet, if there is one.
         blocked_by: Why no mission may start at all, if that is so.
+        queue: The runs that wait already.
 
     Returns:
         The decision. ``preempt`` needs a priority at least that of the current run.
@@ -40,8 +52,14 @@ def decide(request: Request, current: MissionRun | None, blocked_by: str | None 
         return Decision(Verdict.REJECT, blocked_by)
     if current is None:
         return Decision(Verdict.START, f"{request.mission} starts")
-    busy = f"{current.mission} is running (run {current.run_id}, priority {current.request.priority})"
+    word = current.status.value.lower()
+    busy = f"{current.mission} is {word} (run {current.run_id}, priority {current.request.priority})"
     match request.policy:
+        case Policy.QUEUE | Policy.PREEMPT if queue is not None and queue.full:
+            return Decision(
+                Verdict.REJECT,
+                f"{busy} and {queue.limit} runs wait already, which is the limit; stop some of them or wait",
+            )
         case Policy.QUEUE:
             return Decision(Verdict.QUEUE, f"waits because {busy}")
         case Policy.PREEMPT if request.priority >= current.request.priority:

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, is_dataclass
 from typing import Any
-
-import py_trees
-from py_trees.common import Status
-
-from florence_bt.behaviours.why import path_of
 
 
 class EventKind(enum.Enum):
@@ -22,6 +17,10 @@ class EventKind(enum.Enum):
     """A node's status changed."""
     SKILL_STARTED = "skill_started"
     SKILL_ENDED = "skill_ended"
+    PAUSED = "paused"
+    RESUMED = "resumed"
+    RECOVERED = "recovered"
+    """The process died on the run, and a new one goes on with it."""
     STOP_ASKED = "stop_asked"
     BROKEN = "broken"
     """An exception came out of a tick; the traceback is in the details."""
@@ -33,16 +32,18 @@ class Event:
     """One record.
 
     Attributes:
-        time: Seconds on the run's clock.
+        time: Seconds on the executor's clock.
         run_id: The run it belongs to.
         kind: What happened.
         data: Details, by name; plain values and small dataclasses.
+        tick: The number of the run's tick in which it happened, or of the last one before.
     """
 
     time: float
     run_id: str
     kind: EventKind
     data: Mapping[str, Any]
+    tick: int = 0
 
     def to_json(self) -> dict[str, Any]:
         """As plain JSON values."""
@@ -60,25 +61,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [plain(item) for item in value]
     return str(value)
-
-
-def node_changes(root: py_trees.behaviour.Behaviour, known: dict[Any, Status]) -> Iterator[dict[str, Any]]:
-    """Every node whose status differs from what was known, in the order of the tree.
-
-    Args:
-        root: The tree, just ticked.
-        known: Status by node id as of the last call; brought up to date here.
-    """
-    for node in root.iterate(direct_descendants=False):
-        before = known.get(node.id, Status.INVALID)
-        if node.status is not before:
-            known[node.id] = node.status
-            yield {
-                "node": path_of(node),
-                "old": before.name,
-                "new": node.status.name,
-                "reason": node.feedback_message,
-            }
 
 
 def seconds_text(start: float | None, end: float | None) -> str:

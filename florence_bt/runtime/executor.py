@@ -1,4 +1,4 @@
-"""The executor: ticks the tree of the current mission when something happened, and sleeps otherwise.
+"""The executor: decides which mission runs, and wakes its tree when something happened. It sleeps otherwise.
 
 It runs on one thread with one injected clock. What can wake it: a skill run that changed, a timer of a node,
 a trigger, a stop. At most one mission runs at a time; further ones wait or are refused (``arbiter``).
@@ -6,94 +6,96 @@ a trigger, a stop. At most one mission runs at a time; further ones wait or are 
 
 from __future__ import annotations
 
-import traceback
-from collections import deque
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
 
-import py_trees
-from py_trees.common import Status
-
-from florence_bt.behaviours.composites import CLEANUP
-from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import KeyStore
-from florence_bt.behaviours.why import Why, explain
-from florence_bt.core.clock import Clock, Timer
+from florence_bt.behaviours.why import Why
+from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.errors import FlorenceError
-from florence_bt.core.outcome import Result
+from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.skill import Skill
-from florence_bt.runtime.arbiter import Verdict, decide
-from florence_bt.runtime.events import Event, EventKind, node_changes, seconds_text
+from florence_bt.runtime.announcer import Announcer, EventLog, Listener, NoLog
+from florence_bt.runtime.arbiter import Verdict, decide, name_of
+from florence_bt.runtime.events import EventKind, seconds_text
+from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.runtime.run import MissionRun, Request, RunIds, RunStatus
-from florence_bt.trees.ascii import ascii_tree
-from florence_bt.trees.compile import CompiledTree, compile_mission
+from florence_bt.runtime.run_queue import RunQueue
+from florence_bt.runtime.runs_in_sight import RunsInSight
+from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun, World
+from florence_bt.trees.findings import raise_first_error
 from florence_bt.trees.inputs import parse_inputs
 from florence_bt.trees.loader import MissionLibrary
 
-MAX_TICKS_AT_ONE_MOMENT = 1000
-"""A tree that wakes itself more often without time passing is broken and is failed."""
-END_LIMIT_S = 15.0
-"""How long skills may take to report their end after their run has ended; longer than a skill's own limit for
-the answer to a cancel. A clean-up has all the time that its own skills have."""
+__all__ = ["END_LIMIT_S", "QUEUE_LIMIT", "Executor", "RequestRefused"]
+
+OVERRIDE = "manual override"
+"""The name under which the override blocks, also in the log: it outlives the process."""
+QUEUE_LIMIT = 50
+"""How many runs may wait for their turn."""
 
 
 class RequestRefused(FlorenceError):
-    """A trigger was refused because of what runs now; the message says what would have worked."""
+    """A request was refused because of what runs now; the message says what would have worked."""
 
 
-class Executor:
+class Executor(RunsInSight):
     """Runs missions one at a time.
 
     Args:
-        library: The missions.
+        library: The missions, or folders of missions that are looked at before each trigger.
         skills: The skills by name; a mission that needs a missing one is refused.
         declarations: What the skills say about themselves.
         clock: Drives everything.
         run_ids: Names the runs.
         call_soon: Runs a callback on the executor's thread after the current one has returned.
+        log: Keeps what happens; nothing is acknowledged before it is safe there.
+        queue_limit: How many runs may wait for their turn.
 
     Attributes:
-        current: The run that is not over yet, or None.
-        last: The run that ended last, or None.
-        blocked_by: Why no mission may start, or None.
         on_tick: Called with the run after each tick.
     """
 
     def __init__(
         self,
-        library: MissionLibrary,
+        library: MissionLibrary | MissionFolders,
         skills: Mapping[str, Skill],
         declarations: Mapping[str, SkillDeclaration],
         clock: Clock,
         run_ids: RunIds,
         call_soon: Callable[[Callable[[], None]], object] | None = None,
+        *,
+        log: EventLog | None = None,
+        queue_limit: int = QUEUE_LIMIT,
     ) -> None:
-        self.library = library
-        self.current: MissionRun | None = None
-        self.last: MissionRun | None = None
-        self.blocked_by: str | None = None
+        super().__init__(RunQueue(queue_limit))
+        self._missions = library
         self.on_tick: Callable[[MissionRun], None] = lambda run: None
         self._skills = skills
         self._declarations = declarations
         self._clock = clock
         self._run_ids = run_ids
         self._call_soon = call_soon or (lambda callback: clock.call_at(clock.now(), callback))
-        self._listeners: list[Callable[[MissionRun, Event], None]] = []
-        self._waiting: deque[MissionRun] = deque()
-        self._context: TreeContext | None = None
-        self._tree: CompiledTree | None = None
-        self._known: dict[Any, Status] = {}
-        self._end: tuple[RunStatus, Why | None] | None = None
-        self._end_limit: Timer | None = None
+        self._announcer = Announcer(clock, log or NoLog())
+        self._blocks: dict[str, str] = {}
         self._wake_asked = False
-        self._ticks_now = 0
-        self._ticks_moment = -1.0
 
-    def add_listener(self, listener: Callable[[MissionRun, Event], None]) -> None:
-        """Call back with the run at every event: the journal, the topics, the live view."""
-        self._listeners.append(listener)
+    def add_listener(self, listener: Listener) -> None:
+        """Call back with the run at every event: the topics, the live view, the recorder."""
+        self._announcer.add_listener(listener)
+
+    @property
+    def library(self) -> MissionLibrary:
+        """The missions in force."""
+        missions = self._missions
+        return missions.library if isinstance(missions, MissionFolders) else missions
+
+    @property
+    def blocked_by(self) -> str | None:
+        """Why no mission may start, or None."""
+        return next(iter(self._blocks.values()), None)
+
+    @blocked_by.setter
+    def blocked_by(self, reason: str | None) -> None:
+        self.block("", reason)
 
     # ---- triggers -------------------------------------------------------------------------------------
 
@@ -106,85 +108,175 @@ class Executor:
         Raises:
             ConfigError: Unknown mission, one with errors, or bad inputs; the message says what would have
                 worked.
-            RequestRefused: Another mission runs, or triggers are blocked.
+            RequestRefused: Another mission runs, too many wait, or triggers are blocked.
         """
+        self.reload()
         mission = self.library.get(request.mission)
+        raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)
-        decision = decide(request, self.current, self.blocked_by)
+        decision = decide(request, self.current, self.blocked_by, queue=self._queue)
         if decision.verdict is Verdict.REJECT:
             raise RequestRefused(decision.reason)
-        run = MissionRun(self._run_ids.next(request.mission), request, inputs)
+        run = MissionRun(self._new_id(request.mission), request, inputs)
+        run.note = self.note_about(request.mission)
+        run.version = self.version_of(request.mission)
         # A run that has to wait is built once more when its turn comes: what is wrong is said to the caller.
-        prepared = self._prepare(run)
+        tree = self._build(run)
         if self.current is None:
-            self._begin(run, *prepared)
+            self._begin(tree)
             return run
-        if decision.verdict is Verdict.PREEMPT:
-            self._waiting.appendleft(run)
-            self._emit(run, EventKind.QUEUED, reason=decision.reason)
+        preempts = decision.verdict is Verdict.PREEMPT
+        self._queue.add(run, first=preempts)
+        self._announcer.tell(run, EventKind.QUEUED, reason=decision.reason)
+        if preempts:
             self.stop(f"preempted by {run.run_id} ({request.caller})")
-        else:
-            self._enqueue(run)
-            self._emit(run, EventKind.QUEUED, reason=decision.reason)
         return run
 
     def stop(self, reason: str, run_id: str | None = None) -> MissionRun | None:
-        """Stop the current run, or the one with this id (queued ones too).
+        """Stop the current run, or the one with this id (queued and paused ones too).
 
         Returns:
             The run that is being stopped, None when there was nothing to stop.
         """
-        for waiting in tuple(self._waiting):
-            if run_id == waiting.run_id:
-                self._waiting.remove(waiting)
-                self._close(waiting, RunStatus.STOPPED, Why(waiting.mission, "stopped", reason))
-                return waiting
-        run = self.current
-        if run is None or (run_id is not None and run_id != run.run_id):
+        queued = self._queue.remove(run_id) if run_id is not None else None
+        if queued is not None:
+            self._close(queued, RunStatus.STOPPED, Why(queued.mission, "stopped", reason))
+            return queued
+        if self._active is None or run_id not in (None, self._active.run.run_id):
             return None
-        if run.status is RunStatus.RUNNING:
-            self._emit(run, EventKind.STOP_ASKED, reason=reason)
-            tip = self.tip()
-            at = Why(run.mission, "stopped", f"{reason} (was at {tip!r})" if tip else reason)
-            self._end_tree(RunStatus.STOPPED, at)
+        run = self._active.run
+        self._active.stop(reason)
         return run
 
     def stop_all(self, reason: str) -> None:
         """Stop the current run and drop every queued one."""
-        while self._waiting:
-            self._close(self._waiting.popleft(), RunStatus.STOPPED, Why("queue", "stopped", reason))
+        waiting = self._queue.take_all()
         self.stop(reason)
+        for run in waiting:
+            self._close(run, RunStatus.STOPPED, Why("queue", "stopped", reason))
 
     def abandon(self, reason: str) -> None:
         """Stop everything and do not wait for the ends of the skills: for the end of the process."""
         self.stop_all(reason)
-        run = self.current
-        if run is not None:
-            assert self._context is not None
-            self._end_anyway(run, [entry.skill for entry in self._context.runs])
+        if self._active is not None:
+            self._active.abandon()
 
-    def find(self, run_id: str | None = None) -> MissionRun | None:
-        """The run with this id among the current, the queued and the last one; without an id the current
-        run or else the last one.
+    # ---- missions -------------------------------------------------------------------------------------
+
+    def reload(self) -> ReloadReport:
+        """Take over what was edited in the mission files; a broken edit keeps the version of before.
+
+        Each trigger does this too. Runs that go on keep the version that they were built from.
         """
-        candidates = [self.current, *self._waiting, self.last]
-        for run in candidates:
-            if run is not None and run_id in (None, "", run.run_id):
-                return run
-        return None
+        missions = self._missions
+        return missions.refresh() if isinstance(missions, MissionFolders) else ReloadReport()
 
-    def render(self, run: MissionRun, *, colour: bool = False) -> str:
-        """The ASCII tree of a run: live for the current one, as recorded for others."""
-        if run is self.current and self._tree is not None and run.status is RunStatus.RUNNING:
-            return ascii_tree(self._tree.root, colour=colour, visited_only=False)
-        return run.tree
+    def warnings(self) -> list[str]:
+        """What people should know though missions run: edits that do not count, a journal in trouble."""
+        missions = self._missions
+        held = missions.held if isinstance(missions, MissionFolders) else {}
+        trouble = self._announcer.log.trouble
+        return [*(f"{name}: {reason}" for name, reason in held.items()), *([trouble] if trouble else [])]
 
-    def tip(self) -> str:
-        """The name of the node that the current run waits for, empty when nothing runs."""
-        tip = self._tree.root.tip() if self._tree is not None else None
-        return tip.name if tip is not None else ""
+    def note_about(self, mission: str) -> str:
+        """What a caller of a mission should know, e.g. that an edit of it does not count; mostly empty."""
+        missions = self._missions
+        return missions.note_about(mission) if isinstance(missions, MissionFolders) else ""
 
-    # ---- ticking --------------------------------------------------------------------------------------
+    def version_of(self, mission: str) -> str:
+        """Fingerprint of a mission and of what it calls; empty when the missions come from no folders."""
+        missions = self._missions
+        return missions.version_of(mission) if isinstance(missions, MissionFolders) else ""
+
+    # ---- pause and override ---------------------------------------------------------------------------
+
+    def pause(self, reason: str, run_id: str | None = None) -> MissionRun:
+        """Pause the current run: its skills are cancelled, its tree is not ticked, its time stands still.
+
+        Returns:
+            The run. Pausing a paused run once more takes a resume back that has not come into effect.
+
+        Raises:
+            RequestRefused: There is no run that could be paused; says why.
+        """
+        active = self._pausable(run_id, "paused")
+        active.pause(reason or "asked")
+        return active.run
+
+    def resume(self, run_id: str | None = None) -> MissionRun:
+        """Go on with a paused run: its skills are started again with the same inputs.
+
+        Returns:
+            The run; still PAUSED while skills that were cancelled for the pause have not reported their ends.
+
+        Raises:
+            RequestRefused: There is no paused run; says why.
+        """
+        active = self._pausable(run_id, "resumed")
+        if active.run.status is not RunStatus.PAUSED:
+            raise RequestRefused(f"{name_of(active.run)} is not paused; it goes on already")
+        active.resume()
+        return active.run
+
+    def override(self, reason: str) -> None:
+        """Stop the current run, drop every queued one and let nothing start until :meth:`release`."""
+        self.block(
+            OVERRIDE,
+            f"the manual override is on ({reason}); release it first: florence release, or false on "
+            "florenceLocator/manualOverride",
+        )
+        self.stop_all(f"manual override: {reason}")
+        self._announcer.log.note(OVERRIDE, reason)
+
+    def release(self) -> bool:
+        """Let missions start again after :meth:`override`; what was stopped stays stopped.
+
+        Returns:
+            Whether the override was on.
+        """
+        was_on = OVERRIDE in self._blocks
+        self.block(OVERRIDE, None)
+        if was_on:
+            self._announcer.log.note(OVERRIDE, "")
+        return was_on
+
+    def block(self, who: str, reason: str | None) -> None:
+        """Let no mission start for a reason, or no longer block (None); each ``who`` has one reason."""
+        if reason is None:
+            self._blocks.pop(who, None)
+        else:
+            self._blocks[who] = reason
+
+    # ---- after a crash --------------------------------------------------------------------------------
+
+    def take_up(self, tree: TreeRun) -> None:
+        """Go on with a paused run of the process before; nothing else may be running."""
+        tree.on_tick, tree.on_over = self._after_tick, self._on_over
+        tree.move_to(self.world())
+        if tree.run.started is not None:
+            tree.run.started = self._clock.now() - (tree.clock.now() - tree.run.started)
+        self.current, self._active = tree.run, tree
+        if tree.run.paused:
+            self._announcer.tell(tree.run, EventKind.RECOVERED, paused=True, reason=tree.run.paused)
+        else:
+            tree.resume(EventKind.RECOVERED)
+
+    def queue_again(self, runs: Iterable[MissionRun]) -> None:
+        """Let runs wait that the process before had in its queue."""
+        for run in runs:
+            self._queue.add(run)
+            self._announcer.tell(run, EventKind.QUEUED, reason="queued again after a crash")
+        self._start_next()
+
+    def close_past(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
+        """End a run of the process before."""
+        self._close(run, status, why)
+
+    def world(self) -> World:
+        """What runs work with here."""
+        return World(self.library, self._skills, self._declarations, self._clock, self.wake, self._announcer)
+
+    # ---- waking ---------------------------------------------------------------------------------------
 
     def wake(self) -> None:
         """Ask for a tick; any number of calls before the tick count as one."""
@@ -192,151 +284,54 @@ class Executor:
             self._wake_asked = True
             self._call_soon(self._on_wake)
 
-    def _prepare(self, run: MissionRun) -> tuple[TreeContext, CompiledTree]:
-        """Build what a run works with; starts nothing."""
-        context = TreeContext(
-            clock=self._clock,
-            keys=KeyStore(),
-            wake=self.wake,
-            skills=self._skills,
-            declarations=self._declarations,
-            on_skill_started=lambda path, skill, inputs: self._emit(
-                run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs)
-            ),
-            on_skill_ended=lambda path, skill, result: self._on_skill_ended(run, path, skill, result),
-        )
-        return context, compile_mission(self.library.get(run.mission), self.library, run.inputs, context)
-
-    def _begin(self, run: MissionRun, context: TreeContext, tree: CompiledTree) -> None:
-        self.current = run
-        run.status = RunStatus.RUNNING
-        run.started = self._clock.now()
-        self._known = {}
-        self._end = None
-        self._context, self._tree = context, tree
-        self._emit(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
-        self.wake()
+    # ---- inside ---------------------------------------------------------------------------------------
 
     def _on_wake(self) -> None:
         self._wake_asked = False
-        run = self.current
-        if run is None:
-            return
-        if run.status is RunStatus.RUNNING:
-            self._tick(run)
-        if run.status is RunStatus.ENDING:
-            self._finish_if_drained(run)
+        if self._active is not None:
+            self._active.step()
+            self._announcer.log.commit()
 
-    def _tick(self, run: MissionRun) -> None:
-        assert self._tree is not None
-        root = self._tree.root
-        if self._spins():
-            self._end_tree(
-                RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
-            )
-            return
-        try:
-            root.tick_once()
-        except Exception as error:
-            # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
-            self._emit_broken(run, error)
-            why = Why(root.name, "internal_error", f"{type(error).__name__}: {error}")
-            self._end_tree(RunStatus.FAILED, why)
-            return
-        run.ticks += 1
-        self._emit_node_changes(run, root)
-        self.on_tick(run)
-        if root.status is Status.SUCCESS:
-            run.outputs = self._tree.outputs()
-            self._end_tree(RunStatus.SUCCEEDED, None)
-        elif root.status is Status.FAILURE:
-            self._end_tree(RunStatus.FAILED, explain(root))
+    def _build(self, run: MissionRun) -> TreeRun:
+        """Build what a run works with; starts nothing."""
+        world = World(self.library, self._skills, self._declarations, self._clock, self.wake, self._announcer)
+        return TreeRun(run, world, self._after_tick, self._on_over)
 
-    def _spins(self) -> bool:
-        now = self._clock.now()
-        self._ticks_now = self._ticks_now + 1 if now == self._ticks_moment else 1
-        self._ticks_moment = now
-        return self._ticks_now > MAX_TICKS_AT_ONE_MOMENT
-
-    def _emit_node_changes(self, run: MissionRun, root: py_trees.behaviour.Behaviour) -> None:
-        for change in node_changes(root, self._known):
-            self._emit(run, EventKind.NODE, **change)
-
-    def _end_tree(self, status: RunStatus, why: Why | None) -> None:
-        run, tree = self.current, self._tree
-        assert run is not None and tree is not None
-        # The picture of the tree is taken before its nodes forget where they stood.
-        run.tree = ascii_tree(tree.root, colour=False, visited_only=False)
-        run.status = RunStatus.ENDING
-        self._end = (status, why)
-        self._limit_end(run)
-        try:
-            tree.root.stop(Status.INVALID)
-        except Exception as error:
-            # As in a tick; the other skills are still waited for.
-            self._emit_broken(run, error)
+    def _begin(self, tree: TreeRun) -> None:
+        run = tree.run
+        self.current, self._active = run, tree
+        run.status = RunStatus.RUNNING
+        run.started = self._clock.now()
+        self._announcer.tell(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
         self.wake()
 
-    def _limit_end(self, run: MissionRun) -> None:
-        self._end_limit = self._clock.call_at(self._clock.now() + END_LIMIT_S, lambda: self._end_late(run))
+    def _after_tick(self, run: MissionRun) -> None:
+        self._announcer.call(run, self.on_tick)
 
-    def _finish_if_drained(self, run: MissionRun) -> None:
-        """A run is over when every skill it started has ended too: no goal is left behind."""
-        assert self._end is not None
-        if not self._open_skills(run):
-            self._finish(run, *self._end)
-
-    def _open_skills(self, run: MissionRun) -> list[str]:
-        """The names of the skills that have not reported their end; one that breaks when asked is over."""
-        context = self._context
-        assert context is not None
-        for entry in tuple(context.runs):
-            try:
-                context.poll(entry)
-            except Exception as error:
-                context.runs.remove(entry)
-                self._emit_broken(run, error)
-        return [entry.skill for entry in context.runs]
-
-    def _end_late(self, run: MissionRun) -> None:
-        """The skills had their time."""
-        if run is not self.current:
-            return
-        skills = self._open_skills(run)
-        if CLEANUP in skills:
-            self._limit_end(run)
-        else:
-            self._end_anyway(run, skills)
-
-    def _end_anyway(self, run: MissionRun, skills: list[str]) -> None:
-        """End a run although some skills have not reported their end; the reason names them."""
-        assert self._end is not None
-        status, why = self._end
-        if skills:
-            silent = f"not known to have ended: {', '.join(dict.fromkeys(skills))}"
-            if status is RunStatus.SUCCEEDED:
-                status, why = RunStatus.FAILED, Why(run.mission, "timed_out", silent)
-            elif why is not None:
-                why = replace(why, reason=f"{why.reason}; {silent}")
-        self._finish(run, status, why)
-
-    def _finish(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
-        if self._end_limit is not None:
-            self._end_limit.cancel()
-            self._end_limit = None
-        self._context = self._tree = None
-        self.current = None
+    def _on_over(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
+        self.current = self._active = None
         self.last = run
         self._close(run, status, why)
-        if self._waiting and self.current is None:
-            waiting = self._waiting.popleft()
-            self._begin(waiting, *self._prepare(waiting))
+        self._start_next()
+
+    def _start_next(self) -> None:
+        while self._queue and self.current is None:
+            self._begin_waiting(self._queue.take())
+
+    def _begin_waiting(self, run: MissionRun) -> None:
+        """Start a run whose turn has come; its mission may have changed since it was accepted."""
+        try:
+            tree = self._build(run)
+        except ConfigError as error:
+            self._close(run, RunStatus.FAILED, Why(run.mission, "bad_mission", str(error)))
+            return
+        self._begin(tree)
 
     def _close(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
         run.status = status
         run.why = why
         run.ended = self._clock.now()
-        self._emit(
+        self._announcer.tell(
             run,
             EventKind.ENDED,
             status=status.value,
@@ -346,34 +341,23 @@ class Executor:
             duration=seconds_text(run.started, run.ended),
         )
 
-    def _enqueue(self, run: MissionRun) -> None:
-        """Queue behind everything of the same or a higher priority."""
-        for index, waiting in enumerate(self._waiting):
-            if run.request.priority > waiting.request.priority:
-                self._waiting.insert(index, run)
-                return
-        self._waiting.append(run)
+    def _new_id(self, mission: str) -> str:
+        run_id = self._run_ids.next(mission)
+        while self._announcer.log.knows(run_id):
+            run_id = self._run_ids.next(mission)
+        return run_id
 
-    def _on_skill_ended(self, run: MissionRun, path: str, skill: str, result: Result) -> None:
-        self._emit(
-            run,
-            EventKind.SKILL_ENDED,
-            node=path,
-            skill=skill,
-            outcome=result.outcome.value,
-            code=result.code,
-            reason=result.reason,
-            outputs=dict(result.outputs),
-        )
-        # In a run that is ending, the last skill's end is what the executor waits for.
-        self.wake()
-
-    def _emit_broken(self, run: MissionRun, error: Exception) -> None:
-        self._emit(run, EventKind.BROKEN, detail="".join(traceback.format_exception(error)))
-
-    def _emit(self, run: MissionRun, kind: EventKind, **data: Any) -> None:
-        if run.status.final and kind is not EventKind.ENDED:
-            return  # a skill that reports its end after its run was closed without it
-        event = Event(self._clock.now(), run.run_id, kind, data)
-        for listener in tuple(self._listeners):
-            listener(run, event)
+    def _pausable(self, run_id: str | None, word: str) -> TreeRun:
+        """The run that may be paused or resumed."""
+        active = self._active
+        if run_id is not None and any(run.run_id == run_id for run in self._queue):
+            raise RequestRefused(
+                f"the run {run_id} waits for its turn and cannot be {word}; it can be stopped"
+            )
+        if active is None:
+            raise RequestRefused(f"no mission is running, so none can be {word}")
+        if run_id not in (None, active.run.run_id):
+            raise RequestRefused(f"no run {run_id!r} is running; {name_of(active.run)} is")
+        if active.run.status is RunStatus.ENDING:
+            raise RequestRefused(f"{name_of(active.run)} is ending already and cannot be {word}")
+        return active

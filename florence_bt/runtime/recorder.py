@@ -1,28 +1,33 @@
-"""What a run leaves behind: a folder with its journal, its final tree, its result and the path driven.
+"""What a run leaves behind beside the journal: a folder with its final tree, its result and the path driven.
 
-``<runs>/<run id>/journal.jsonl`` has one event a line, flushed as it happens; ``tree.txt`` the final tree
-with the reason; ``result.json`` the end and what was measured on the way; pictures are drawn from that file.
-:func:`read_record` reads the end back.
+``<runs>/<run id>/tree.txt`` has the final tree with the reason; ``result.json`` the end and what was measured
+on the way; pictures are drawn from that file. :func:`read_record` reads the end back. What happened in
+between is in the journal (``florence_bt.runtime.journal``).
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from florence_bt.core.clock import Clock, Timer, call_every
+from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import Event, EventKind, plain
 from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import JournalReader
+from florence_bt.runtime.journal.text import journal_text
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
 
 PATH_PERIOD_S = 0.2
 """How often the robot's position is noted while a mission runs."""
+
+PATH_LIMIT = 20_000
+"""Points of the path that are kept; of a longer one every second, and so on."""
 
 LOOK_SKILL = "look_for_user"
 
@@ -95,7 +100,7 @@ class RunRecorder:
         self._robot_pose = robot_pose
         self._on_recorded = on_recorded
         self._on_trouble = on_trouble
-        self._open: dict[str, tuple[RunRecord, IO[str]]] = {}
+        self._open: dict[str, RunRecord] = {}
         self._given_up: str | None = None
         self._timer: Timer | None = None
         self._closed = False
@@ -106,9 +111,7 @@ class RunRecorder:
         return self._runs_folder / run_id
 
     def close(self) -> None:
-        """Close the journals of runs that have not ended; what happened so far is in them."""
-        for _, journal in self._open.values():
-            _close_quietly(journal)
+        """Record nothing more."""
         self._open.clear()
         self._stop_timer()
         self._closed = True
@@ -127,8 +130,7 @@ class RunRecorder:
     def _give_up(self, run: MissionRun) -> None:
         """Record nothing more of a run; the others go on, perhaps there is room again."""
         self._given_up = run.run_id
-        if run.run_id in self._open:
-            _close_quietly(self._open.pop(run.run_id)[1])
+        self._open.pop(run.run_id, None)
         if run is self._executor.current:
             self._stop_timer()
 
@@ -139,14 +141,10 @@ class RunRecorder:
 
     def _record(self, run: MissionRun, event: Event) -> None:
         if run.run_id not in self._open:
-            folder = self.folder_of(run.run_id)
-            folder.mkdir(parents=True, exist_ok=True)
-            file = (folder / "journal.jsonl").open("a", encoding="utf-8")
-            self._open[run.run_id] = (RunRecord(folder), file)
-        record, journal = self._open[run.run_id]
-        journal.write(json.dumps(event.to_json()) + "\n")
-        journal.flush()
-        if event.kind is EventKind.STARTED:
+            self._open[run.run_id] = RunRecord(self.folder_of(run.run_id))
+        record = self._open[run.run_id]
+        if event.kind in (EventKind.STARTED, EventKind.RECOVERED):
+            self._stop_timer()
             self._note_pose(record)
             self._timer = call_every(self._clock, PATH_PERIOD_S, lambda: self._note_pose(record))
         elif event.kind is EventKind.SKILL_STARTED and event.data["skill"] == LOOK_SKILL:
@@ -156,19 +154,22 @@ class RunRecorder:
         elif event.kind is EventKind.SKILL_ENDED and event.data["skill"] == LOOK_SKILL:
             record.person = event.data["outputs"].get("user", record.person)
         elif event.kind is EventKind.ENDED:
-            self._finish(run, record, journal)
+            self._finish(run, record)
 
     def _note_pose(self, record: RunRecord) -> None:
         pose = self._robot_pose()
         if pose is not None:
             record.path.append((self._clock.now(), pose))
+        if len(record.path) > PATH_LIMIT:
+            # Half as many points for a long way: a run of a week takes no more memory than one of an hour.
+            del record.path[1:-1:2]
 
-    def _finish(self, run: MissionRun, record: RunRecord, journal: IO[str]) -> None:
+    def _finish(self, run: MissionRun, record: RunRecord) -> None:
         if run.started is not None and self._timer is not None:
             self._stop_timer()
             self._note_pose(record)
-        journal.close()
         del self._open[run.run_id]
+        record.folder.mkdir(parents=True, exist_ok=True)
         text = status_text(run, self._executor.render(run), self._clock.now())
         (record.folder / "tree.txt").write_text(text + "\n", encoding="utf-8")
         (record.folder / "result.json").write_text(
@@ -179,17 +180,33 @@ class RunRecorder:
 
 
 def read_record(runs_folder: Path, run_id: str) -> PastRun | None:
-    """Read how a recorded run ended.
+    """Read where a recorded run stands or how it ended: from the journal, or from its folder.
 
     Args:
         runs_folder: Parent of the runs' folders.
         run_id: The run's name.
 
     Returns:
-        Its end, None when no such run has been recorded to its end there.
+        What is known, None when no such run is known there.
     """
     if not run_id or Path(run_id).name != run_id:
         return None
+    return _from_journal(runs_folder, run_id) or _from_folder(runs_folder, run_id)
+
+
+def _from_journal(runs_folder: Path, run_id: str) -> PastRun | None:
+    try:
+        with JournalReader(runs_folder) as reader:
+            row = reader.run(run_id)
+            if row is None:
+                return None
+            text = journal_text(row, reader.events(run_id))
+            return PastRun(run_id, row.mission, row.state, row.code, row.reason, text)
+    except FlorenceError:
+        return None  # no journal, or none that this program can read
+
+
+def _from_folder(runs_folder: Path, run_id: str) -> PastRun | None:
     folder = runs_folder / run_id
     try:
         result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
@@ -200,12 +217,6 @@ def read_record(runs_folder: Path, run_id: str) -> PastRun | None:
         return PastRun(run_id, mission, status, code, reason, text)
     except (OSError, ValueError, TypeError, KeyError):
         return None  # never recorded, or not to its end
-
-
-def _close_quietly(journal: IO[str]) -> None:
-    """Close a file whose last words may not fit on the disk; everything before them was flushed."""
-    with contextlib.suppress(OSError):
-        journal.close()
 
 
 def result_json(run: MissionRun, record: RunRecord) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from florence_bt.behaviours.why import Why
+from florence_bt.trees.ascii import TreeRow
 
 
 class RunStatus(enum.Enum):
@@ -15,16 +16,24 @@ class RunStatus(enum.Enum):
 
     QUEUED = "QUEUED"
     RUNNING = "RUNNING"
+    PAUSED = "PAUSED"
+    """Its skills were cancelled, its tree is not ticked and no time passes for it."""
     ENDING = "ENDING"
     """The tree has ended or was stopped; skills that were cancelled have not all reported their end."""
     SUCCEEDED = "SUCCEEDED"
     FAILED = "FAILED"
     STOPPED = "STOPPED"
+    ABORTED = "ABORTED"
+    """The process that ran it died, and it was given up at the next start."""
 
     @property
     def final(self) -> bool:
         """Whether nothing can change any more."""
-        return self in (RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.STOPPED)
+        return self in FINAL
+
+
+FINAL = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.STOPPED, RunStatus.ABORTED})
+"""The states in which nothing can change any more."""
 
 
 class Policy(enum.Enum):
@@ -68,7 +77,11 @@ class MissionRun:
         why: Cause of a failure or a stop.
         outputs: The mission's outputs, once it has succeeded.
         tree: ASCII tree as of the last change; of a stopped run as it was just before the stop.
-        ticks: Ticks so far.
+        ticks: Ticks so far, the one that goes on now included.
+        note: What the caller should know beside the run itself, e.g. that its edit does not count.
+        paused: Why the run is paused, empty when it is not.
+        rows: The nodes of :attr:`tree` with their durations, to be drawn in other ways; empty when unknown.
+        version: Fingerprint of the mission's text and of everything that it calls; empty when unknown.
     """
 
     run_id: str
@@ -81,6 +94,10 @@ class MissionRun:
     outputs: Mapping[str, Any] = field(default_factory=dict)
     tree: str = ""
     ticks: int = 0
+    note: str = ""
+    paused: str = ""
+    version: str = ""
+    rows: tuple[TreeRow, ...] = ()
 
     @property
     def mission(self) -> str:

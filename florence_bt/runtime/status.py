@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from florence_bt.runtime.events import seconds_text
 from florence_bt.runtime.run import MissionRun, RunStatus
 
@@ -19,32 +21,44 @@ def head_line(run: MissionRun, now: float) -> str:
 
 
 def why_line(run: MissionRun) -> str:
-    """The cause of a failure or a stop, empty when there is none."""
+    """The cause of a failure, a stop or a pause, empty when there is none."""
+    if run.status is RunStatus.PAUSED:
+        return f"paused because: {run.paused}; go on with: florence resume"
     if run.why is None:
         return ""
-    word = "stopped" if run.status is RunStatus.STOPPED else "failed"
+    word = {RunStatus.STOPPED: "stopped", RunStatus.ABORTED: "aborted"}.get(run.status, "failed")
     return f"{word} because: {run.why.reason} [{run.why.code}] at {run.why.path}"
 
 
-def status_text(run: MissionRun | None, tree: str, now: float) -> str:
+def note_line(run: MissionRun) -> str:
+    """What the caller should know beside, empty when there is nothing."""
+    return f"note: {run.note}" if run.note else ""
+
+
+def status_text(run: MissionRun | None, tree: str, now: float, warnings: Iterable[str] = ()) -> str:
     """The whole status.
 
     Args:
         run: The run to describe, None when there was none yet.
         tree: Its ASCII tree.
         now: The clock's time, for the duration of a running mission.
+        warnings: What else people should know, beside the run.
     """
+    notes = [f"warning: {warning}" for warning in warnings]
     if run is None:
-        return "no mission has run yet"
-    return "\n".join(line for line in (head_line(run, now), tree.rstrip("\n"), why_line(run)) if line)
+        return "\n".join(["no mission has run yet", *notes])
+    parts = (head_line(run, now), note_line(run), tree.rstrip("\n"), why_line(run), *notes)
+    return "\n".join(part for part in parts if part)
 
 
 RUN_STATES: dict[RunStatus, str] = {
     RunStatus.QUEUED: "PENDING",
     RunStatus.RUNNING: "ACTIVE",
+    RunStatus.PAUSED: "ACTIVE",
     RunStatus.ENDING: "ACTIVE",
     RunStatus.SUCCEEDED: "SUCCEEDED",
     RunStatus.FAILED: "ABORTED",
     RunStatus.STOPPED: "PREEMPTED",
+    RunStatus.ABORTED: "ABORTED",
 }
 """Run status -> the goal states of the document (REFERENCE 10, seed strings), for ``run_state``."""

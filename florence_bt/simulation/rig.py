@@ -17,6 +17,7 @@ from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid
 from florence_bt.core.skill import Inputs, InstantSkill, Skill, SkillRun
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
 from florence_bt.runtime.run import MissionRun, Request, RunIds
 from florence_bt.simulation.flat import Flat
@@ -114,7 +115,12 @@ class Rig:
             **approach_skills(base.occupancy_at),
         }
         self.executor = Executor(
-            MissionLibrary.load(), skills, collect_declarations(), self.clock, RunIds(f"rig-{setting.seed}")
+            MissionLibrary.load(),
+            skills,
+            collect_declarations(),
+            self.clock,
+            RunIds(f"rig-{setting.seed}"),
+            log=Journal(setting.runs_folder, date=str) if setting.runs_folder is not None else None,
         )
         self.records: list[RunRecord] = []
         if setting.runs_folder is not None:

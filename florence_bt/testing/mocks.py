@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, success
+from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, failure, success
 from florence_bt.core.skill import Event, Inputs, Phase, RunState
 
 
@@ -22,6 +23,8 @@ class Step:
         accept_after: Seconds from the start to the acceptance of the goal; a cancel takes effect only then.
         cancel_takes: Seconds from the cancel (after acceptance) to the end.
         feedback: What the run says about itself.
+        feedback_at: What it says later: seconds from the start and the text.
+        error: An exception that the run raises instead of giving a result.
     """
 
     result: Result | None = field(default_factory=success)
@@ -29,6 +32,8 @@ class Step:
     accept_after: float = 0.0
     cancel_takes: float = 0.0
     feedback: str = ""
+    feedback_at: tuple[tuple[float, str], ...] = ()
+    error: Exception | None = None
 
 
 class ScriptedRun:
@@ -41,15 +46,14 @@ class ScriptedRun:
         self._step = step
         self._state = RunState(step.feedback)
         self._timers: list[Timer] = []
-        if step.accept_after <= 0.0:
-            self._accept()
-        else:
-            self._later(step.accept_after, self._accept)
-        if step.result is not None:
-            if step.after <= 0.0:
-                self._finish(step.result)
-            else:
-                self._later(step.after, lambda: self._finish(step.result))
+        self._error: Exception | None = None
+        for seconds, text in step.feedback_at:
+            self._soon_or_later(seconds, partial(self._state.set_feedback, text))
+        self._soon_or_later(step.accept_after, self._accept)
+        if step.error is not None:
+            self._soon_or_later(step.after, self._break)
+        elif step.result is not None:
+            self._soon_or_later(step.after, partial(self._finish, step.result))
 
     @property
     def feedback(self) -> str:
@@ -57,12 +61,23 @@ class ScriptedRun:
         return self._state.feedback
 
     @property
+    def result(self) -> Result | None:
+        """The result once its time has come."""
+        return self._state.result
+
+    @property
     def active(self) -> bool:
         """Whether the run has not ended."""
         return self._state.phase is not Phase.DONE
 
     def poll(self) -> Result | None:
-        """The result once its time has come."""
+        """The result once its time has come.
+
+        Raises:
+            Exception: The error of the step, once its time has come.
+        """
+        if self._error is not None:
+            raise self._error
         return self._state.result
 
     def cancel(self) -> None:
@@ -90,7 +105,18 @@ class ScriptedRun:
             timer.cancel()
         self._state.handle(Event.FINISHED, result)
 
-    def _later(self, seconds: float, callback: Any) -> None:
+    def _break(self) -> None:
+        error = self._step.error
+        self._finish(failure("rejected", f"it broke: {error}"))
+        self._error = error
+
+    def _soon_or_later(self, seconds: float, callback: Callable[[], None]) -> None:
+        if seconds <= 0.0:
+            callback()
+        else:
+            self._later(seconds, callback)
+
+    def _later(self, seconds: float, callback: Callable[[], None]) -> None:
         self._timers.append(self._clock.call_at(self._clock.now() + seconds, callback))
 
 

@@ -1,38 +1,107 @@
-"""What can be known about the parts of a mission without running it: the basis of the checks."""
+"""What can be known about missions and their parts without running them: the basis of the checks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind, SkillDeclaration
-from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees import model
-from florence_bt.trees.kinds import FAILED
+from florence_bt.trees._ends import OWN_CODES, SUCCEEDS, Ends, EndsOfMission
+from florence_bt.trees._kinds import fits, kind_of
 from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.model import Literal, Mission, Node, Value
-from florence_bt.trees.quantities import guess_value
+from florence_bt.trees.model import Literal, Mission, Node
 
-OWN_CODES = {
-    "missing_key": "a key was read that nothing has written",
-    "no_skill": "this robot lacks the skill",
-    "bad_output": "the skill succeeded without giving what it promises",
-}
-"""Codes that the tree itself gives the use of a skill, beside those of the skill."""
+__all__ = ["OWN_CODES", "Facts", "MissionFacts", "fits", "kind_of"]
+
+NOTHING = frozenset[str]()
 
 
-@dataclass(frozen=True)
-class Facts:
-    """The surroundings of the missions that are checked.
+@dataclass(frozen=True, slots=True)
+class NodeFacts:
+    """What is known of one node with everything below it, called missions included.
 
     Attributes:
+        ends: How it can end.
+        resources: What only one skill at a time may use, of all its skills.
+        known: Whether every skill and mission below exists.
+        depth: How many nodes stand one above the other.
+        count: How many nodes there are.
+    """
+
+    ends: Ends
+    resources: frozenset[str]
+    known: bool
+    depth: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionFacts:
+    """What is known of one mission.
+
+    Attributes:
+        mission: The mission.
+        nodes: Node facts by the identity of the node.
+        kinds: The kinds of its inputs and keys, as far as they are known.
+        names: Input or key -> what its text must name (a hotspot, a room), because such an input of a skill
+            is given it.
+        callees: The missions that it calls, each once.
+        all: Every node from the root down, clean-ups included.
+    """
+
+    mission: Mission
+    nodes: Mapping[int, NodeFacts]
+    kinds: Mapping[str, Kind]
+    names: Mapping[str, str]
+    callees: tuple[str, ...]
+    all: tuple[Node, ...]
+
+    @property
+    def root(self) -> NodeFacts | None:
+        """The facts of the whole tree."""
+        return self.nodes.get(id(self.mission.tree))
+
+    def of(self, node: Node) -> NodeFacts:
+        """The facts of a node of this mission."""
+        return self.nodes[id(node)]
+
+
+class Facts:
+    """The surroundings of the missions that are checked, and what is known of each of them.
+
+    Each mission is looked at once, those that it calls first, so that neither a long chain of calls nor a
+    mission that is called a thousand times costs more.
+
+    Args:
         library: Every mission.
         declarations: Every skill.
     """
 
-    library: MissionLibrary
-    declarations: Mapping[str, SkillDeclaration]
-    _busy: set[str] = field(default_factory=set)
+    def __init__(self, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self.library = library
+        self.declarations = declarations
+        self._known: dict[int, MissionFacts] = {}
+
+    def of(self, mission: Mission) -> MissionFacts:
+        """What is known of a mission."""
+        waiting, begun = [mission], set[int]()
+        while waiting:
+            top = waiting[-1]
+            if id(top) not in self._known and id(top) not in begun:
+                begun.add(id(top))
+                below = (self.library.find(call.mission.text) for call in self.calls(top))
+                waiting += [each for each in below if each is not None and id(each) not in begun]
+                continue
+            waiting.pop()
+            if id(top) not in self._known:
+                self._known[id(top)] = _FactsOfMission(top, self).result()
+        return self._known[id(mission)]
+
+    def called(self, name: str) -> MissionFacts | None:
+        """What is known of a mission that is called; None when there is none, or it calls itself."""
+        mission = self.library.find(name)
+        return self._known.get(id(mission)) if mission is not None else None
 
     def calls(self, mission: Mission) -> Iterator[model.Call]:
         """Every call of another mission."""
@@ -55,95 +124,121 @@ class Facts:
         """
         match node:
             case model.Use(outputs=outputs) | model.Call(outputs=outputs):
-                given = self.output_kinds(node)
+                given = self.output_kinds(node) if outputs else {}
                 yield from ((key, given.get(output.text)) for output, key in outputs)
             case model.Set(values=values):
                 yield from ((key, kind_of(value, kinds)) for key, value in values)
             case model.Retry(attempt_key=key) if key is not None:
                 yield key, Kind.INTEGER
 
-    def key_kinds(self, mission: Mission) -> dict[str, Kind]:
-        """The kinds of a mission's inputs and keys, as far as they are known; the first writer decides."""
-        kinds = {name: port.kind for name, port in mission.inputs.items()}
-        for node in mission.nodes():
-            for key, kind in self.writes(node, kinds):
+    def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
+        """The kinds of a mission's inputs and keys, as far as they are known."""
+        return self.of(mission).kinds
+
+    def names_in(self, node: Node) -> Iterator[tuple[Literal, model.Value, str]]:
+        """The inputs of a skill or a called mission that name something: (input, value, what it names)."""
+        if isinstance(node, model.Use):
+            declaration = self.declarations.get(node.skill)
+            ports = declaration.inputs if declaration else {}
+            wanted: Mapping[str, str] = {name: port.names for name, port in ports.items() if port.names}
+        elif isinstance(node, model.Call):
+            called = self.called(node.mission.text)
+            wanted = called.names if called else {}
+        else:
+            return
+        yield from ((name, value, wanted[name.text]) for name, value in node.inputs if name.text in wanted)
+
+
+class _FactsOfMission:
+    """Gathers the facts of one mission from the leaves up."""
+
+    def __init__(self, mission: Mission, facts: Facts) -> None:
+        self._mission = mission
+        self._facts = facts
+        self._ends = EndsOfMission(mission, facts.declarations, self._called_ends).by_node
+        self._nodes: dict[int, NodeFacts] = {}
+        self._all = tuple(mission.nodes())
+
+    def result(self) -> MissionFacts:
+        if self._mission.tree is not None:
+            self._gather(self._mission.tree)
+        return MissionFacts(
+            mission=self._mission,
+            nodes=self._nodes,
+            kinds=self._key_kinds(),
+            names=self._names(),
+            callees=tuple(
+                dict.fromkeys(node.mission.text for node in self._all if isinstance(node, model.Call))
+            ),
+            all=self._all,
+        )
+
+    def _called_ends(self, name: str) -> Ends | None:
+        called = self._facts.called(name)
+        return called.root.ends if called is not None and called.root is not None else None
+
+    def _gather(self, node: Node) -> NodeFacts:
+        below = [self._gather(part) for part in node.parts]
+        if node.cleanup is not None:
+            below.append(self._gather(node.cleanup))
+        resources, known = NOTHING, True
+        match node:
+            case model.Use(skill=skill):
+                declaration = self._facts.declarations.get(skill)
+                resources, known = (declaration.resources, True) if declaration else (NOTHING, False)
+            case model.Call(mission=mission):
+                called = self._facts.called(mission.text)
+                known = called is not None and called.root is not None
+                below += [called.root] if called is not None and called.root is not None else []
+        gathered = NodeFacts(
+            ends=self._ends.get(id(node), SUCCEEDS),
+            resources=resources.union(*(part.resources for part in below)),
+            known=known and all(part.known for part in below),
+            depth=1 + max((part.depth for part in below), default=0),
+            count=1 + sum(part.count for part in below),
+        )
+        self._nodes[id(node)] = gathered
+        return gathered
+
+    def _key_kinds(self) -> dict[str, Kind]:
+        """The kinds of inputs and keys: as declared, else as the first writer has it."""
+        mission = self._mission
+        kinds = {name: port.kind for name, port in (*mission.keys.items(), *mission.inputs.items())}
+        for node in self._all:
+            for key, kind in self._facts.writes(node, kinds):
                 if kind is not None:
                     kinds.setdefault(key.text, kind)
         return kinds
 
-    def all_known(self, node: Node) -> bool:
-        """Whether every skill and mission at and below a node exists."""
-        return all(
-            (not isinstance(below, model.Use) or below.skill in self.declarations)
-            and (not isinstance(below, model.Call) or below.mission.text in self.library)
-            for below in model.walk(node)
-        )
-
-    def codes(self, node: Node) -> frozenset[str]:
-        """The codes that a node can fail with."""
-        below = frozenset[str]().union(*(self.codes(part) for part in node.parts))
-        match node:
-            case model.Succeed():
-                return frozenset()
-            case model.Invert():
-                return frozenset({"inverted"})
-            case model.Timeout():
-                return below | {"timed_out", *_OF_VALUES}
-            case model.Fail(code=code):
-                return frozenset({code.text if code else FAILED, "missing_key"})
-            case model.Retry() | model.Repeat() | model.Wait():
-                return below | _OF_VALUES
-            case model.Set():
-                return frozenset({"missing_key"})
-            case model.Use(skill=skill):
-                declaration = self.declarations.get(skill)
-                declared = declaration.failures if declaration else {}
-                return frozenset({*declared, *COMMON_CODES, *OWN_CODES})
-            case model.Call(mission=mission):
-                return self._in_called(mission.text, self.codes) | _OF_VALUES
-        return below
-
-    def resources(self, node: Node) -> frozenset[str]:
-        """What only one skill at a time may use, of all skills at and below a node."""
-        found = frozenset[str]().union(*(self.resources(part) for part in node.parts))
-        if node.cleanup is not None:
-            found |= self.resources(node.cleanup)
-        if isinstance(node, model.Use) and node.skill in self.declarations:
-            found |= self.declarations[node.skill].resources
-        if isinstance(node, model.Call):
-            found |= self._in_called(node.mission.text, self.resources)
-        return found
-
-    def _in_called(self, name: str, ask: Callable[[Node], frozenset[str]]) -> frozenset[str]:
-        """Ask about the tree of a called mission; a mission that calls itself adds nothing."""
-        mission = self.library.find(name)
-        if mission is None or mission.tree is None or name in self._busy:
-            return frozenset()
-        self._busy.add(name)
-        try:
-            return ask(mission.tree)
-        finally:
-            self._busy.discard(name)
+    def _names(self) -> dict[str, str]:
+        names: dict[str, str] = {}
+        for node in self._all:
+            named = [
+                (value.key, what)
+                for _, value, what in self._facts.names_in(node)
+                if isinstance(value, model.Reference)
+            ]
+            if isinstance(node, model.Use) and node.skill in self._facts.declarations:
+                ports = self._facts.declarations[node.skill].outputs
+                named += [
+                    (key.text, ports[output.text].names)
+                    for output, key in node.outputs
+                    if output.text in ports and ports[output.text].names
+                ]
+            for key, what in named:
+                # A room is a hotspot too, but not every hotspot is a room.
+                if what == "room" or key not in names:
+                    names[key] = what
+        return names
 
 
-_OF_VALUES = frozenset({"missing_key", "bad_input"})
-
-
-def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
-    """The kind of a value where nothing says what it must be; None when it is not known."""
-    match value:
-        case Literal(text=text, quoted=quoted):
-            return Kind.TEXT if quoted else guess_value(text)[0]
-        case model.Reference(key=key):
-            return kinds.get(key)
-        case model.Template():
-            return Kind.TEXT
-        case model.PoseParts():
-            return Kind.POSE
-
-
-def fits(given: Kind | None, wanted: Kind | None) -> bool:
-    """Whether a key of one kind can be given where another is wanted; what is not known fits."""
-    return (
-        given is None or wanted is None or given is wanted or (given, wanted) == (Kind.INTEGER, Kind.NUMBER)
-    )
+def reachable(start: str, calls: Callable[[str], Iterable[str]]) -> dict[str, str]:
+    """Every name that can be reached from a name, each with the name from which it was reached first."""
+    came_from: dict[str, str] = {}
+    waiting = [start]
+    for name in waiting:
+        for called in calls(name):
+            if called not in came_from:
+                came_from[called] = name
+                waiting.append(called)
+    return came_from

@@ -1,34 +1,18 @@
-"""Checks of the flow of keys: is a key written before it is read, on some way or on every way?"""
+"""Checks of the flow of keys: written before they are read, on some way or on every way; and read at all."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from florence_bt.core.errors import closest_first
 from florence_bt.trees import model
-from florence_bt.trees._facts import Facts, fits
+from florence_bt.trees._facts import Facts
+from florence_bt.trees._flow import KeyFlow, State, Written
+from florence_bt.trees._kinds import fits
 from florence_bt.trees._notes import Notes
-from florence_bt.trees.model import Mission, Node, Reference, Value, references
+from florence_bt.trees.model import Literal, Mission, Node, Reference, Value, references
 from florence_bt.trees.quantities import with_article
 from florence_bt.trees.source import Position
-
-
-@dataclass(frozen=True, slots=True)
-class Written:
-    """The keys that have a value at some point.
-
-    Attributes:
-        maybe: Those that some way to this point writes.
-        surely: Those that every way to this point writes.
-    """
-
-    maybe: frozenset[str]
-    surely: frozenset[str]
-
-    def plus(self, *keys: str) -> Written:
-        """After these keys were written too."""
-        return Written(self.maybe | set(keys), self.surely | set(keys))
 
 
 class KeyChecks:
@@ -42,26 +26,71 @@ class KeyChecks:
 
     def __init__(self, mission: Mission, facts: Facts, notes: Notes) -> None:
         self._mission = mission
-        self._facts = facts
         self._notes = notes
-        self._kinds = facts.key_kinds(mission)
-        writers = (key.text for node in mission.nodes() for key, _ in facts.writes(node, self._kinds))
-        self._known = {*writers, *mission.inputs}
+        known = facts.of(mission)
+        self._kinds = known.kinds
+        self._all = known.all
+        self._written = [(node, key) for node in known.all for key, _ in facts.writes(node, self._kinds)]
+        names = {**mission.inputs, **mission.keys, **{key.text: None for _, key in self._written}}
+        self._bits = {name: 1 << number for number, name in enumerate(names)}
+        by_node: dict[int, list[str]] = {}
+        for node, key in self._written:
+            by_node.setdefault(id(node), []).append(key.text)
+        self._flow = KeyFlow(
+            self._bits, lambda node: known.of(node).ends, lambda node: by_node.get(id(node), ())
+        )
 
     def check(self) -> None:
-        """Check the tree and the declared outputs."""
+        """Check the tree, the declared outputs, and whether what is written is read."""
         if self._mission.tree is None:
             return
-        start = Written(frozenset(self._mission.inputs), frozenset(self._mission.inputs))
-        self._check_outputs(self._after(self._mission.tree, start))
+        wanted = [
+            reference
+            for node in self._all
+            for value in (*_needed_by(node), *_told_by(node))
+            for reference in references(value)
+        ]
+        unknown = [reference for reference in wanted if reference.key not in self._bits]
+        for reference in unknown:
+            if self._notes.full:
+                break
+            valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
+            self._notes.error(reference.position, f"no node writes a key {reference.key!r}", valid)
+        there = (
+            *self._mission.inputs,
+            *(key for key, port in self._mission.keys.items() if not port.required),
+        )
+        start = sum(self._bits[name] for name in there)
+        self._check_outputs(self._flow.follow(self._mission.tree, Written(start, start), self).success)
+        if not unknown:  # what is read by a wrong name is not said to be read by nobody
+            self._check_read_at_all({reference.key for reference in wanted} | set(self._mission.outputs))
 
-    def _check_outputs(self, end: Written) -> None:
+    def read(self, reference: Reference, before: Written) -> Written:
+        """A node reads a key that it needs (see :class:`florence_bt.trees._flow.Witness`)."""
+        key, bit = reference.key, self._bits[reference.key]
+        if not before.maybe & bit:
+            valid = [f"${name}" for name in closest_first(key, self._names(before.maybe))]
+            message = f"the key {key!r} is read before any node has written it"
+            self._notes.error(reference.position, message, valid)
+        elif not before.surely & bit:
+            message = f"the key {key!r} may have no value here: not every way writes it"
+            self._notes.warning(reference.position, message)
+        # Said once on each way.
+        return before.plus(bit)
+
+    def _names(self, keys: int) -> list[str]:
+        return [name for name, bit in self._bits.items() if keys & bit]
+
+    def _check_outputs(self, end: State) -> None:
+        if end is None:
+            return  # the mission never succeeds, so it gives nothing
         for name, port in self._mission.outputs.items():
-            position = self._mission.positions.get(name, Position())
-            if name not in end.maybe:
+            position = self._declared_at(name)
+            bit = self._bits.get(name, 0)
+            if not end.maybe & bit:
                 valid = [f"out: {{...: {name}}}", f"set: {{{name}: ...}}"]
                 self._notes.error(position, f"no node writes the output {name!r}", valid)
-            elif name not in end.surely:
+            elif not end.surely & bit:
                 self._notes.warning(position, f"the mission can succeed without writing the output {name!r}")
             kind = self._kinds.get(name)
             if not fits(kind, port.kind) and kind is not None:
@@ -70,89 +99,33 @@ class KeyChecks:
                 )
                 self._notes.error(position, message)
 
-    def _after(self, node: Node, before: Written) -> Written:
-        """The keys that have a value when a node has succeeded; what it reads is checked on the way."""
-        for value in _read_by(node):
-            for reference in references(value):
-                self._check_read(reference, before)
-        after = self._inside(node, before)
-        own = [key.text for key, _ in self._facts.writes(node, self._kinds)]
-        if not isinstance(node, model.Retry):
-            after = after.plus(*own)
-        for text in _told_by(node):
-            for reference in references(text):
-                self._check_known(reference)
-        if node.cleanup is not None:
-            # The clean-up can come after any part of the body.
-            cleaned = self._after(node.cleanup, Written(after.maybe, before.surely))
-            after = Written(after.maybe | cleaned.maybe, after.surely)
-        return after
+    def _check_read_at_all(self, read: set[str]) -> None:
+        """Warn of what is written or declared and never read."""
+        written = {key.text for _, key in self._written}
+        for node, key in self._written:
+            if key.text not in read and key.text not in self._mission.inputs:
+                self._unread(node, key)
+        for name in self._mission.inputs:
+            if name not in read:
+                self._notes.warning(self._declared_at(name), f"nothing reads the input {name!r}")
+        for name in self._mission.keys:
+            if name not in read and name not in written:
+                self._notes.warning(self._declared_at(name), f"nothing reads or writes the key {name!r}")
 
-    def _inside(self, node: Node, before: Written) -> Written:
-        match node:
-            case model.Sequence(children=children):
-                for child in children:
-                    before = self._after(child, before)
-                return before
-            case model.Selector(children=children):
-                return self._selector(children, before)
-            case model.Parallel(children=children, any_is_enough=enough):
-                ends = [self._after(child, before) for child in children]
-                maybe = before.maybe.union(*(end.maybe for end in ends))
-                sure = [end.surely for end in ends] or [before.surely]
-                return Written(maybe, frozenset.intersection(*sure) if enough else frozenset.union(*sure))
-            case model.Succeed(child=child) | model.Invert(child=child):
-                return Written(self._after(child, before).maybe, before.surely)
-            case model.Retry(child=child, attempt_key=key):
-                return self._after(child, before.plus(key.text) if key else before)
-            case model.Repeat(child=child) | model.Timeout(child=child):
-                return self._after(child, before)
-            case model.Fail():
-                # Nothing comes after it, so nothing is missing there.
-                return Written(before.maybe, frozenset(self._known))
-        return before
+    def _declared_at(self, name: str) -> Position:
+        return self._mission.positions.get(name, Position())
 
-    def _selector(self, children: tuple[Node, ...], before: Written) -> Written:
-        maybe, ends = before.maybe, []
-        for child in children:
-            # A child begins after the ones before it have failed, perhaps half-way.
-            end = self._after(child, Written(maybe, before.surely))
-            maybe |= end.maybe
-            ends.append(end.surely)
-        return Written(maybe, frozenset.intersection(*ends) if ends else before.surely)
-
-    def _check_read(self, reference: Reference, before: Written) -> None:
-        key = reference.key
-        if key not in self._known:
-            self._check_known(reference)
-        elif key not in before.maybe:
-            self._notes.error(
-                reference.position,
-                f"the key {key!r} is read before any node has written it",
-                [f"${name}" for name in closest_first(key, before.maybe)],
-            )
-        elif key not in before.surely:
-            self._notes.warning(
-                reference.position, f"the key {key!r} may have no value here: not every way writes it"
-            )
-
-    def _check_known(self, reference: Reference) -> None:
-        if reference.key not in self._known:
-            valid = [f"${name}" for name in closest_first(reference.key, self._known)]
-            self._notes.error(reference.position, f"no node writes a key {reference.key!r}", valid)
+    def _unread(self, node: Node, key: Literal) -> None:
+        given = isinstance(node, model.Use | model.Call)
+        what = f"output that goes to the key {key.text!r}" if given else f"key {key.text!r}"
+        message = f"nothing reads the {what}"
+        self._notes.warning(key.position, message, [f"${key.text} in a later node", "leaving it out"])
 
 
-def _read_by(node: Node) -> Iterator[Value]:
+def _needed_by(node: Node) -> Iterator[Value]:
     """The values that a node needs when it begins."""
-    match node:
-        case model.Use(inputs=inputs) | model.Call(inputs=inputs):
-            yield from (value for _, value in inputs)
-        case model.Set(values=values):
-            yield from (value for _, value in values)
-        case model.Retry(attempts=value) | model.Repeat(rounds=value):
-            yield value
-        case model.Timeout(duration=value) | model.Wait(duration=value) | model.Fail(reason=value):
-            yield value
+    yield from node.expressions
+    yield from model.values_of(node)
 
 
 def _told_by(node: Node) -> Iterator[Value]:

@@ -1,25 +1,21 @@
-"""Checks of names and values: skills, missions, inputs, outputs, kinds, units, limits, hotspots."""
+"""Checks of names: skills, missions, inputs, outputs, branches; and of every value that is given to them."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 
-from florence_bt.core.declaration import Kind, Port
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.declaration import Port
+from florence_bt.core.errors import closest_first
 from florence_bt.trees import model
-from florence_bt.trees._facts import Facts, fits, kind_of
+from florence_bt.trees._ends import COUNT, PAUSE
+from florence_bt.trees._facts import Facts
+from florence_bt.trees._kinds import fits
+from florence_bt.trees._lint_values import ValueChecks, literal_kind
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.kinds import NODE_KINDS
-from florence_bt.trees.model import Literal, Mission, Node, PoseParts, Reference, Value
+from florence_bt.trees.model import Literal, Mission, Node, PolicyKind, Value
 from florence_bt.trees.quantities import with_article
-from florence_bt.trees.values import port_value, tree_value
-
-HOTSPOT_LABELS = {"get_hotspot": "label"}
-"""Skill -> the input that must be the label of a hotspot."""
-
-_COUNT = Port(Kind.INTEGER, "", minimum=1)
-_PAUSE = Port(Kind.DURATION, "", minimum=0.0)
 
 
 class NameChecks:
@@ -28,48 +24,71 @@ class NameChecks:
     Args:
         mission: The mission.
         facts: Its surroundings.
-        hotspots: The labels of all hotspots; None when they are not known.
         notes: Receives what is wrong.
     """
 
-    def __init__(
-        self, mission: Mission, facts: Facts, hotspots: Collection[str] | None, notes: Notes
-    ) -> None:
+    def __init__(self, mission: Mission, facts: Facts, notes: Notes) -> None:
         self._mission = mission
         self._facts = facts
-        self._hotspots = hotspots
         self._notes = notes
-        self._kinds = facts.key_kinds(mission)
+        self._kinds = facts.of(mission).kinds
+        self._values = ValueChecks(mission, facts, notes)
 
     def check(self) -> None:
         """Check all nodes."""
-        for node in self._mission.nodes():
+        for node in self._facts.of(self._mission).all:
+            if self._notes.full:
+                return
             self._check_node(node)
+            self._check_conditions(node)
             self._check_writes(node)
 
     def _check_node(self, node: Node) -> None:
+        check = self._values.check
         match node:
             case model.Use():
                 self._check_use(node)
             case model.Call():
                 self._check_call(node)
-            case model.Retry(attempts=attempts):
-                self._check_value(attempts, _COUNT, "retry")
-            case model.Repeat(rounds=rounds):
-                self._check_value(rounds, _COUNT, "repeat")
-            case model.Timeout(duration=duration):
-                self._check_value(duration, _PAUSE, "timeout")
-            case model.Wait(duration=duration):
-                self._check_value(duration, _PAUSE, "wait")
+            case model.Retry(attempts=count):
+                check(count, COUNT, "retry")
+            case model.Repeat(rounds=count):
+                check(count, COUNT, "repeat")
+            case (
+                model.Timeout(duration=duration)
+                | model.Wait(duration=duration)
+                | model.Delay(duration=duration)
+                | model.Cooldown(duration=duration)
+            ):
+                check(duration, PAUSE, type(node).__name__.lower())
             case model.Set(values=values):
                 for key, value in values:
-                    self._check_value(value, None, key.text)
+                    check(value, self._mission.keys.get(key.text), key.text)
+            case model.Switch():
+                self._check_switch(node)
+            case model.Parallel():
+                self._check_policy(node)
+
+    def _check_conditions(self, node: Node) -> None:
+        named = (("when", node.when), ("unless", node.unless), ("while", node.holds))
+        for what, expression in named:
+            if expression is not None:
+                self._values.condition(expression, what)
+        if isinstance(node, model.If) and isinstance(node.condition, model.Expression):
+            self._values.condition(node.condition, "if")
+        if isinstance(node, model.Condition):
+            self._values.condition(node.condition, "condition")
+
+    # ---- skills and missions --------------------------------------------------------------------------
 
     def _check_use(self, node: model.Use) -> None:
         declaration = self._facts.declarations.get(node.skill)
         if declaration is None:
             self._unknown_kind(node)
             return
+        if declaration.deprecated:
+            message = f"{node.skill} is on its way out: use {declaration.deprecated}"
+            self._notes.warning(node.position, message)
         if not node.table_given:
             self._notes.error(
                 node.position,
@@ -79,7 +98,6 @@ class NameChecks:
             return
         self._check_inputs(node.skill, node, declaration.inputs, node.inputs)
         self._check_outputs(node.skill, declaration.outputs, node.outputs)
-        self._check_hotspot(node)
 
     def _unknown_kind(self, node: model.Use) -> None:
         names = [*NODE_KINDS, *self._facts.declarations]
@@ -93,6 +111,11 @@ class NameChecks:
     def _check_call(self, node: model.Call) -> None:
         name = node.mission.text
         mission = self._facts.library.find(name)
+        unreadable = self._facts.library.unreadable().get(name) if mission is None else None
+        if unreadable is not None:
+            message = f"the mission {name!r} cannot be read: {unreadable}"
+            self._notes.error(node.mission.position, message)
+            return
         if mission is None:
             self._notes.unknown(
                 node.mission.position, f"there is no mission {name!r}", name, self._facts.library.names()
@@ -104,13 +127,14 @@ class NameChecks:
     def _check_inputs(
         self, owner: str, node: Node, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Value]]
     ) -> None:
-        # A misspelt input is not reported as missing too.
         names = set()
         for name, value in given:
-            names |= {name.text, *difflib.get_close_matches(name.text, ports, n=1)}
+            names.add(name.text)
             if name.text in ports:
-                self._check_value(value, ports[name.text], name.text)
+                self._values.check(value, ports[name.text], name.text)
             else:
+                # A misspelt input is not reported as missing too.
+                names.update(difflib.get_close_matches(name.text, ports, n=1))
                 self._notes.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
         for missing in (name for name, port in ports.items() if port.required and name not in names):
             about = f" ({ports[missing].description})" if ports[missing].description else ""
@@ -124,47 +148,58 @@ class NameChecks:
                 message = f"{owner} has no output {output.text!r}"
                 self._notes.unknown(output.position, message, output.text, ports)
 
-    def _check_value(self, value: Value, port: Port | None, what: str) -> None:
-        try:
-            if port is None:
-                tree_value(value, None)
-            else:
-                port_value(value, port)
-        except ConfigError as error:
-            self._notes.error(value.position, f"{what}: {error.problem}", error.valid)
-            return
-        if isinstance(value, Reference) and port is not None:
-            self._check_reference(value, port.kind, what)
-        elif isinstance(value, PoseParts):
-            parts = ((value.x, Kind.LENGTH), (value.y, Kind.LENGTH), (value.yaw, Kind.ANGLE))
-            for part, kind in parts:
-                if isinstance(part, Reference):
-                    self._check_reference(part, kind, what)
-
-    def _check_reference(self, value: Reference, wanted: Kind, what: str) -> None:
-        given = kind_of(value, self._kinds)
-        if not fits(given, wanted) and given is not None:
-            valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, wanted)]
-            message = f"{what}: {with_article(wanted)} is needed, but ${value.key} is {with_article(given)}"
-            self._notes.error(value.position, message, valid)
-
     def _check_writes(self, node: Node) -> None:
         for key, kind in self._facts.writes(node, self._kinds):
+            known = self._kinds.get(key.text)
             if key.text in self._mission.inputs:
                 self._notes.error(
                     key.position, f"the key {key.text!r} is an input of the mission and cannot be written"
                 )
-            elif not fits(kind, self._kinds.get(key.text)):
-                known, new = with_article(self._kinds[key.text]), with_article(kind) if kind else "another"
-                self._notes.error(key.position, f"the key {key.text!r} is {known} elsewhere and {new} here")
+            elif known is None or fits(kind, known) or kind is None:
+                continue
+            elif key.text not in self._mission.keys:
+                message = (
+                    f"the key {key.text!r} is {with_article(known)} elsewhere and {with_article(kind)} here"
+                )
+                self._notes.error(key.position, message)
+            elif not isinstance(node, model.Set):
+                there, here = with_article(known), with_article(kind)
+                message = f"the key {key.text!r} is declared as {there}, but {here} is written here"
+                self._notes.error(key.position, message)
 
-    def _check_hotspot(self, node: model.Use) -> None:
-        if self._hotspots is None:
-            return
-        for name, value in node.inputs:
-            if HOTSPOT_LABELS.get(node.skill) == name.text and isinstance(value, Literal):
-                label = value.text
-                if label not in self._hotspots:
-                    self._notes.unknown(
-                        value.position, f"there is no hotspot {label!r}", label, self._hotspots
-                    )
+    # ---- composites -----------------------------------------------------------------------------------
+
+    def _check_switch(self, node: model.Switch) -> None:
+        self._values.check(node.value, None, "switch")
+        kind = self._values.kind(node.value)
+        first: dict[object, int] = {}
+        for case, _ in node.cases:
+            if kind is not None:
+                self._values.check(case, Port(kind, ""), "case")
+            value = literal_kind(case, kind)
+            if value in first:
+                message = f"the case {case.text!r} stands here twice (first in line {first[value]})"
+                self._notes.error(case.position, message, ["another value", "one case"])
+            first.setdefault(value, case.position.line)
+        if node.default is not None and {True, False} <= first.keys():
+            message = "the default is never reached: there are cases for true and for false"
+            self._notes.error(node.default.position, message, ["leaving out the default"])
+
+    def _check_policy(self, node: model.Parallel) -> None:
+        policy, count = node.policy, len(node.children)
+        titles = [child.title for child in node.children]
+        position = policy.position or node.position
+        for name in policy.names:
+            if name.text not in titles:
+                message = f"the policy names {name.text!r}, but no branch has this name"
+                self._notes.unknown(name.position, message, name.text, titles)
+            elif titles.count(name.text) > 1:
+                message = (
+                    f"the policy names {name.text!r}, but {titles.count(name.text)} branches have this name"
+                )
+                self._notes.error(name.position, message, ["a `name` of its own for each branch"])
+        if policy.kind is PolicyKind.COUNTED:
+            for what, number in (("succeed", policy.succeed), ("fail", policy.fail)):
+                if number is not None and not 1 <= number <= count:
+                    message = f"{what}: {number} branches are asked for, but there are {count}"
+                    self._notes.error(position, message, [f"{what}: 1 to {count}"])

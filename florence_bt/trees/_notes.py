@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from florence_bt.core.errors import closest_first
-from florence_bt.trees.findings import ERROR, WARNING, Finding
+from florence_bt.trees.findings import ERROR, MAX_FINDINGS, WARNING, Finding
 from florence_bt.trees.model import Mission
 from florence_bt.trees.source import Position
 
@@ -21,6 +21,11 @@ class Notes:
         self.findings: list[Finding] = []
         self._file = str(mission.file)
 
+    @property
+    def full(self) -> bool:
+        """Whether more findings than are ever shown were noted; later ones are dropped."""
+        return len(self.findings) > MAX_FINDINGS
+
     def error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
         """Note an error."""
         self._add(position, ERROR, message, valid)
@@ -29,11 +34,15 @@ class Notes:
         """Note a warning."""
         self._add(position, WARNING, message, valid)
 
-    def unknown(self, position: Position, message: str, name: str, names: Iterable[str]) -> None:
+    def unknown(
+        self, position: Position, message: str, name: str, names: Iterable[str], *, severity: str = ERROR
+    ) -> None:
         """Note a name that does not exist, with those that look like it."""
-        self.error(position, message, closest_first(name, names))
+        if not self.full:
+            self._add(position, severity, message, closest_first(name, names))
 
     def _add(self, position: Position, severity: str, message: str, valid: Iterable[str]) -> None:
-        self.findings.append(
-            Finding(self._file, position.line, position.column, severity, message, tuple(valid))
-        )
+        if not self.full:
+            self.findings.append(
+                Finding(self._file, position.line, position.column, severity, message, tuple(valid))
+            )

@@ -6,10 +6,12 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from florence_bt.core.errors import closest_first
-from florence_bt.trees.findings import ERROR, Finding
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.expressions.parser import parse_expression
+from florence_bt.trees.expressions.scanning import closing_brace
+from florence_bt.trees.findings import ERROR, MAX_FINDINGS, Finding
 from florence_bt.trees.kinds import IDENTIFIER
-from florence_bt.trees.model import Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.model import Expression, Literal, PoseParts, Reference, Template, Value
 from florence_bt.trees.source import Listing, Position, Source, Table, Text
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
@@ -26,15 +28,22 @@ class Reader:
         self.findings: list[Finding] = []
         self._file = str(file)
 
+    @property
+    def full(self) -> bool:
+        """Whether more was noted than is ever shown."""
+        return len(self.findings) > MAX_FINDINGS
+
     def problem(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
-        """Note an error."""
-        self.findings.append(
-            Finding(self._file, position.line, position.column, ERROR, message, tuple(valid))
-        )
+        """Note an error; those beyond what is ever shown are dropped."""
+        if not self.full:
+            self.findings.append(
+                Finding(self._file, position.line, position.column, ERROR, message, tuple(valid))
+            )
 
     def unknown(self, position: Position, what: str, name: str, names: Iterable[str]) -> None:
         """Note a name that does not exist, with those that look like it."""
-        self.problem(position, f"unknown {what} {name!r}", closest_first(name, names))
+        if not self.full:
+            self.problem(position, f"unknown {what} {name!r}", closest_first(name, names))
 
     def table(self, source: Source | None, what: str) -> Table | None:
         """A table, or nothing (noted, unless nothing was written)."""
@@ -109,7 +118,36 @@ class Reader:
             return None
         return self._scalar(source)
 
+    def expression(self, source: Source, what: str) -> Expression | None:
+        """An expression that stands alone; ``${`` and ``}`` round it do no harm."""
+        if not isinstance(source, Text) or source.empty or not source.text.strip():
+            valid = ["$distance < 1 m", "$found and not $done"]
+            self.problem(source.position, f"{what} needs an expression", valid)
+            return None
+        text = source.text.rstrip()
+        start = len(text) - len(text.lstrip())
+        if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
+            inside = text[start + 2 : -1]
+            if not IDENTIFIER.fullmatch(inside):
+                return self._parsed(source, inside, start + 2)
+        return self._parsed(source, text[start:], start)
+
+    def _parsed(self, source: Text, text: str, offset: int) -> Expression | None:
+        """Parse a part of a scalar; a line break counts as a space."""
+        column = source.first_column
+        place = source.position if column is None else Position(source.position.line, column + offset)
+        try:
+            return parse_expression(text, place, exact=column is not None)
+        except ConfigError as error:
+            self.problem(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+            return None
+
     def _scalar(self, source: Text) -> Value | None:
+        text = source.text.strip()
+        if text.startswith("${") and closing_brace(text, 2) == len(text) - 1:
+            inside = text[2:-1]
+            if not IDENTIFIER.fullmatch(inside):
+                return self._parsed(source, inside, source.text.index("${") + 2)
         parts: list[str | Reference] = []
         end = 0
         for match in _DOLLAR.finditer(source.text):
@@ -121,9 +159,7 @@ class Reader:
             elif match["dollar"]:
                 parts.append("$")
             else:
-                self.problem(
-                    source.position, f"a lone $ in {source.text!r}", ["$key", "$$ for a dollar sign"]
-                )
+                self._lone_dollar(source, match.end())
                 return None
         parts.append(source.text[end:])
         parts = [part for part in parts if part != ""]
@@ -132,6 +168,16 @@ class Reader:
         if any(isinstance(part, Reference) for part in parts):
             return Template(tuple(parts), source.position)
         return Literal("".join(str(part) for part in parts), source.quoted, source.position)
+
+    def _lone_dollar(self, source: Text, after: int) -> None:
+        end = closing_brace(source.text, after + 1) if source.text.startswith("{", after) else None
+        if end is None:
+            valid = ["$key", "$$ for a dollar sign"]
+            self.problem(source.position, f"a lone $ in {source.text!r}", valid)
+            return
+        written = source.text[after - 1 : end + 1]
+        valid = [f"set: {{key: {written!r}}} first, and $key in the text"]
+        self.problem(source.position, f"the expression {written} must stand alone, not in a text", valid)
 
     def _pose(self, table: Table, what: str) -> PoseParts | None:
         parts: dict[str, Value] = {}

@@ -1,71 +1,91 @@
-"""Diagrams as SVG: the root on the left, leaves stacked on the right, parents beside their children.
-
-Widths are estimated from the number of characters, so no font has to be measured.
-"""
+"""Diagrams as SVG: boxes in colours for their kinds, a line from each to those below it, and a legend."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 
+from florence_bt.trees._box_text import FONT, LABEL, TextLine, box_lines, text_width
+from florence_bt.trees._layout import DROP, INDENT, Item, lay_out
 from florence_bt.trees.diagram import Box
 
-_TITLE_CHAR = 8.3
-_DETAIL_CHAR = 6.1
-_LINE = 15.0
-_PAD = 9.0
-_GAP_X = 44.0
-_GAP_Y = 12.0
-_MARGIN = 20.0
-_MAX_CHARS = 46
+MAX_WIDTH = 1600
+"""Widest a picture is, in pixels, when that is possible."""
+SHAPE = 1.5
+"""Width divided by height that is aimed at."""
 
-_COLOURS = {
-    "sequence": ("#e8eef7", "#4a6fa5"),
-    "selector": ("#fdf3dc", "#b8860b"),
-    "parallel": ("#ece6f5", "#7253a6"),
-    "skill": ("#e5f3e8", "#3c8a4e"),
-    "run": ("#dff1f3", "#2b7f8a"),
-    "fail": ("#fbe4e2", "#b03a2e"),
+_PAD_X, _PAD_Y = 9.0, 6.0
+_MARGIN = 18.0
+_MIN_WIDTH = 60.0
+_LEGEND = 26.0
+
+COLOURS = {
+    "sequence": ("#e3ebf7", "#2f5d9b"),
+    "selector": ("#fdf0d0", "#94690a"),
+    "parallel": ("#ece2f7", "#6a45a3"),
+    "skill": ("#e0f2e4", "#2c7a40"),
+    "run": ("#d8eff2", "#1f6f7a"),
+    "fail": ("#fbe0dd", "#a83226"),
+    "if": ("#fbe6f0", "#a33a72"),
+    "switch": ("#fbe6f0", "#a33a72"),
+    "condition": ("#fbe6f0", "#a33a72"),
 }
-_OTHER = ("#f3f3f3", "#707070")
+"""Kind -> colours of the inside, and of the edge and the small words."""
+OTHER = ("#efefef", "#5c5c5c")
+_MEANING = {
+    "sequence": "one after the other",
+    "selector": "until one succeeds",
+    "parallel": "at the same time",
+    "skill": "skill",
+    "run": "another mission",
+    "fail": "fails",
+    "if": "depends",
+}
+_INKS = {"guard": "#8a4b00", "because": "#555555", "detail": "#333333", "title": "#101010"}
 
 
-@dataclass
-class _Placed:
-    """A box with its place; x and y of the upper left corner."""
+@dataclass(frozen=True)
+class _Drawn:
+    """A box with its lines and its place."""
 
     box: Box
-    lines: list[str]
-    width: float
-    height: float
-    x: float = 0.0
-    y: float = 0.0
-    below: list[_Placed] = field(default_factory=list)
+    lines: list[TextLine]
+    item: Item
+    below: list[_Drawn]
 
-    def walk(self) -> Iterator[_Placed]:
+    def walk(self) -> Iterator[_Drawn]:
         yield self
         for child in self.below:
             yield from child.walk()
 
-    def shift(self, by: float) -> None:
-        for placed in self.walk():
-            placed.y += by
 
+def diagram_svg(root: Box, max_width: float = MAX_WIDTH) -> str:
+    """An SVG picture of a diagram.
 
-def diagram_svg(root: Box) -> str:
-    """An SVG picture of a diagram."""
-    placed = _measure(root)
-    _set_columns(placed)
-    _set_rows(placed, _MARGIN)
-    everything = list(placed.walk())
-    width = max(p.x + p.width for p in everything) + _MARGIN
-    height = max(p.y + p.height for p in everything) + _MARGIN
-    body = [_edge(p, child) for p in everything for child in p.below] + [_node(p) for p in everything]
+    Args:
+        root: The diagram.
+        max_width: Widest the picture may be, in pixels, if that is possible at all.
+    """
+    drawn = _measure(root)
+    width, height = lay_out(drawn.item, max_width - 2 * _MARGIN, SHAPE)
+    legend = list(_legend(root))
+    width = max(width, sum(part for _, _, part in legend)) + 2 * _MARGIN
+    height += 2 * _MARGIN + _LEGEND
+    everything = list(drawn.walk())
+    body = [
+        f'<g transform="translate({_MARGIN:g} {_MARGIN:g})">',
+        *(_line(parent, child) for parent in everything for child in parent.below),
+        *(_box(each) for each in everything),
+        "</g>",
+        '<g class="legend">',
+        *_drawn_legend(legend, height - _MARGIN / 2),
+        "</g>",
+    ]
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
-            f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="DejaVu Sans, Verdana, sans-serif">',
+            f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="{FONT}">',
             f"<title>{escape(root.title)}</title>",
             '<rect width="100%" height="100%" fill="#ffffff"/>',
             *body,
@@ -75,84 +95,62 @@ def diagram_svg(root: Box) -> str:
     )
 
 
-def _measure(box: Box) -> _Placed:
-    lines = [line for detail in box.details for line in _wrap(detail)]
-    title = max(len(box.title), 6) * _TITLE_CHAR
-    kind = len(_head(box)) * _DETAIL_CHAR
-    width = max([title, kind, *(len(line) * _DETAIL_CHAR for line in lines)]) + 2 * _PAD
-    height = (2 + len(lines)) * _LINE + _PAD
-    return _Placed(box, lines, width, height, below=[_measure(child) for child in box.below])
+def _measure(box: Box) -> _Drawn:
+    lines, below = box_lines(box), [_measure(child) for child in box.below]
+    width = max(_MIN_WIDTH, *(line.width for line in lines)) + 2 * _PAD_X
+    height = sum(line.height for line in lines) + 2 * _PAD_Y
+    return _Drawn(box, lines, Item(width, height, [child.item for child in below]), below)
 
 
-def _wrap(text: str) -> list[str]:
-    """Break a long detail at spaces."""
-    lines, line = [], ""
-    for word in text.split(" "):
-        if line and len(line) + 1 + len(word) > _MAX_CHARS:
-            lines.append(line)
-            line = "  " + word
-        else:
-            line = f"{line} {word}" if line else word
-    return [*lines, line]
+def _line(parent: _Drawn, child: _Drawn) -> str:
+    above, item = parent.item, child.item
+    if not above.rows:
+        x, y = above.x + INDENT / 2, above.y + above.height
+        way = f"M{x:.1f} {y:.1f} V{item.y + item.height / 2:.1f} H{item.x:.1f}"
+    else:
+        x = above.x + (above.width / 2 if len(above.rows) == 1 else INDENT / 2)
+        y, across = above.y + above.height, item.x + item.width / 2
+        way = f"M{x:.1f} {y:.1f} V{item.y - DROP / 2:.1f} H{across:.1f} V{item.y:.1f}"
+    dashed = ' stroke-dasharray="5 4"' if child.box.edge == "finally" else ""
+    return f'<path d="{way}" fill="none" stroke="#9a9a9a" stroke-width="1.3"{dashed}/>'
 
 
-def _set_columns(root: _Placed) -> None:
-    """Every depth is a column, as wide as its widest box."""
-    x, column = _MARGIN, [root]
-    while column:
-        for placed in column:
-            placed.x = x
-        x += max(placed.width for placed in column) + _GAP_X
-        column = [child for placed in column for child in placed.below]
-
-
-def _set_rows(placed: _Placed, top: float) -> float:
-    """Stack the leaves from ``top`` down; returns where the next one may begin."""
-    if not placed.below:
-        placed.y = top
-        return top + placed.height + _GAP_Y
-    next_top = top
-    for child in placed.below:
-        next_top = _set_rows(child, next_top)
-    first, last = placed.below[0], placed.below[-1]
-    placed.y = (first.y + first.height / 2 + last.y + last.height / 2 - placed.height) / 2
-    if placed.y < top:
-        # The box is taller than its children together: they move down beside its middle.
-        for child in placed.below:
-            child.shift(top - placed.y)
-        next_top += top - placed.y
-        placed.y = top
-    return max(next_top, placed.y + placed.height + _GAP_Y)
-
-
-def _edge(parent: _Placed, child: _Placed) -> str:
-    x1, y1 = parent.x + parent.width, parent.y + parent.height / 2
-    x2, y2 = child.x, child.y + child.height / 2
-    middle = x2 - _GAP_X / 2
-    dashed = ' stroke-dasharray="5 4"' if child.box.edge else ""
-    way = f"M{x1:.1f} {y1:.1f} H{middle:.1f} V{y2:.1f} H{x2:.1f}"
-    return f'<path d="{way}" fill="none" stroke="#8a8a8a"{dashed}/>'
-
-
-def _node(placed: _Placed) -> str:
-    fill, stroke = _COLOURS.get(placed.box.kind, _OTHER)
-    radius = 3 if placed.box.below else 10
-    x, y = placed.x + _PAD, placed.y
+def _box(drawn: _Drawn) -> str:
+    box, item = drawn.box, drawn.item
+    fill, stroke = COLOURS.get(box.kind, OTHER)
+    radius = 11 if not box.below else 3
+    dashed = ' stroke-dasharray="5 4"' if box.edge == "finally" else ""
+    thick = 2.2 if box.kind == "run" else 1.3
     parts = [
-        f'<rect x="{placed.x:.1f}" y="{y:.1f}" width="{placed.width:.1f}" height="{placed.height:.1f}" '
-        f'rx="{radius}" fill="{fill}" stroke="{stroke}"/>',
-        f'<text x="{x:.1f}" y="{y + 14:.1f}" font-size="9" fill="{stroke}">{_head(placed.box)}</text>',
-        f'<text x="{x:.1f}" y="{y + 29:.1f}" font-size="12" font-weight="bold" fill="#202020">'
-        f"{escape(placed.box.title)}</text>",
+        f'<rect x="{item.x:.1f}" y="{item.y:.1f}" width="{item.width:.1f}" height="{item.height:.1f}" '
+        f'rx="{radius}" fill="{fill}" stroke="{stroke}" stroke-width="{thick}"{dashed}/>'
     ]
-    for index, line in enumerate(placed.lines):
+    y = item.y + _PAD_Y
+    for line in drawn.lines:
+        y += line.height
+        ink = stroke if line.role == "label" else _INKS[line.role]
+        style = {"title": ' font-weight="bold"', "because": ' font-style="italic"'}.get(line.role, "")
         parts.append(
-            f'<text x="{x:.1f}" y="{y + 29 + (index + 1) * _LINE:.1f}" font-size="10" fill="#404040" '
-            f'xml:space="preserve">{escape(line)}</text>'
+            f'<text x="{item.x + _PAD_X:.1f}" y="{y - line.size * 0.28:.1f}" font-size="{line.size:g}" '
+            f'fill="{ink}"{style}>{escape(line.text)}</text>'
         )
     return "\n".join(parts)
 
 
-def _head(box: Box) -> str:
-    """The small word on top of a box."""
-    return f"{box.edge}: {box.kind}" if box.edge else box.kind
+def _legend(root: Box) -> Iterator[tuple[str, str, float]]:
+    """The kinds that appear, what they mean, and how much room each takes."""
+    kinds = {"if" if box.kind in ("switch", "condition") else box.kind for box in root.walk()}
+    for kind, meaning in _MEANING.items():
+        if kind in kinds:
+            yield kind, meaning, 40 + text_width(meaning, LABEL)
+
+
+def _drawn_legend(legend: list[tuple[str, str, float]], y: float) -> Iterator[str]:
+    x = _MARGIN
+    for kind, meaning, room in legend:
+        fill, stroke = COLOURS[kind]
+        size = f'width="16" height="11" rx="3" fill="{fill}" stroke="{stroke}"'
+        yield f'<rect x="{x:.1f}" y="{y - 11:.1f}" {size}/>'
+        place = f'x="{x + 21:.1f}" y="{y - 1.5:.1f}" font-size="{LABEL:g}"'
+        yield f'<text {place} fill="#555555">{meaning}</text>'
+        x += room

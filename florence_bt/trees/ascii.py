@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -10,10 +11,16 @@ from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
 from florence_bt.behaviours.composites import Finally
-from florence_bt.behaviours.why import explain
+from florence_bt.behaviours.pacing import Delay
+from florence_bt.behaviours.parallel import CountingParallel
+from florence_bt.behaviours.titles import shown_name
+from florence_bt.behaviours.why import Why, explain, remembered_failure
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}
 """Succeeded, failed, running, not reached."""
+
+MIN_SAYS = 12
+"""Characters that are left to what a node says, however narrow the text is."""
 
 _COLOURS = {
     Status.SUCCESS: "\x1b[32m",
@@ -23,37 +30,114 @@ _COLOURS = {
 }
 _PLAIN = "\x1b[0m"
 _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
+    (Delay, "delay"),
     (Sequence, "sequence"),
     (Selector, "selector"),
     (Parallel, "parallel"),
+    (CountingParallel, "parallel"),
     (Finally, "finally"),
 )
 
 
-def ascii_tree(root: Behaviour, *, colour: bool = False, visited_only: bool = False) -> str:
+@dataclass(frozen=True, slots=True)
+class TreeRow:
+    """One node of a dump.
+
+    Attributes:
+        depth: How far below the root, 0 for the root itself.
+        status: Where the node stands.
+        title: Its name, and the kind of composites.
+        says: What it says about itself, on one line; empty when it says nothing.
+        seconds: How long it took, or has been running; None when it was not started or nobody knows.
+    """
+
+    depth: int
+    status: Status
+    title: str
+    says: str
+    seconds: float | None = None
+
+
+def ascii_tree(
+    root: Behaviour,
+    *,
+    colour: bool = False,
+    visited_only: bool = False,
+    durations: Callable[[Behaviour], float | None] | None = None,
+    width: int | None = None,
+) -> str:
     """Draw a tree as text.
 
     Args:
         root: The tree.
         colour: Whether to colour the marks for a terminal.
         visited_only: Whether to leave out nodes that were not reached.
+        durations: Seconds that a node took; without it the text has no times, equal trees give equal texts.
+        width: Characters of a line at most; what a node says is cut, never its name.
 
     Returns:
         One line per node: a mark, the name, the kind of composites, and what the node says about itself.
     """
-    return "\n".join(_lines(root, 0, colour, visited_only))
+    rows = tree_rows(root, durations)
+    return draw_rows(
+        rows, colour=colour, visited_only=visited_only, durations=durations is not None, width=width
+    )
 
 
-def _lines(node: Behaviour, depth: int, colour: bool, visited_only: bool) -> Iterator[str]:
-    if visited_only and node.status is Status.INVALID:
-        return
-    mark = MARKS[node.status]
+def tree_rows(
+    root: Behaviour, durations: Callable[[Behaviour], float | None] | None = None
+) -> tuple[TreeRow, ...]:
+    """The nodes of a tree as they stand now, in the order of a dump; to be drawn later."""
+    rows = []
+    known: dict[Behaviour, Why] = {}
+    todo = [(root, 0)]
+    while todo:
+        node, depth = todo.pop()
+        seconds = durations(node) if durations is not None else None
+        title = f"{shown_name(node)}{_kind(node)}"
+        left_behind = remembered_failure(node) if node.status is Status.INVALID else None
+        if left_behind is None:
+            rows.append(TreeRow(depth, node.status, title, _says(node, known), seconds))
+        else:
+            says = _one_line(left_behind.reason)
+            rows.append(TreeRow(depth, Status.FAILURE, title, says, seconds))
+        todo.extend((child, depth + 1) for child in reversed(node.children))
+    return tuple(rows)
+
+
+def draw_rows(
+    rows: Iterable[TreeRow],
+    *,
+    colour: bool = False,
+    visited_only: bool = False,
+    durations: bool = False,
+    width: int | None = None,
+) -> str:
+    """Draw the nodes of a tree as text; see :func:`ascii_tree`."""
+    lines = []
+    hidden_below: int | None = None
+    for row in rows:
+        if hidden_below is not None and row.depth > hidden_below:
+            continue
+        hidden_below = None
+        if visited_only and row.status is Status.INVALID:
+            hidden_below = row.depth
+            continue
+        lines.append(_line(row, colour, durations, width))
+    return "\n".join(lines)
+
+
+def _line(row: TreeRow, colour: bool, durations: bool, width: int | None) -> str:
+    mark = MARKS[row.status]
+    took = f" ({row.seconds:.1f} s)" if durations and row.seconds is not None else ""
+    indent = "    " * row.depth
+    says = row.says
+    if says and width is not None:
+        room = max(MIN_SAYS, width - len(f"{indent}{mark} {row.title}{took} -- "))
+        says = says if len(says) <= room else f"{says[: room - 3]}..."
     if colour:
-        mark = f"{_COLOURS[node.status]}{mark}{_PLAIN}"
-    says = _says(node)
-    yield f"{'    ' * depth}{mark} {node.name}{_kind(node)}{f' -- {says}' if says else ''}"
-    for child in node.children:
-        yield from _lines(child, depth + 1, colour, visited_only)
+        mark = f"{_COLOURS[row.status]}{mark}{_PLAIN}"
+    return f"{indent}{mark} {row.title}{took}{f' -- {says}' if says else ''}"
 
 
 def _kind(node: Behaviour) -> str:
@@ -63,15 +147,15 @@ def _kind(node: Behaviour) -> str:
     return ""
 
 
-def _says(node: Behaviour) -> str:
+def _says(node: Behaviour, known: dict[Behaviour, Why]) -> str:
     """What a node says; the reason of a failure only where it begins or is told anew."""
     if node.status is Status.INVALID:
         return ""
     if node.status is not Status.FAILURE:
         return _one_line(node.feedback_message)
-    why = explain(node)
+    why = explain(node, known)
     assert why is not None  # the status is FAILURE
-    told_below = {below.reason for child in node.children if (below := explain(child)) is not None}
+    told_below = {below.reason for child in node.children if (below := explain(child, known)) is not None}
     inner = isinstance(node, (Composite, Decorator))
     return "" if inner and why.reason in told_below else _one_line(why.reason)
 

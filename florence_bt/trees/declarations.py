@@ -5,29 +5,73 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from types import ModuleType
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees.findings import Finding
 from florence_bt.trees.kinds import IDENTIFIER, RESERVED
+from florence_bt.trees.third_party import ThirdParty
 
 
-def collect_declarations() -> dict[str, SkillDeclaration]:
-    """Every declaration in ``florence_bt.skills.*.declaration``, by name, in alphabetical order.
+class Declarations(dict[str, SkillDeclaration]):
+    """Skills by name, in alphabetical order.
+
+    Attributes:
+        findings: The skills of installed packages that do not count, and why.
+        owners: Skill of an installed package -> who brought it.
+    """
+
+    def __init__(
+        self,
+        skills: Iterable[SkillDeclaration] = (),
+        findings: Iterable[Finding] = (),
+        owners: Iterable[tuple[str, str]] = (),
+    ) -> None:
+        super().__init__(sorted((skill.name, skill) for skill in skills))
+        self.findings = tuple(findings)
+        self.owners = dict(owners)
+
+
+def collect_declarations(*, third_party: bool = True) -> Declarations:
+    """Every declaration of our own skills, and those of installed packages.
+
+    Our own stand in ``florence_bt.skills.*.declaration``; those of a package in the module that its entry
+    point in the group ``florence_bt.skills`` names. What is wrong with a package is in the findings.
+
+    Args:
+        third_party: Whether to look at installed packages.
 
     Raises:
-        ConfigError: Two skills have one name, or a name that the mission language needs for itself.
+        ConfigError: Two of our own skills have one name, or one that the mission language needs for itself.
     """
     skills = importlib.import_module("florence_bt.skills")
     names = [
         f"{skills.__name__}.{module.name}.declaration" for module in pkgutil.iter_modules(skills.__path__)
     ]
     found = [name for name in sorted(names) if importlib.util.find_spec(name) is not None]
-    return declarations_in(importlib.import_module(name) for name in found)
+    own = declarations_in(importlib.import_module(name) for name in found)
+    if not third_party:
+        return Declarations(own.values())
+    packages = ThirdParty()
+    further: dict[str, SkillDeclaration] = {}
+    owners: dict[str, str] = {}
+    for owner, module in packages.skill_modules():
+        for skill in _skills_in(module):
+            if skill.name in own or further.get(skill.name, skill) is not skill:
+                other = owners.get(skill.name, "Florence BT itself")
+                packages.refuse(
+                    owner, f"its skill {skill.name!r} does not count: {other} has one of that name"
+                )
+            elif not _nameable(skill.name):
+                packages.refuse(owner, f"a skill cannot be called {skill.name!r}", "verb_noun")
+            else:
+                further[skill.name], owners[skill.name] = skill, owner
+    return Declarations([*own.values(), *further.values()], packages.findings, owners.items())
 
 
-def declarations_in(modules: Iterable[ModuleType]) -> dict[str, SkillDeclaration]:
+def declarations_in(modules: Iterable[ModuleType]) -> Declarations:
     """Every declaration in some modules, by name, in alphabetical order.
 
     Raises:
@@ -36,16 +80,24 @@ def declarations_in(modules: Iterable[ModuleType]) -> dict[str, SkillDeclaration
     declared: dict[str, SkillDeclaration] = {}
     homes: dict[str, str] = {}
     for module in modules:
-        for value in vars(module).values():
-            if not isinstance(value, SkillDeclaration) or declared.get(value.name) is value:
+        for skill in _skills_in(module):
+            if declared.get(skill.name) is skill:
                 continue
-            if value.name in declared:
+            if skill.name in declared:
                 raise ConfigError(
-                    f"two skills are called {value.name!r}: in {homes[value.name]} and in {module.__name__}"
+                    f"two skills are called {skill.name!r}: in {homes[skill.name]} and in {module.__name__}"
                 )
-            if value.name in RESERVED or not IDENTIFIER.fullmatch(value.name):
+            if not _nameable(skill.name):
                 raise ConfigError(
-                    f"a skill cannot be called {value.name!r}", file=getattr(module, "__file__", None)
+                    f"a skill cannot be called {skill.name!r}", file=getattr(module, "__file__", None)
                 )
-            declared[value.name], homes[value.name] = value, module.__name__
-    return dict(sorted(declared.items()))
+            declared[skill.name], homes[skill.name] = skill, module.__name__
+    return Declarations(declared.values())
+
+
+def _skills_in(module: ModuleType) -> Iterator[SkillDeclaration]:
+    return (value for value in vars(module).values() if isinstance(value, SkillDeclaration))
+
+
+def _nameable(name: str) -> bool:
+    return name not in RESERVED and IDENTIFIER.fullmatch(name) is not None

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from florence_bt.trees import model
 from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.model import Mission, Node, show
+from florence_bt.trees.model import Mission, Node, PolicyKind, show
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +18,10 @@ class Box:
         title: The name of the node.
         kind: The kind key of the language, or ``skill``.
         details: Further lines: inputs, outputs, limits.
-        below: The boxes below, top to bottom.
+        below: The boxes below, first to last.
         edge: A word on the line to the box above, e.g. ``finally``.
+        guards: When the node may start and go on, e.g. ``when $x < 3``.
+        because: The author's words for its failures.
     """
 
     title: str
@@ -27,6 +29,8 @@ class Box:
     details: tuple[str, ...] = ()
     below: tuple[Box, ...] = ()
     edge: str = ""
+    guards: tuple[str, ...] = ()
+    because: tuple[str, ...] = ()
 
     def walk(self) -> Iterator[Box]:
         """This box and every box below."""
@@ -49,8 +53,7 @@ def diagram_of(mission: Mission, library: MissionLibrary | None = None, *, expan
     if mission.tree is None:
         return Box(mission.name, "sequence", ("no tree",))
     root = _Maker(library if expand else None, (mission.name,)).box(mission.tree)
-    title = mission.tree.name or mission.name
-    return Box(title, root.kind, root.details, root.below)
+    return replace(root, title=mission.tree.name or mission.name)
 
 
 class _Maker:
@@ -59,12 +62,14 @@ class _Maker:
         self._callers = callers
 
     def box(self, node: Node, edge: str = "") -> Box:
-        below = [self.box(part) for part in node.parts]
+        below = [self.box(part, word) for part, word in zip(node.parts, _edges(node), strict=True)]
         if isinstance(node, model.Call):
             below += self._called(node)
         if node.cleanup is not None:
             below.append(self.box(node.cleanup, "finally"))
-        return Box(node.title, _kind(node), tuple(_details(node)), tuple(below), edge)
+        details, guards = tuple(_details(node)), tuple(_guards(node))
+        because = tuple(_because(node))
+        return Box(node.title, _kind(node), details, tuple(below), edge, guards, because)
 
     def _called(self, node: model.Call) -> Iterator[Box]:
         name = node.mission.text
@@ -79,11 +84,40 @@ def _kind(node: Node) -> str:
             return "skill"
         case model.Call():
             return "run"
-        case _:
-            return type(node).__name__.lower()
+    return type(node).__name__.lower()
+
+
+def _edges(node: Node) -> list[str]:
+    """A word for the line to each part."""
+    match node:
+        case model.If():
+            asked = ["if"] if isinstance(node.condition, Node) else []
+            return [*asked, "then", *(["else"] if node.otherwise is not None else [])]
+        case model.Switch(cases=cases, default=default):
+            return [*(case.text for case, _ in cases), *(["default"] if default is not None else [])]
+        case model.Parallel(policy=policy) if policy.kind is PolicyKind.SELECTED:
+            wanted = [name.text for name in policy.names]
+            return ["must succeed" if child.title in wanted else "" for child in node.children]
+    return [""] * len(node.parts)
+
+
+def _guards(node: Node) -> Iterator[str]:
+    for word, guard in (("when", node.when), ("unless", node.unless), ("while", node.holds)):
+        if guard is not None:
+            yield f"{word} {guard.text}"
+
+
+def _because(node: Node) -> Iterator[str]:
+    if node.reasons is None:
+        return
+    if node.reasons.always is not None:
+        yield show(node.reasons.always)
+    yield from (f"{code}: {show(text)}" for code, text in node.reasons.by_code.items())
 
 
 def _details(node: Node) -> Iterator[str]:
+    if node.name and not isinstance(node, model.Use | model.Sequence | model.Selector | model.Parallel):
+        yield node.default_title
     match node:
         case model.Use() | model.Call():
             if isinstance(node, model.Use) and node.name:
@@ -93,17 +127,17 @@ def _details(node: Node) -> Iterator[str]:
         case model.Set(values=values):
             yield from (f"${key.text} = {show(value)}" for key, value in values)
         case model.Retry(on=on, attempt_key=key):
-            if node.name:
-                yield node.default_title
             if on:
                 yield "on " + ", ".join(code.text for code in on)
             if key is not None:
                 yield f"attempt -> ${key.text}"
-        case model.Fail(reason=reason):
+        case model.Fail(reason=reason, code=code):
             yield show(reason)
-        case model.Parallel(any_is_enough=True):
+            if code is not None:
+                yield f"code: {code.text}"
+        case model.Parallel(policy=policy) if policy.kind is PolicyKind.ANY:
             yield "any one is enough"
-        case model.Sequence(memory=False) | model.Selector(memory=False):
+        case model.Parallel(policy=policy) if policy.kind is PolicyKind.COUNTED:
+            yield f"policy: {policy}"
+        case model.Sequence(memory=False) | model.Selector(memory=False) | model.If(memory=False):
             yield "without memory"
-        case model.Repeat() | model.Timeout() | model.Wait() if node.name:
-            yield node.default_title

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 
-from florence_bt.trees._svg import diagram_svg
+from florence_bt.trees._svg import COLOURS, OTHER, diagram_svg
 from florence_bt.trees.diagram import Box, diagram_of
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
@@ -13,11 +14,18 @@ SYMBOLS = {
     "sequence": "→",
     "selector": "?",
     "parallel": "⇉",
+    "if": "◇",
+    "switch": "◈",
+    "condition": "◇",
     "retry": "↻",
     "repeat": "↻",
     "timeout": "⏱",
+    "delay": "⏱",
+    "cooldown": "⏱",
+    "once": "①",
     "invert": "¬",
     "succeed": "✓",
+    "force": "!",
     "fail": "✗",
     "wait": "⏸",
     "set": "=",
@@ -27,8 +35,17 @@ SYMBOLS = {
 """A sign for each kind, in texts and Mermaid."""
 
 
+_LIST = re.compile(r"^(\s*\d*)([.+-])(?=\s)")
+"""What begins a list in Markdown, which Mermaid does not draw."""
+
+
 def draw(
-    mission: Mission, format_name: str, library: MissionLibrary | None = None, *, expand: bool = False
+    mission: Mission,
+    format_name: str,
+    library: MissionLibrary | None = None,
+    *,
+    expand: bool = False,
+    width: int | None = None,
 ) -> str:
     """Draw a mission.
 
@@ -37,6 +54,7 @@ def draw(
         format_name: One of :data:`FORMATS`.
         library: Where called missions are found when they are expanded.
         expand: Whether to draw the trees of called missions too.
+        width: Widest an SVG may be, in pixels, if that is possible at all.
 
     Returns:
         The text of the drawing.
@@ -44,7 +62,10 @@ def draw(
     Raises:
         KeyError: There is no such format.
     """
-    return FORMATS[format_name](diagram_of(mission, library, expand=expand))
+    diagram = diagram_of(mission, library, expand=expand)
+    if format_name == "svg" and width is not None:
+        return diagram_svg(diagram, width)
+    return FORMATS[format_name](diagram)
 
 
 def diagram_text(root: Box) -> str:
@@ -69,10 +90,14 @@ def _label(box: Box) -> str:
     return f"{SYMBOLS[box.kind]} {box.title}".strip()
 
 
+def _details(box: Box) -> tuple[str, ...]:
+    return (*box.guards, *box.details, *(f"because {text}" for text in box.because))
+
+
 def _text_lines(box: Box, first: str, rest: str) -> Iterator[str]:
     edge = f"({box.edge}) " if box.edge else ""
-    details = f"  [{'; '.join(box.details)}]" if box.details else ""
-    yield f"{first}{edge}{_label(box)}{details}"
+    details = "; ".join(_details(box))
+    yield f"{first}{edge}{_label(box)}{f'  [{details}]' if details else ''}"
     for child in box.below:
         last = child is box.below[-1]
         yield from _text_lines(child, rest + ("└─ " if last else "├─ "), rest + ("   " if last else "│  "))
@@ -80,17 +105,25 @@ def _text_lines(box: Box, first: str, rest: str) -> Iterator[str]:
 
 def _mermaid_lines(root: Box) -> Iterator[str]:
     numbers = {id(box): f"n{index}" for index, box in enumerate(root.walk())}
+    kinds: dict[str, list[str]] = {}
     for box in root.walk():
-        lines = "<br/>".join(_mermaid_text(line) for line in (_label(box), *box.details))
+        kinds.setdefault(box.kind if box.kind in COLOURS else "other", []).append(numbers[id(box)])
+        lines = "<br/>".join(_mermaid_text(line) for line in (_label(box), *_details(box)))
         left, right = ('(["', '"])') if not box.below else ('["', '"]')
         yield f"  {numbers[id(box)]}{left}{lines}{right}"
         for child in box.below:
-            arrow = f"-. {child.edge} .->" if child.edge else "-->"
-            yield f"  {numbers[id(box)]} {arrow} {numbers[id(child)]}"
+            word = f'|"{_mermaid_text(child.edge)}"|' if child.edge else ""
+            arrow = "-.->" if child.edge == "finally" else "-->"
+            yield f"  {numbers[id(box)]} {arrow}{word} {numbers[id(child)]}"
+    for kind, members in kinds.items():
+        fill, stroke = COLOURS.get(kind, OTHER)
+        yield f"  classDef k_{kind} fill:{fill},stroke:{stroke},color:#101010"
+        yield f"  class {','.join(members)} k_{kind}"
 
 
 def _mermaid_text(text: str) -> str:
-    """Escape what Mermaid would read as its own."""
-    return "".join(
-        char if char.isalnum() or char in " _.,:;/+-→?⇉↻⏱¬✓✗⏸▤$=" else f"#{ord(char)};" for char in text
+    """Escape what Mermaid would read as its own, lists of Markdown included."""
+    escaped = "".join(
+        char if char.isalnum() or char in " _.,:;/+-→?⇉↻⏱¬✓✗⏸▤$=◇◈①!" else f"#{ord(char)};" for char in text
     )
+    return _LIST.sub(lambda match: f"{match[1]}#{ord(match[2])};", escaped)

@@ -11,6 +11,8 @@ ERROR = "error"
 """The mission cannot run."""
 WARNING = "warning"
 """The mission can run but probably does not do what was meant."""
+MAX_FINDINGS = 200
+"""How many findings of one file are kept; a file that is no mission at all could have tens of thousands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +40,9 @@ class Finding:
         return ConfigError(self.message, file=self.file, line=self.line, column=self.column, valid=self.valid)
 
 
-def finding_from_error(error: ConfigError) -> Finding:
+def finding_from_error(error: ConfigError, severity: str = ERROR) -> Finding:
     """A configuration error as a finding."""
-    return Finding(error.file or "", error.line or 1, error.column or 1, ERROR, error.problem, error.valid)
+    return Finding(error.file or "", error.line or 1, error.column or 1, severity, error.problem, error.valid)
 
 
 def sort_findings(findings: Iterable[Finding]) -> list[Finding]:
@@ -48,6 +50,31 @@ def sort_findings(findings: Iterable[Finding]) -> list[Finding]:
     return sorted(set(findings), key=lambda f: (f.file, f.line, f.column, f.severity, f.message))
 
 
+def limit_findings(findings: Iterable[Finding]) -> list[Finding]:
+    """Order findings and leave out what exceeds :data:`MAX_FINDINGS` in one file; a last finding says so."""
+    kept: list[Finding] = []
+    counts: dict[str, int] = {}
+    for finding in sort_findings(findings):
+        counts[finding.file] = counts.get(finding.file, 0) + 1
+        if counts[finding.file] <= MAX_FINDINGS:
+            kept.append(finding)
+        elif counts[finding.file] == MAX_FINDINGS + 1:
+            message = f"more than {MAX_FINDINGS} problems in this file; the rest is not shown"
+            kept.append(Finding(finding.file, finding.line, finding.column, ERROR, message))
+    return kept
+
+
 def has_errors(findings: Iterable[Finding]) -> bool:
     """Whether any finding keeps a mission from running."""
     return any(finding.severity == ERROR for finding in findings)
+
+
+def raise_first_error(findings: Iterable[Finding]) -> None:
+    """Refuse what has errors.
+
+    Raises:
+        ConfigError: The first of the findings that is an error.
+    """
+    for finding in findings:
+        if finding.severity == ERROR:
+            raise finding.as_error()

@@ -6,23 +6,27 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.errors import ConfigError
 from florence_bt.trees._facts import Facts
+from florence_bt.trees._lint_declared import lacking_skills
 from florence_bt.trees._lint_keys import KeyChecks
 from florence_bt.trees._lint_names import NameChecks
+from florence_bt.trees._lint_places import Places, check_places, labels_in
+from florence_bt.trees._lint_reach import ReachChecks
 from florence_bt.trees._lint_structure import check_structure
 from florence_bt.trees._notes import Notes
-from florence_bt.trees.findings import Finding, finding_from_error, has_errors, sort_findings
+from florence_bt.trees.findings import Finding, has_errors, limit_findings
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
-from florence_bt.trees.parse import read_mission
+from florence_bt.trees.source import Position
+
+__all__ = ["Places", "check", "check_files", "read_files", "written_labels"]
 
 
 def check(
     missions: Mission | Iterable[Mission],
     library: MissionLibrary,
     declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | None = None,
+    hotspots: Collection[str] | Places | None = None,
 ) -> list[Finding]:
     """Check missions.
 
@@ -30,29 +34,24 @@ def check(
         missions: What to check; the missions that they call are looked at but not reported on.
         library: Where called missions are found.
         declarations: The skills by name.
-        hotspots: The labels of all hotspots, None when they are not known.
+        hotspots: The labels of all hotspots, or all that is known of the flat; None when nothing is known.
 
     Returns:
         Everything that was found, by file and place; empty when all is well.
     """
-    facts = Facts(library, declarations)
+    facts = Facts(library, dict(library.with_declared(declarations)))
+    places = hotspots if isinstance(hotspots, Places) or hotspots is None else Places(tuple(hotspots))
     findings: list[Finding] = []
     for mission in [missions] if isinstance(missions, Mission) else missions:
-        notes = Notes(mission)
-        NameChecks(mission, facts, hotspots, notes).check()
-        check_structure(mission, facts, notes)
-        # A node that could not be read may be the one that writes a key.
-        if not has_errors(mission.findings):
-            KeyChecks(mission, facts, notes).check()
-        findings += [*mission.findings, *notes.findings]
-    return sort_findings(findings)
+        findings += [*_check_mission(mission, facts, places), *lacking_skills(mission, declarations, library)]
+    return limit_findings(findings)
 
 
 def check_files(
     files: Iterable[Path],
     library: MissionLibrary,
     declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | None = None,
+    hotspots: Collection[str] | Places | None = None,
 ) -> list[Finding]:
     """Check mission files, which join the library first so that they can call each other.
 
@@ -60,17 +59,38 @@ def check_files(
         files: The files.
         library: Where called missions are found; the files' missions shadow those of the same name.
         declarations: The skills by name.
-        hotspots: The labels of all hotspots, None when they are not known.
+        hotspots: As in :func:`check`.
 
     Returns:
         Everything that was found, by file and place; files that are no YAML included.
     """
-    findings: list[Finding] = []
-    missions: list[Mission] = []
-    for file in files:
-        try:
-            missions.append(read_mission(file))
-        except ConfigError as error:
-            findings.append(finding_from_error(error))
-        library.add_file(file)
-    return sort_findings([*findings, *check(missions, library, declarations, hotspots)])
+    missions, findings = read_files(files, library)
+    return limit_findings([*findings, *check(missions, library, declarations, hotspots)])
+
+
+def read_files(files: Iterable[Path], library: MissionLibrary) -> tuple[list[Mission], list[Finding]]:
+    """Read mission files into a library: the missions, and what is wrong with files that are no YAML."""
+    paths = list(files)
+    missions = [mission for path in paths if (mission := library.add_file(path)) is not None]
+    given = {str(path) for path in paths}
+    return missions, [finding for finding in library.findings if finding.file in given]
+
+
+def written_labels(
+    mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+) -> list[tuple[str, Position]]:
+    """The labels of hotspots that are written in a mission, each with its place."""
+    return [(text, position) for text, position, _ in labels_in(mission, Facts(library, declarations))]
+
+
+def _check_mission(mission: Mission, facts: Facts, places: Places | None) -> list[Finding]:
+    notes = Notes(mission)
+    NameChecks(mission, facts, notes).check()
+    if places is not None:
+        check_places(mission, facts, places, notes)
+    check_structure(mission, facts, notes)
+    # What could not be read may be what writes a key, or what can fail.
+    if not has_errors(mission.findings):
+        ReachChecks(mission, facts, notes).check()
+        KeyChecks(mission, facts, notes).check()
+    return [*mission.findings, *notes.findings]

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import filecmp
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.findings import Finding, finding_from_error, sort_findings
+from florence_bt.trees.declared_skills import ENDING, is_skills_file, read_skills_file
+from florence_bt.trees.findings import WARNING, Finding, finding_from_error, sort_findings
 from florence_bt.trees.model import Mission
 from florence_bt.trees.parse import read_mission
+from florence_bt.trees.third_party import ThirdParty
 
 BUILT_IN = Path(__file__).parent / "missions"
 """The missions that come with the package."""
@@ -23,22 +28,37 @@ class MissionLibrary:
 
     def __init__(self) -> None:
         self.findings: list[Finding] = []
+        self.folders: list[Path] = []
+        """The folders that were read, the first one first."""
+        self.declarations: dict[str, SkillDeclaration] = {}
+        """Skills that files beside the missions declare, whether anybody has written them or not."""
+        self._skills_files: set[Path] = set()
         self._missions: dict[str, Mission] = {}
+        self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
 
     @classmethod
-    def load(cls, folders: Sequence[Path] = (), *, built_in: bool = True) -> MissionLibrary:
-        """Read every ``*.yaml`` of some folders.
+    def load(
+        cls, folders: Sequence[Path] = (), *, built_in: bool = True, third_party: bool | None = None
+    ) -> MissionLibrary:
+        """Read every ``*.yaml`` of some folders. That a mission shadows another is one of the findings.
 
         Args:
             folders: Mission folders; a later one shadows missions of the same name in an earlier one.
             built_in: Whether to begin with the missions that come with the package.
+            third_party: Whether to go on with those of installed packages (entry points of the group
+                ``florence_bt.missions``); as ``built_in`` when not given.
 
         Raises:
             ConfigError: A folder does not exist.
         """
         library = cls()
-        for folder in ([BUILT_IN] if built_in else []) + list(folders):
+        packages = ThirdParty()
+        further = built_in if third_party is None else third_party
+        installed = [folder for _, folder in packages.mission_folders()] if further else []
+        library.findings += packages.findings
+        library.folders = ([BUILT_IN] if built_in else []) + [*installed, *folders]
+        for folder in library.folders:
             if not folder.is_dir():
                 raise ConfigError(f"there is no folder of missions {str(folder)!r}")
             for path in sorted(folder.glob("*.yaml")):
@@ -51,6 +71,12 @@ class MissionLibrary:
         Returns:
             The mission, or None when the file cannot be read at all (see :attr:`findings`).
         """
+        if is_skills_file(path):
+            self._add_skills(path)
+            return None
+        for beside in sorted(path.parent.glob(f"*{ENDING}")):
+            self._add_skills(beside)
+        self._note_shadow(path)
         self._unreadable.pop(path.stem, None)
         self._missions.pop(path.stem, None)
         try:
@@ -62,6 +88,39 @@ class MissionLibrary:
         # The stem counts, also when the file calls the mission something else: that is one of its findings.
         self._missions[path.stem] = mission
         return mission
+
+    def with_declared(self, declarations: Mapping[str, SkillDeclaration]) -> Mapping[str, SkillDeclaration]:
+        """The given skills, and behind them those that are only declared; later ones are seen too."""
+        return ChainMap(dict(declarations), self.declarations)
+
+    def _add_skills(self, path: Path) -> None:
+        if path in self._skills_files:
+            return
+        self._skills_files.add(path)
+        try:
+            declared = read_skills_file(path)
+        except ConfigError as error:
+            self.findings = sort_findings([*self.findings, finding_from_error(error)])
+            return
+        self.findings = sort_findings([*self.findings, *declared.findings])
+        self.declarations.update(declared.declarations)
+
+    def _note_shadow(self, path: Path) -> None:
+        earlier = self._files.get(path.stem)
+        self._files[path.stem] = path
+        if earlier is not None and not _same_mission(earlier, path):
+            message = f"this mission shadows the one of the same name in {earlier}"
+            self.findings = sort_findings([*self.findings, Finding(str(path), 1, 1, WARNING, message)])
+
+    def put(self, mission: Mission) -> None:
+        """Let a mission that was read earlier count instead of what its file says now."""
+        name = mission.file.stem
+        self._unreadable.pop(name, None)
+        self._missions[name] = mission
+
+    def unreadable(self) -> dict[str, ConfigError]:
+        """The names of the files that could not be read at all, and why."""
+        return dict(self._unreadable)
 
     def get(self, name: str) -> Mission:
         """The mission of a name.
@@ -92,3 +151,11 @@ class MissionLibrary:
 
     def __iter__(self) -> Iterator[Mission]:
         return iter(self.missions())
+
+
+def _same_mission(first: Path, second: Path) -> bool:
+    """Whether two files are one, or one is a plain copy of the other."""
+    try:
+        return first.samefile(second) or filecmp.cmp(first, second, shallow=False)
+    except OSError:
+        return False

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
 from florence_bt.trees._parse_nodes import NodeParser
 from florence_bt.trees._reader import Reader
-from florence_bt.trees.kinds import IDENTIFIER, INPUT_KEYS, MISSION_KEYS, ON_RESTART, OUTPUT_KEYS
+from florence_bt.trees.kinds import IDENTIFIER, INPUT_KEYS, KEY_KEYS, MISSION_KEYS, ON_RESTART, OUTPUT_KEYS
 from florence_bt.trees.model import Mission
 from florence_bt.trees.quantities import NUMERIC_KINDS, example_of, out_of_range, read_value, with_article
-from florence_bt.trees.source import Position, Source, Table, Text, parse_source, read_source
+from florence_bt.trees.source import Position, Source, Table, Text, parse_source, read_bytes
+from florence_bt.trees.values import tree_value
 
 
 def read_mission(path: Path) -> Mission:
@@ -24,7 +28,7 @@ def read_mission(path: Path) -> Mission:
     Raises:
         ConfigError: The file cannot be read or is no YAML of the plain kind.
     """
-    return _parse(read_source(path), path)
+    return _parse(read_bytes(path), path)
 
 
 def parse_mission(text: str, path: Path) -> Mission:
@@ -33,11 +37,11 @@ def parse_mission(text: str, path: Path) -> Mission:
     Raises:
         ConfigError: As :func:`read_mission`.
     """
-    return _parse(parse_source(text.encode(), path), path)
+    return _parse(text.encode(), path)
 
 
-def _parse(source: Source, path: Path) -> Mission:
-    reader = Reader(path)
+def _parse(data: bytes, path: Path) -> Mission:
+    source, reader = parse_source(data, path), Reader(path)
     if not isinstance(source, Table):
         reader.problem(source.position, "a mission file must be a table", MISSION_KEYS)
         return Mission(path.stem, "", path, findings=tuple(reader.findings))
@@ -46,8 +50,10 @@ def _parse(source: Source, path: Path) -> Mission:
             reader.unknown(key.position, "key of a mission", key.text, MISSION_KEYS)
     description = source.get("description")
     restart = source.get("on_restart")
-    inputs, input_positions = _ports(reader, source.get("inputs"), "an input", INPUT_KEYS)
-    outputs, output_positions = _ports(reader, source.get("outputs"), "an output", OUTPUT_KEYS)
+    inputs, input_positions = read_ports(reader, source.get("inputs"), "an input", INPUT_KEYS)
+    outputs, output_positions = read_ports(reader, source.get("outputs"), "an output", OUTPUT_KEYS)
+    keys, key_positions = read_ports(reader, source.get("keys"), "a key", KEY_KEYS)
+    _check_keys(reader, keys, key_positions, inputs, outputs)
     tree = source.get("tree")
     if tree is None:
         reader.problem(source.position, "the mission has no tree", ["tree: {a node}"])
@@ -57,12 +63,14 @@ def _parse(source: Source, path: Path) -> Mission:
         file=path,
         inputs=inputs,
         outputs=outputs,
+        keys=keys,
         on_restart=reader.choice(restart, "on_restart", ON_RESTART, "abort")
         if restart is not None
         else "abort",
         tree=NodeParser(reader).node(tree) if tree is not None else None,
-        positions={**output_positions, **input_positions},
+        positions={**key_positions, **output_positions, **input_positions},
         findings=tuple(reader.findings),
+        version=hashlib.sha256(data).hexdigest()[:16],
     )
 
 
@@ -82,9 +90,20 @@ def _name(reader: Reader, table: Table, path: Path) -> str:
     return name.text
 
 
-def _ports(
+def read_ports(
     reader: Reader, source: Source | None, what: str, keys: tuple[str, ...]
 ) -> tuple[dict[str, Port], dict[str, Position]]:
+    """A table of ports: of a mission, or of a skill that is declared in a file.
+
+    Args:
+        reader: Receives what is wrong.
+        source: The table, or None when there is none.
+        what: What a port is called in messages, such as ``an input``.
+        keys: What a port may say about itself.
+
+    Returns:
+        The ports, and where each stands, by name.
+    """
     ports, positions = {}, {}
     table = reader.table(source, what.split()[1] + "s")
     for key, item in table.entries if table else ():
@@ -98,6 +117,21 @@ def _ports(
             positions[name.text] = name.position
             ports[name.text] = _port(reader, name.text, fields, keys)
     return ports, positions
+
+
+def _check_keys(
+    reader: Reader,
+    keys: Mapping[str, Port],
+    positions: Mapping[str, Position],
+    inputs: Mapping[str, Port],
+    outputs: Mapping[str, Port],
+) -> None:
+    for name, port in keys.items():
+        if name in inputs:
+            reader.problem(positions[name], f"{name!r} is an input, which is a key already")
+        elif name in outputs and outputs[name].kind is not port.kind:
+            kinds = f"{with_article(port.kind)} here and {with_article(outputs[name].kind)} as output"
+            reader.problem(positions[name], f"{name!r} is {kinds}", [f"type: {outputs[name].kind.value}"])
 
 
 def _port(reader: Reader, name: str, fields: Table, keys: tuple[str, ...]) -> Port:
@@ -140,6 +174,8 @@ def _limit(reader: Reader, fields: Table, key: str, kind: Kind) -> Any:
 
 
 def _literal(reader: Reader, source: Source, kind: Kind, what: str) -> Any:
+    if kind is Kind.POSE and isinstance(source, Table):
+        return _pose(reader, source, what)
     if not isinstance(source, Text) or (source.empty and kind is not Kind.TEXT):
         reader.problem(source.position, f"{what} must be a single {kind.value}", [example_of(kind)])
         return None
@@ -148,3 +184,18 @@ def _literal(reader: Reader, source: Source, kind: Kind, what: str) -> Any:
     except ConfigError as error:
         reader.problem(source.position, f"{what}: {error.problem}", error.valid)
         return None
+
+
+def _pose(reader: Reader, source: Table, what: str) -> Pose2 | None:
+    value = reader.value(source, what)
+    if value is None:
+        return None
+    try:
+        pose = tree_value(value, Kind.POSE)
+    except ConfigError as error:
+        reader.problem(source.position, f"{what}: {error.problem}", error.valid)
+        return None
+    if isinstance(pose, Pose2):
+        return pose
+    reader.problem(source.position, f"{what} cannot refer to keys", [example_of(Kind.POSE)])
+    return None

@@ -83,4 +83,4 @@ def _limits(port: Port) -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(skills_page(collect_declarations()), encoding="utf-8")
+    Path(sys.argv[1]).write_text(skills_page(collect_declarations(third_party=False)), encoding="utf-8")

@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from florence_bt.behaviours.keys import KeyReference, PoseFromParts, TextTemplate
+from florence_bt.behaviours.keys import (
+    KeyReference,
+    KeyStore,
+    PoseFromParts,
+    TextTemplate,
+    ValueProblem,
+    readable,
+)
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.model import Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.expressions.building import build_formula
+from florence_bt.trees.expressions.checking import check_kinds
+from florence_bt.trees.expressions.parser import parse_expression
+from florence_bt.trees.model import Expression, Literal, PoseParts, Reference, Template, Value, show
 from florence_bt.trees.quantities import example_of, guess_value, out_of_range, read_value, with_article
 
+Kinds = Mapping[str, Kind | None]
+"""The kinds of keys, as far as they are known."""
 
-def tree_value(value: Value, kind: Kind | None) -> Any:
+
+def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> Any:
     """What a node of the tree is given for a value.
 
     Args:
         value: The value as written.
         kind: What it must be; None when anything that can be held by a key will do.
+        kinds: The kinds of the keys, for expressions.
 
     Returns:
         A value in SI units, or a value source where keys are needed.
 
     Raises:
-        ConfigError: The value is of another kind. The error has no position.
+        ConfigError: The value is of another kind. Only an error in an expression has a line and column.
     """
     match value:
         case Reference(key=key):
@@ -32,27 +47,47 @@ def tree_value(value: Value, kind: Kind | None) -> Any:
             return literal_value(value, kind)
         case Template(parts=parts):
             if kind is not None and kind is not Kind.TEXT:
-                raise ConfigError(
-                    f"{with_article(kind)} cannot be a text with keys in it", valid=_written(kind)
-                )
+                problem = f"{with_article(kind)} cannot be a text with keys in it"
+                raise ConfigError(problem, valid=(*_as_expression(value), *_written(kind)))
             return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
-        case PoseParts(x=x, y=y, yaw=yaw):
-            if kind is not None and kind is not Kind.POSE:
-                raise ConfigError(f"{with_article(kind)} is needed, not a pose", valid=_written(kind))
-            numbers = tree_value(x, Kind.LENGTH), tree_value(y, Kind.LENGTH), tree_value(yaw, Kind.ANGLE)
-            if all(isinstance(number, (int, float)) for number in numbers):
-                return Pose2(*numbers)
-            return PoseFromParts(*numbers)
+        case PoseParts():
+            return _pose(value, kind, kinds)
+        case Expression():
+            return _formula(value, kind, kinds)
 
 
-def port_value(value: Value, port: Port) -> Any:
-    """As :func:`tree_value`, and a literal is held against the port's limits.
+def _pose(value: PoseParts, kind: Kind | None, kinds: Kinds | None) -> Any:
+    if kind is not None and kind is not Kind.POSE:
+        raise ConfigError(f"{with_article(kind)} is needed, not a pose", valid=_written(kind))
+    parts = ((value.x, Kind.LENGTH), (value.y, Kind.LENGTH), (value.yaw, Kind.ANGLE))
+    numbers = [tree_value(part, wanted, kinds) for part, wanted in parts]
+    if all(isinstance(number, (int, float)) for number in numbers):
+        return Pose2(*numbers)
+    return PoseFromParts(*numbers)
+
+
+def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
+    """A formula; the value itself when it needs no keys."""
+    for problem in check_kinds(value, kinds or {}, kind).problems:
+        place = problem.position
+        raise ConfigError(problem.message, line=place.line, column=place.column, valid=problem.valid)
+    formula = build_formula(value, kinds)
+    if formula.keys:
+        return formula
+    try:
+        return formula.resolve(KeyStore())
+    except ValueProblem as error:
+        raise ConfigError(str(error), line=value.position.line, column=value.position.column) from error
+
+
+def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
+    """As :func:`tree_value`, and what needs no keys is held against the port's limits.
 
     Raises:
-        ConfigError: The value is of another kind or outside the limits. The error has no position.
+        ConfigError: The value is of another kind or outside the limits; placed as by :func:`tree_value`.
     """
-    result = tree_value(value, port.kind)
-    if isinstance(value, Literal):
+    result = tree_value(value, port.kind, kinds)
+    if isinstance(result, (int, float)) and not isinstance(result, bool):
         problem = out_of_range(result, port)
         if problem:
             raise ConfigError(problem)
@@ -67,12 +102,22 @@ def literal_value(literal: Literal, kind: Kind | None) -> Any:
 
 
 def template_of(value: Value) -> TextTemplate:
-    """A text, with keys or without, as a template."""
-    source = tree_value(value, Kind.TEXT)
+    """A text, with keys or without, as a template; an expression may be of any kind."""
+    source = tree_value(value, None if isinstance(value, Expression) else Kind.TEXT)
     if isinstance(source, TextTemplate):
         return source
-    return TextTemplate((source,))
+    return TextTemplate((source if callable(getattr(source, "resolve", None)) else readable(source),))
 
 
-def _written(kind: Kind | None) -> tuple[str, ...]:
-    return (example_of(kind), "$key") if kind is not None else ("$key",)
+def _as_expression(value: Template) -> tuple[str, ...]:
+    """The template in ``${...}``, when it is an expression that lacks them."""
+    text = show(value)
+    try:
+        parse_expression(text)
+    except ConfigError:
+        return ()
+    return (f"${{{text}}}",)
+
+
+def _written(kind: Kind) -> tuple[str, ...]:
+    return (example_of(kind), "$key")

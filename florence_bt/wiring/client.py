@@ -4,28 +4,46 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
 import rclpy
 from florence_interfaces.msg import RunState
-from florence_interfaces.srv import GetXYPhi, MissionStatus, RunMission, StopMission
+from florence_interfaces.srv import (
+    GetXYPhi,
+    ListMissions,
+    MissionStatus,
+    PauseMission,
+    ReloadMissions,
+    ResumeMission,
+    RunMission,
+    StopMission,
+)
 from rclpy.signals import SignalHandlerOptions
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.wiring.signals import held_back
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
 ANSWER_BUDGET_S = 5.0
 """Wall seconds to wait for the answer of a service that is there."""
+LAST_WORDS_S = 0.2
+"""Wall seconds for the last messages of a node that was served."""
+RELOAD_BUDGET_S = 30.0
+"""Wall seconds for the answer to a reload: every mission that changed is checked."""
+OVERRIDE_TOPIC = "florenceLocator/manualOverride"
+"""The document's topic (REFERENCE 11.1, table 11)."""
 ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
+OVERRIDDEN = "manual override"
+"""What the mission server's status says while the override is on."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
 SERVICES = ("florence_bt/run_mission", "florenceLocator/getRobotPosXYPhi", "approach_user/propose")
@@ -74,6 +92,20 @@ class MissionClient:
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
 
+    @contextmanager
+    def serving(self, make: Callable[[rclpy.Context], FlorenceNode]) -> Iterator[FlorenceNode]:
+        """Serve one more node while the block runs; it is closed, and its last words sent, at the end."""
+        node = make(self._context)
+        self._loop.add(node)
+        try:
+            yield node
+        finally:
+            with held_back():
+                node.shut_down()
+                self.spin_until(lambda: False, LAST_WORDS_S)
+                self._loop.remove(node)
+                node.destroy_node()
+
     def follow_truth(self) -> None:
         """Keep ``truth`` up to date with what the simulator says is really so."""
         self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)
@@ -105,7 +137,15 @@ class MissionClient:
                 self._loop.spin_once(0.05)
         return True
 
-    def call(self, service_type: Any, name: str, request: Any, *, repeat: bool = False) -> Any:
+    def call(
+        self,
+        service_type: Any,
+        name: str,
+        request: Any,
+        *,
+        repeat: bool = False,
+        budget_s: float = ANSWER_BUDGET_S,
+    ) -> Any:
         """Call a service and wait for the answer.
 
         Args:
@@ -114,6 +154,7 @@ class MissionClient:
             request: The request.
             repeat: Ask again when no answer comes, for questions that change nothing: the answer to a client
                 that is brand new can be lost, because the server may not know the way back to it yet.
+            budget_s: Wall seconds to wait for the answer.
 
         Raises:
             SystemNotThere: Nobody serves it.
@@ -127,10 +168,10 @@ class MissionClient:
         tries = 3 if repeat else 1
         for _ in range(tries):
             future = client.call_async(request)
-            if self.spin_until(future.done, ANSWER_BUDGET_S / tries):
+            if self.spin_until(future.done, budget_s / tries):
                 return future.result()
             client.remove_pending_request(future)
-        raise DeviceTimeout(f"{name} did not answer within {ANSWER_BUDGET_S:.0f} s")
+        raise DeviceTimeout(f"{name} did not answer within {budget_s:.0f} s")
 
     def missing(self) -> list[str]:
         """The servers that are not there yet, by name."""
@@ -166,14 +207,67 @@ class MissionClient:
         )
         return self.call(RunMission, "florence_bt/run_mission", request)
 
-    def status(self, run_id: str = "", *, colour: bool = False) -> Any:
-        """The status of a run, or of the current or last one."""
-        question = MissionStatus.Request(run_id=run_id, colour=colour)
+    def status(
+        self, run_id: str = "", *, colour: bool = False, visited_only: bool = False, durations: bool = False
+    ) -> Any:
+        """The status of a run, or of the current or last one; the options are those of the tree's text."""
+        question = MissionStatus.Request(
+            run_id=run_id, colour=colour, visited_only=visited_only, durations=durations
+        )
         return self.call(MissionStatus, "florence_bt/status", question, repeat=True)
 
     def stop(self, reason: str, run_id: str = "") -> Any:
         """Stop a run, or the current one."""
         return self.call(StopMission, "florence_bt/stop", StopMission.Request(run_id=run_id, reason=reason))
+
+    def pause(self, reason: str, run_id: str = "") -> Any:
+        """Pause a run, or the current one; the answer has success and message."""
+        request = PauseMission.Request(run_id=run_id, reason=reason)
+        return self.call(PauseMission, "florence_bt/pause", request)
+
+    def resume(self, run_id: str = "") -> Any:
+        """Go on with a paused run, or the current one; the answer has success and message."""
+        return self.call(ResumeMission, "florence_bt/resume", ResumeMission.Request(run_id=run_id))
+
+    def reload(self) -> Any:
+        """Let the mission server read its mission files again; the answer has success and report."""
+        return self.call(
+            ReloadMissions,
+            "florence_bt/reload_missions",
+            ReloadMissions.Request(),
+            budget_s=RELOAD_BUDGET_S,
+        )
+
+    def missions(self) -> Any:
+        """The missions that the mission server has, with their inputs; see ListMissions."""
+        return self.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
+
+    def override(self, on: bool) -> Any:
+        """Switch the manual override and wait until it has taken effect.
+
+        Returns:
+            The status of the mission server afterwards.
+
+        Raises:
+            SystemNotThere: No mission server is there to obey.
+            DeviceTimeout: It has not obeyed.
+        """
+        publisher = self.node.create_publisher(Bool, OVERRIDE_TOPIC, RELIABLE)
+        try:
+            # The button first, questions later: somebody presses it because the robot moves.
+            self.spin_until(lambda: publisher.get_subscription_count() > 0, ANSWER_BUDGET_S)
+            publisher.publish(Bool(data=on))
+            end = time.monotonic() + ANSWER_BUDGET_S
+            while time.monotonic() < end:
+                status = self.status()
+                if OVERRIDDEN in status.blocked_by if on else OVERRIDDEN not in status.blocked_by:
+                    return status
+                # Should it have been sent before the mission server knew this publisher.
+                publisher.publish(Bool(data=on))
+                self.spin_until(lambda: False, 0.1)
+        finally:
+            self.node.destroy_publisher(publisher)
+        raise DeviceTimeout(f"the mission server did not obey within {ANSWER_BUDGET_S:.0f} s")
 
     def _on_tree(self, message: String) -> None:
         self.tree = message.data

@@ -10,8 +10,11 @@ import yaml
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
+from florence_bt.core.plain_yaml import EmptyFile, parse_source, read_bytes
 
 Parameters = dict[str, Any]
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load_config(file: Path | None = None) -> dict[str, Parameters]:
@@ -27,22 +30,15 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
         ConfigError: The file cannot be read or has another form.
     """
     path = file if file is not None else find_data("config", "robot.yaml")
+    data = read_bytes(path)
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(
-            f"cannot be read: {error.strerror}", file=path, valid=["a readable YAML file"]
-        ) from error
-    except UnicodeDecodeError as error:
-        raise ConfigError("is no text in UTF-8", file=path, valid=["a readable YAML file"]) from error
+        # Refuses what could grow without end; the values are typed as YAML types them.
+        parse_source(data, path)
+        content = yaml.load(data, Loader=_LOADER)
+    except EmptyFile:
+        content = None
     except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        raise ConfigError(
-            f"is not YAML: {getattr(error, 'problem', None) or error}",
-            file=path,
-            line=mark.line + 1 if mark else None,
-            column=mark.column + 1 if mark else None,
-        ) from error
+        raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
     if not isinstance(content, Mapping):
         raise ConfigError("must map node names to their parameters", file=path, valid=["navigate: {...}"])
     for node, parameters in content.items():

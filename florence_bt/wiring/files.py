@@ -1,48 +1,25 @@
-"""``florence check`` and ``florence draw``: mission files without a running system and without ROS."""
+"""``florence draw``: pictures of missions without a running system and without ROS."""
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Sequence
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.skills.locate.hotspots import load_hotspots
-from florence_bt.trees import lint
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.draw import FORMATS as DRAWINGS
 from florence_bt.trees.draw import draw
-from florence_bt.trees.findings import has_errors
 from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.report import FORMATS, summary
+from florence_bt.wiring.exchange import mission_name
+
+ENDINGS = {"svg": "svg", "txt": "txt", "mermaid": "mermaid", "mmd": "mermaid", "png": "svg"}
+"""Ending of a file -> what is drawn; a PNG is made from the SVG."""
+PNG_ZOOM = 2.0
+"""Pixels of a PNG for each pixel of the SVG, so that it stays sharp on paper."""
 
 
-def check_files(files: Sequence[Path], hotspots: Path | None, form: str) -> tuple[str, bool]:
-    """Check mission files and all files of mission folders.
-
-    Args:
-        files: Files and folders. Missions of one call may call each other and the built-in ones.
-        hotspots: A hotspots file to check labels against, or None.
-        form: ``text``, ``json`` or ``github``.
-
-    Returns:
-        The report, and whether there are errors.
-
-    Raises:
-        ConfigError: A path does not exist, or there is no such form.
-    """
-    if form not in FORMATS:
-        raise ConfigError(f"there is no format {form!r}", valid=FORMATS)
-    paths = [path for given in files for path in _mission_files(given)]
-    labels = [spot.label for spot in load_hotspots(hotspots)] if hotspots else None
-    findings = lint.check_files(paths, MissionLibrary.load(), collect_declarations(), labels)
-    report = FORMATS[form](findings)
-    if form == "text":
-        head = f"{len(paths)} mission{'s' * (len(paths) != 1)} checked: {summary(findings)}"
-        report = f"{report}\n{head}" if report else head
-    return report, has_errors(findings)
-
-
-def draw_mission(mission: str, out: Path | None, folders: Sequence[Path], *, expand: bool) -> str:
+def draw_mission(
+    mission: str, out: Path | None, folders: Sequence[Path], *, expand: bool, width: int | None = None
+) -> str:
     """Draw a mission.
 
     Args:
@@ -50,41 +27,49 @@ def draw_mission(mission: str, out: Path | None, folders: Sequence[Path], *, exp
         out: The file to write; its ending chooses the form. None draws text.
         folders: More mission folders.
         expand: Whether to draw the trees of called missions too.
+        width: Widest a picture may be, in pixels.
 
     Returns:
-        The drawing.
+        The drawing (of a PNG the SVG that it was made from).
 
     Raises:
         ConfigError: No such mission, no such form, or the file cannot be written.
     """
     ending = out.suffix.removeprefix(".") if out else "txt"
-    if ending not in DRAWINGS:
+    if ending not in ENDINGS:
         what = f"a {ending!r} file" if ending else "a file without an ending"
-        raise ConfigError(f"cannot draw {what}", valid=[f".{each}" for each in DRAWINGS])
+        raise ConfigError(f"cannot draw {what}", valid=[f".{each}" for each in ENDINGS])
     library = MissionLibrary.load(folders)
-    file = Path(mission)
-    if file.suffix in (".yaml", ".yml") and file.exists():
-        library.add_file(file)
-        mission = file.stem
-    drawing = draw(library.get(mission), ending, library, expand=expand)
+    name = mission_name(mission, library)
+    drawing = draw(library.get(name), ENDINGS[ending], library, expand=expand, width=width)
     if out is not None:
-        try:
-            out.write_text(drawing, encoding="utf-8")
-        except OSError as error:
-            raise ConfigError(
-                f"cannot be written: {error.strerror}", file=out, valid=["a file in a folder that exists"]
-            ) from error
+        _write(out, png_of(drawing) if ending == "png" else drawing.encode())
     return drawing
 
 
-def _mission_files(given: Path) -> list[Path]:
-    if given.is_dir():
-        files = sorted(given.glob("*.yaml"))
-        if not files:
-            raise ConfigError(f"there is no mission file in {str(given)!r}", valid=["a folder with *.yaml"])
-        return files
-    if not given.exists():
+def png_of(svg: str) -> bytes:
+    """An SVG as a PNG.
+
+    Raises:
+        ModuleNotFoundError: The package that does it is not installed.
+    """
+    from resvg_py import svg_to_bytes
+
+    # A computer without fonts of its own may have those of matplotlib.
+    matplotlib = importlib.util.find_spec("matplotlib")
+    folder = (
+        Path(matplotlib.origin).parent / "mpl-data" / "fonts" / "ttf"
+        if matplotlib and matplotlib.origin
+        else None
+    )
+    fonts = [str(folder)] if folder is not None and folder.is_dir() else None
+    return bytes(svg_to_bytes(svg_string=svg, zoom=PNG_ZOOM, font_dirs=fonts, background="#ffffff"))
+
+
+def _write(out: Path, data: bytes) -> None:
+    try:
+        out.write_bytes(data)
+    except OSError as error:
         raise ConfigError(
-            f"there is no file {str(given)!r}", valid=["a mission file", "a folder of mission files"]
-        )
-    return [given]
+            f"cannot be written: {error.strerror}", file=out, valid=["a file in a folder that exists"]
+        ) from error

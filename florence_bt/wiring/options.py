@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -91,3 +92,21 @@ class BringUp:
             values["start"] = tuple(values["start"])
         values["mission_folders"] = tuple(values["mission_folders"])
         return BringUp(**values)
+
+
+def parse_start(text: str) -> tuple[float, float, float]:
+    """Where the robot starts, as people write it: ``x,y,yaw`` in metres and degrees.
+
+    Returns:
+        x, y in metres and the heading in radians.
+
+    Raises:
+        ConfigError: The text is something else.
+    """
+    try:
+        x, y, yaw = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = yaw = math.nan
+    if not all(math.isfinite(number) for number in (x, y, yaw)):
+        raise ConfigError(f"{text!r} is no start", valid=["x,y,yaw in metres and degrees, e.g. 1.5,2,90"])
+    return x, y, math.radians(yaw)

@@ -11,13 +11,9 @@ import signal
 import sys
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.wiring.options import BringUp
-
-if TYPE_CHECKING:
-    from florence_bt.ros.node import FlorenceNode
 
 PR_SET_PDEATHSIG = 1
 """prctl(2): the signal that the kernel sends when the parent process ends."""
@@ -46,16 +42,13 @@ def main(group: str, options_file: Path, parent: int) -> int:
 
     try:
         options = BringUp.read(options_file)
-        *first, last = factories(group, options)
 
-        def make_last() -> FlorenceNode:
-            node = last()
+        def tell_that_it_is_up() -> None:
             up_file = options.up_file(group)
             up_file.parent.mkdir(exist_ok=True)
             up_file.write_text(f"{os.getpid()}\n", encoding="utf-8")
-            return node
 
-        return run_nodes([*first, make_last], remappings=REMAPPINGS)
+        return run_nodes(factories(group, options), remappings=REMAPPINGS, on_ready=tell_that_it_is_up)
     except FlorenceError as error:
         print(f"florence {group}: {error}", file=sys.stderr)
         return 1

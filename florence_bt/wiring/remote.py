@@ -1,4 +1,4 @@
-"""``florence run``, ``status`` and ``stop``: the command line on a running system."""
+"""What the verbs of the command line do on a running system: run, look, stop, pause, override, reload."""
 
 from __future__ import annotations
 
@@ -65,9 +65,11 @@ def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bo
 def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
     """Print the status of a run, once or until Ctrl-C. False when no such run is known."""
     with MissionClient() as client:
-        status = client.status(run_id)
+        status = client.status(run_id, durations=True)
         if not watch:
             console.print(styled(status.tree), soft_wrap=True)
+            for line in _what_waits(status):
+                console.print(line, highlight=False, markup=False, soft_wrap=True)
             return bool(status.found or not run_id)
         display = make_display(console, headless=False)
         try:
@@ -79,8 +81,69 @@ def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
     return True
 
 
+def _what_waits(status: Any) -> list[str]:
+    lines = [f"no mission may start: {status.blocked_by}"] if status.blocked_by else []
+    return [*lines, f"waiting: {', '.join(status.waiting)}"] if status.waiting else lines
+
+
 def stop_mission(run_id: str) -> tuple[bool, str]:
     """Stop a run, or the current one: (whether there was one, a message)."""
     with MissionClient() as client:
         answer = client.stop("florence stop", run_id)
         return bool(answer.success), str(answer.message)
+
+
+def pause_mission(run_id: str, reason: str) -> tuple[bool, str]:
+    """Pause a run, or the current one: (whether it is paused, a message)."""
+    with MissionClient() as client:
+        answer = client.pause(reason or "florence pause", run_id)
+        return bool(answer.success), str(answer.message)
+
+
+def resume_mission(run_id: str) -> tuple[bool, str]:
+    """Go on with a paused run, or the current one: (whether it goes on, a message)."""
+    with MissionClient() as client:
+        answer = client.resume(run_id)
+        return bool(answer.success), str(answer.message)
+
+
+def set_override(on: bool) -> str:
+    """Switch the manual override; gives a message. See ``MissionClient.override`` for the errors."""
+    with MissionClient() as client:
+        after = client.override(on)
+        if not on:
+            blocked = f"; still blocked: {after.blocked_by}" if after.blocked_by else ""
+            return f"the manual override is off, missions may start again; what was stopped stays so{blocked}"
+        run = f"; {after.run_id}: {after.state}" if after.found else ""
+        return f"the manual override is on: nothing may start until florence release{run}"
+
+
+def reload_missions() -> tuple[bool, str]:
+    """Read the mission files again: (whether all of it went well, a report)."""
+    with MissionClient() as client:
+        answer = client.reload()
+        return bool(answer.success), str(answer.report)
+
+
+def live_missions() -> str:
+    """The missions of the running system with their inputs, as text."""
+    with MissionClient() as client:
+        answer = client.missions()
+    lines = [line for mission in answer.missions for line in _mission_lines(mission)]
+    return "\n".join([*lines, *answer.findings])
+
+
+def _mission_lines(mission: Any) -> list[str]:
+    lines = [f"{mission.name:<16} {mission.description}"]
+    for port in mission.inputs:
+        limits = [
+            f"from {port.minimum}" if port.minimum else "",
+            f"to {port.maximum}" if port.maximum else "",
+        ]
+        given = "required" if port.required else f"default {port.default_value}"
+        details = ", ".join(part for part in (port.type, given, *limits) if part)
+        about = f" -- {port.description}" if port.description else ""
+        lines.append(f"{'':<16}   {port.name}: {details}{about}")
+    if mission.problem:
+        lines += [f"{'':<16}   cannot run: {line}" for line in mission.problem.splitlines()]
+    return lines

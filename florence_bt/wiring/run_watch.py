@@ -10,7 +10,7 @@ from florence_bt.wiring.client import ACTIVE_STATES, MissionClient, SystemNotThe
 
 ASK_PERIOD_S = 2.0
 """Wall seconds between two questions to the mission server."""
-LIVE_STATES = ("QUEUED", "RUNNING", "ENDING")
+LIVE_STATES = ("QUEUED", "RUNNING", "PAUSED", "ENDING")
 """States that the status service tells of a run that is not over."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from builtin_interfaces.msg import Duration
@@ -24,6 +24,7 @@ from florence_bt.skills.locate.locator import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigate.results import result_from_navigate, result_from_spin
 from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, START_TRACKER, STOP_TRACKER
+from florence_bt.trees.third_party import ThirdParty
 
 TURN_ALLOWANCE_S = 10
 """Time for one turn (REFERENCE 12.2, step 4)."""
@@ -31,12 +32,35 @@ SERVICE_DEADLINE_S = 5.0
 
 
 def make_skills(node: FlorenceNode) -> dict[str, Skill]:
-    """Every skill of the shipped missions by name.
+    """Every skill of the shipped missions by name, and those of installed packages.
 
     Args:
         node: The node whose clients are used and whose clock times the deadlines.
     """
-    return {**_base_skills(node), **_people_skills(node), **_locator_skills(node)}
+    own = {**_base_skills(node), **_people_skills(node), **_locator_skills(node)}
+    return {**_skills_of_packages(node, own), **own}
+
+
+def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
+    """What ``make_skills`` of each package gives; one that breaks is reported and takes nothing else away."""
+    log = node.get_logger()
+    skills: dict[str, Skill] = {}
+    packages = ThirdParty()
+    for owner, module in packages.skill_modules():
+        make = getattr(module, "make_skills", None)
+        try:
+            made = dict(make(node)) if make is not None else {}
+        except Exception as error:
+            log.error(f"{owner}: make_skills of {module.__name__} failed: {type(error).__name__}: {error}")
+            continue
+        for name, skill in made.items():
+            if name in own or name in skills:
+                log.warning(f"{owner}: its skill {name!r} does not count: there is one of that name")
+            else:
+                skills[name] = skill
+    for finding in packages.findings:
+        log.warning(f"{finding.file}: {finding.message}")
+    return skills
 
 
 def _base_skills(node: FlorenceNode) -> dict[str, Skill]:
@@ -148,7 +172,7 @@ def _trigger_skill(node: FlorenceNode, service: str, code: str) -> Skill:
 
 
 def _locator_skills(node: FlorenceNode) -> dict[str, Skill]:
-    def service(service_type: Any, name: str, to_request: Any, to_result: Any) -> Skill:
+    def service(service_type: Any, name: str, to_request: Any, to_result: Any) -> ServiceSkill:
         return ServiceSkill(
             node,
             service_type,
@@ -211,9 +235,16 @@ def _in_room(inputs: Inputs, result: Result) -> Result:
 class _Judged:
     """A skill whose success is judged by the inputs it was given."""
 
-    def __init__(self, skill: Skill, judge: Callable[[Inputs, Result], Result]) -> None:
+    def __init__(self, skill: ServiceSkill, judge: Callable[[Inputs, Result], Result]) -> None:
         self._skill = skill
         self._judge = judge
+
+    @property
+    def label(self) -> str:
+        return self._skill.label
+
+    def server_is_there(self) -> bool:
+        return self._skill.server_is_there()
 
     def start(self, inputs: Inputs) -> SkillRun:
         return _JudgedRun(self._skill.start(inputs), inputs, self._judge)

@@ -182,6 +182,7 @@ def _people(settings: _Settings) -> list[Factory]:
 def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.runtime.node import MissionNode
     from florence_bt.trees.declarations import collect_declarations
+    from florence_bt.wiring.make_safe import BaseSafety
     from florence_bt.wiring.pictures import BackgroundPictures
     from florence_bt.wiring.skills_ros import make_skills
 
@@ -194,7 +195,11 @@ def _missions(settings: _Settings) -> list[Factory]:
 
     def mission_node() -> FlorenceNode:
         node = MissionNode(
-            make_skills, collect_declarations(), on_recorded=pictures.draw, parameters=parameters
+            make_skills,
+            collect_declarations(),
+            make_safety=BaseSafety,
+            on_recorded=pictures.draw,
+            parameters=parameters,
         )
         node.on_close(pictures.close)
         return node

@@ -7,7 +7,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
-from florence_bt.simulation.emulators.create import BOOT_S, CreateEmulator, Mode
+from florence_bt.simulation.emulators.create import BOOT_S, BOOT_TEXT, BOOT_TEXT_S, CreateEmulator, Mode
 
 PERIOD = 0.015
 
@@ -91,12 +91,13 @@ def test_passive_stops(base: Any) -> None:
 
 def test_commands_byte_by_byte_and_unknown_ones(base: Any) -> None:
     create = make(base)
-    # 200 and 5 are no opcodes; 140 is a song of two notes that is read over.
+    # 200 and 5 are no opcodes; 140 is a song of two notes.
     for byte in [128, 200, 5, 132, 140, 0, 2, 60, 8, 62, 8, 145, 0, 50, 0, 60]:
         create.receive(bytes([byte]), 0.0)
     assert base.wheels == (0.06, 0.05)
     assert create.unknown_bytes == 2
-    assert create.unobeyed == {140: 1}
+    assert create.songs.notes(0) == bytes([60, 8, 62, 8])
+    assert create.unobeyed == {}
 
 
 def test_stream_of_the_manuals_example(base: Any) -> None:
@@ -228,8 +229,9 @@ def test_soft_reset_boots_for_a_while(base: Any) -> None:
     create = woken(base)
     create.receive(bytes([147, 1, 145, 0, 100, 0, 100, 148, 1, 7, 7]), 0.0)
     assert (create.mode, base.wheels, create.digital_outputs) == (Mode.OFF, (0.0, 0.0), 7)
-    assert create.receive(bytes([128, 142, 35]), BOOT_S / 2) == b""
-    assert b"boot" in create.poll(BOOT_S)
+    assert create.poll(BOOT_TEXT_S - 0.1) == b""
+    assert create.receive(bytes([128, 142, 35]), BOOT_S / 2) == BOOT_TEXT
+    assert create.poll(BOOT_S) == b""
     assert create.digital_outputs == 0
     assert create.receive(bytes([128, 142, 35]), BOOT_S + 0.1) == bytes([1])
 

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from florence_bt.core.errors import DeviceError, DeviceLost
+from florence_bt.drivers.device_reader import DeviceReader
 from florence_bt.drivers.kinect.codec import METRES_OF_RAW
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
-from florence_bt.drivers.kinect.transport import FrameReader, SocketFrameSource
+from florence_bt.drivers.kinect.transport import SocketFrameSource
 from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer, pack_depth, quantise
 
 DEPTH = np.linspace(0.6, 5.0, 240 * 320, dtype=np.float32).reshape(240, 320)
@@ -177,7 +178,7 @@ def test_the_reader_hands_on_frames_and_the_end() -> None:
     frames: list[Frame] = []
     lost: list[DeviceError] = []
     video = VideoFrame(1, 1, 0.0, b"abc")
-    reader = FrameReader(Script([None, video, None, video]), frames.append, lost.append)
+    reader = DeviceReader(Script([None, video, None, video]).read, frames.append, lost.append, "the Kinect")
     reader.start()
     reader._thread.join(5.0)
     reader.stop()

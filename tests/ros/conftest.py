@@ -25,6 +25,8 @@ from typing import Any, TypeVar
 import pytest
 from hypothesis import settings
 
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+
 # The machine may be busy with the other processes of these tests.
 settings.register_profile("ros", deadline=None)
 settings.load_profile("ros")
@@ -184,3 +186,155 @@ def start_process(ros_domain: int, tmp_path: Path) -> Iterator[Callable[..., Chi
         if child.process.poll() is None:
             child.process.kill()
             child.process.wait()
+
+
+DRIVE = SkillDeclaration(
+    "drive",
+    "Drive some way",
+    inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)},
+    failures={"blocked": "something is in the way"},
+    resources=frozenset({"base"}),
+)
+MISSIONS = {
+    "drive_once": "description: Drives once.\ninputs:\n  way: {type: length, default: 1 m, max: 5 m}\n"
+    "tree:\n  sequence:\n    - drive: {way: $way}\n",
+    "drive_far": "description: Drives far.\ninputs:\n  way: {type: length, description: how far}\n"
+    "tree:\n  drive: {way: $way}\n",
+    "be_quick": "description: Waits a moment.\ntree:\n  wait: 1 ms\n",
+    "wrong": "description: Has an error.\ntree:\n  sequence:\n    - driv: {way: 1 m}\n",
+}
+
+
+class FakeSafety:
+    """Counts how often the base was stopped; making safe is done at once."""
+
+    def __init__(self):
+        self.stops = 0
+        self.made_safe = 0
+
+    def stop_now(self):
+        self.stops += 1
+
+    def make_safe(self):
+        from florence_bt.core.outcome import success
+        from florence_bt.core.skill import FinishedRun
+
+        self.made_safe += 1
+        return FinishedRun(success())
+
+
+class MissionBench:
+    """A mission server with a client's node beside it."""
+
+    def __init__(self, ros, folder, script):
+        from florence_bt.ros.node import FlorenceNode
+        from florence_bt.runtime.node import MissionNode
+
+        self.ros = ros
+        self.runs = folder / "runs"
+        missions = folder / "missions"
+        missions.mkdir()
+        for name, text in MISSIONS.items():
+            (missions / f"{name}.yaml").write_text(f"mission: {name}\n{text}")
+        (missions / "not-a-ros-name.yaml").write_text("mission: not-a-ros-name\ntree:\n  wait: 1 s\n")
+        (missions / "torn.yaml").write_text("mission: [")
+        self.missions = missions
+        self.recorded = []
+        self.safety = FakeSafety()
+
+        from florence_bt.testing.mocks import ScriptedSkill
+
+        def make_skills(node):
+            self.drive = ScriptedSkill(DRIVE, node.timebase, script)
+            return {"drive": self.drive}
+
+        self.server = ros.add(
+            MissionNode(
+                make_skills,
+                {"drive": DRIVE},
+                make_safety=lambda node: self.safety,
+                on_recorded=self.recorded.append,
+                parameters={"runs_folder": str(self.runs), "mission_folders": (str(missions),)},
+            )
+        )
+        self.node = ros.add(FlorenceNode("client"))
+        self._clients = {}
+
+    def call(self, service_type, name, **fields):
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(service_type, f"florence_bt/{name}")
+        self.ros.spin_until(client.service_is_ready, what=name)
+        future = client.call_async(service_type.Request(**fields))
+        self.ros.spin_until(future.done, what=f"the answer of {name}")
+        return future.result()
+
+    def run(self, mission, *, policy="", priority=0, **inputs):
+        from florence_interfaces.srv import RunMission
+
+        return self.call(
+            RunMission,
+            "run_mission",
+            mission=mission,
+            input_names=list(inputs),
+            input_values=list(inputs.values()),
+            caller="test",
+            policy=policy,
+            priority=priority,
+        )
+
+    def trigger(self, mission):
+        from std_srvs.srv import Trigger
+
+        return self.call(Trigger, f"missions/{mission}")
+
+    def status(self, run_id=""):
+        from florence_interfaces.srv import MissionStatus
+
+        return self.call(MissionStatus, "status", run_id=run_id)
+
+    def pause(self, run_id="", reason="a test"):
+        from florence_interfaces.srv import PauseMission
+
+        return self.call(PauseMission, "pause", run_id=run_id, reason=reason)
+
+    def resume(self, run_id=""):
+        from florence_interfaces.srv import ResumeMission
+
+        return self.call(ResumeMission, "resume", run_id=run_id)
+
+    def override(self, on):
+        from std_msgs.msg import Bool
+
+        if not hasattr(self, "_override"):
+            self._override = self.node.create_publisher(Bool, "florenceLocator/manualOverride", 10)
+            self.ros.spin_until(lambda: self._override.get_subscription_count(), what="the override")
+        self._override.publish(Bool(data=on))
+
+    def stop(self, run_id=""):
+        from florence_interfaces.srv import StopMission
+
+        return self.call(StopMission, "stop", run_id=run_id, reason="a test wants it")
+
+    def wait(self, state, run_id=""):
+        self.ros.spin_until(lambda: self.status(run_id).state == state, what=state)
+        return self.status(run_id)
+
+    def listen(self):
+        from florence_interfaces.msg import RunState
+        from std_msgs.msg import String
+
+        from florence_bt.ros.qos import LATCHED
+
+        states, trees = [], []
+        self.node.create_subscription(RunState, "florence_bt/run_state", states.append, LATCHED)
+        self.node.create_subscription(String, "florence_bt/tree", trees.append, LATCHED)
+        return states, trees
+
+
+@pytest.fixture
+def bench_of(ros: RosBench, tmp_path: Path) -> Callable[..., MissionBench]:
+    """A mission server over one skill, ``drive``, that follows a script."""
+    from florence_bt.testing.mocks import Step
+
+    return lambda *script: MissionBench(ros, tmp_path, script or (Step(None),))

@@ -13,10 +13,11 @@ import yaml
 pytest.importorskip("rclpy")
 from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, JointState
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
+from tf2_msgs.msg import TFMessage
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
@@ -28,7 +29,7 @@ from florence_bt.ros.conversions import (
     stamp_to_ros,
 )
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, TF
 from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.combine_lasers.node import LaserCombinatorNode
 from florence_bt.skills.describe_robot.description import default_file
@@ -240,6 +241,23 @@ def test_late_listeners_learn_the_frames_and_the_description(ros: Any) -> None:
     assert laser.translation == pytest.approx([0.05734, 0.0, 0.1298], abs=1e-4)
     assert laser.rotation == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=1e-9)
     assert '<robot name="florence">' in texts[0].data
+
+
+def test_the_wheels_follow_the_odometry(ros: Any) -> None:
+    ros.add(RobotDescriptionNode())
+    base = ros.add(FlorenceNode("base"))
+    moved: list[Any] = []
+    base.create_subscription(TFMessage, "/tf", moved.append, TF)
+    joints = base.create_publisher(JointState, "joint_states", RELIABLE)
+    ros.spin_until(lambda: joints.get_subscription_count() and base.count_publishers("/tf"))
+    message = JointState(name=["left_wheel_joint", "front_castor_joint"], position=[math.pi / 2, 0.0])
+    message.header.stamp.sec = 7
+    joints.publish(message)
+    ros.spin_until(lambda: moved)
+    (wheel,) = moved[0].transforms
+    assert (wheel.header.frame_id, wheel.child_frame_id) == ("base_link", "left_wheel_link")
+    assert wheel.header.stamp.sec == 7
+    assert wheel.transform.rotation.y == pytest.approx(math.sqrt(0.5))
 
 
 @pytest.mark.parametrize(

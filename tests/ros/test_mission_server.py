@@ -6,118 +6,11 @@ import json
 
 import pytest
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure, success
-from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.runtime.journal import JournalReader
+from florence_bt.testing.mocks import Step
 
 pytestmark = pytest.mark.ros
-
-DRIVE = SkillDeclaration(
-    "drive",
-    "Drive some way",
-    inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)},
-    failures={"blocked": "something is in the way"},
-    resources=frozenset({"base"}),
-)
-MISSIONS = {
-    "drive_once": "description: Drives once.\ninputs:\n  way: {type: length, default: 1 m, max: 5 m}\n"
-    "tree:\n  sequence:\n    - drive: {way: $way}\n",
-    "drive_far": "description: Drives far.\ninputs:\n  way: {type: length, description: how far}\n"
-    "tree:\n  drive: {way: $way}\n",
-    "be_quick": "description: Waits a moment.\ntree:\n  wait: 1 ms\n",
-    "wrong": "description: Has an error.\ntree:\n  sequence:\n    - driv: {way: 1 m}\n",
-}
-
-
-class Bench:
-    """A mission server with a client's node beside it."""
-
-    def __init__(self, ros, folder, script):
-        from florence_bt.ros.node import FlorenceNode
-        from florence_bt.runtime.node import MissionNode
-
-        self.ros = ros
-        self.runs = folder / "runs"
-        missions = folder / "missions"
-        missions.mkdir()
-        for name, text in MISSIONS.items():
-            (missions / f"{name}.yaml").write_text(f"mission: {name}\n{text}")
-        (missions / "not-a-ros-name.yaml").write_text("mission: not-a-ros-name\ntree:\n  wait: 1 s\n")
-        (missions / "torn.yaml").write_text("mission: [")
-        self.recorded = []
-
-        def make_skills(node):
-            self.drive = ScriptedSkill(DRIVE, node.timebase, script)
-            return {"drive": self.drive}
-
-        self.server = ros.add(
-            MissionNode(
-                make_skills,
-                {"drive": DRIVE},
-                on_recorded=self.recorded.append,
-                parameters={"runs_folder": str(self.runs), "mission_folders": (str(missions),)},
-            )
-        )
-        self.node = ros.add(FlorenceNode("client"))
-        self._clients = {}
-
-    def call(self, service_type, name, **fields):
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self.node.create_client(service_type, f"florence_bt/{name}")
-        self.ros.spin_until(client.service_is_ready, what=name)
-        future = client.call_async(service_type.Request(**fields))
-        self.ros.spin_until(future.done, what=f"the answer of {name}")
-        return future.result()
-
-    def run(self, mission, *, policy="", priority=0, **inputs):
-        from florence_interfaces.srv import RunMission
-
-        return self.call(
-            RunMission,
-            "run_mission",
-            mission=mission,
-            input_names=list(inputs),
-            input_values=list(inputs.values()),
-            caller="test",
-            policy=policy,
-            priority=priority,
-        )
-
-    def trigger(self, mission):
-        from std_srvs.srv import Trigger
-
-        return self.call(Trigger, f"missions/{mission}")
-
-    def status(self, run_id=""):
-        from florence_interfaces.srv import MissionStatus
-
-        return self.call(MissionStatus, "status", run_id=run_id)
-
-    def stop(self, run_id=""):
-        from florence_interfaces.srv import StopMission
-
-        return self.call(StopMission, "stop", run_id=run_id, reason="a test wants it")
-
-    def wait(self, state, run_id=""):
-        self.ros.spin_until(lambda: self.status(run_id).state == state, what=state)
-        return self.status(run_id)
-
-    def listen(self):
-        from florence_interfaces.msg import RunState
-        from std_msgs.msg import String
-
-        from florence_bt.ros.qos import LATCHED
-
-        states, trees = [], []
-        self.node.create_subscription(RunState, "florence_bt/run_state", states.append, LATCHED)
-        self.node.create_subscription(String, "florence_bt/tree", trees.append, LATCHED)
-        return states, trees
-
-
-@pytest.fixture
-def bench_of(ros, tmp_path):
-    return lambda *script: Bench(ros, tmp_path, script or (Step(None),))
 
 
 @pytest.mark.parametrize(
@@ -358,6 +251,8 @@ def test_shutting_down_cancels_the_skill_and_completes_the_record(bench_of):
     for each in (run_id, waiting):
         result = json.loads((bench.runs / each / "result.json").read_text())
         assert result["status"] == "STOPPED" and "shutting down" in result["reason"]
-        last = (bench.runs / each / "journal.jsonl").read_text().splitlines()[-1]
-        assert json.loads(last)["event"] == "ended"
+    with JournalReader(bench.runs) as journal:
+        for each in (run_id, waiting):
+            assert journal.run(each).state == "STOPPED" and journal.events(each)[-1].kind == "ended"
+        assert not journal.unfinished()
     assert bench.recorded == []  # no pictures while the system goes down

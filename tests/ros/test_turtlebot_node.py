@@ -18,7 +18,7 @@ from florence_interfaces.msg import TurtlebotSensorState
 from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import BatteryState, Imu, JointState
 
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.ros.node import FlorenceNode
@@ -56,6 +56,10 @@ class Device:
 
     def bumpers(self) -> tuple[bool, bool]:
         return (False, False)
+
+    def use(self, *, model: str) -> None:
+        with self._lock:
+            self.create = CreateEmulator(self, BaseSensors(self, 0, PERFECT_BASE), model=model)
 
     def unplug(self) -> None:
         with self._lock:
@@ -105,6 +109,9 @@ class Listener(FlorenceNode):
         for kind, topic in (
             (Odometry, "odom"),
             (Imu, "imu/data"),
+            (Imu, "imu/raw"),
+            (JointState, "joint_states"),
+            (BatteryState, "battery_state"),
             (TurtlebotSensorState, "turtlebot_node/sensor_state"),
             (DiagnosticArray, "diagnostics"),
         ):
@@ -165,7 +172,8 @@ def test_drives_and_tells(ros: Any, device: Device, tmp_path: Path) -> None:
     total = sum(state.distance for state in listener.seen["turtlebot_node/sensor_state"])
     assert total > 0.1
     ros.spin_until(lambda: listener.newest("diagnostics").status[0].message == "RUNNING")
-    assert [status.message for status in listener.newest("diagnostics").status[1:]] == ["Full", "OK"]
+    messages = [status.message for status in listener.newest("diagnostics").status[1:]]
+    assert messages == ["Full", "OK", "None", "OK", "OK", "OK", "OK"]
     # The node's end stops a base that drives.
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
     ros.close_node(node)
@@ -218,7 +226,8 @@ def test_the_plug_is_pulled_and_put_back(ros: Any, device: Device, tmp_path: Pat
         return newest.status[0] if newest else None
 
     ros.spin_until(lambda: connection() and connection().level == b"\x02")
-    assert "no such port" in connection().message
+    assert "went away" in connection().message  # told at once, not with the next second
+    ros.spin_until(lambda: "no such port" in connection().message)
     device.plug_in()
     count = len(listener.seen["odom"])
     ros.spin_until(lambda: len(listener.seen["odom"]) > count + 5)
@@ -234,3 +243,80 @@ def test_silence_opens_the_port_again(ros: Any, device: Device, tmp_path: Path) 
     count = len(listener.seen["odom"])
     ros.spin_until(lambda: len(listener.seen["odom"]) > count + 5)
     assert device.create.mode is Mode.SAFE
+
+
+def test_joints_battery_and_the_raw_gyro(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.newest("imu/raw"))
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), max(listener.newest("joint_states").position) > 3.0][1])
+    joints = listener.newest("joint_states")
+    assert joints.name == [
+        "left_wheel_joint",
+        "right_wheel_joint",
+        "front_castor_joint",
+        "back_castor_joint",
+    ]
+    assert joints.position[0] == pytest.approx(joints.position[1], abs=1.0)
+    assert joints.velocity[0] == pytest.approx(0.2 / 0.033, rel=0.15)
+    raw = listener.newest("imu/raw")
+    assert raw.angular_velocity.z == pytest.approx(0.0, abs=0.02)
+    assert (raw.header.frame_id, raw.linear_acceleration_covariance[0]) == ("gyro_link", -1.0)
+    battery = ros.spin_until(lambda: listener.newest("battery_state"))
+    assert battery.percentage == pytest.approx(0.9, abs=0.01)
+    assert battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    device.create.faults.dock = True
+    ros.spin_until(
+        lambda: (
+            listener.newest("battery_state").power_supply_status
+            == BatteryState.POWER_SUPPLY_STATUS_NOT_CHARGING
+        )
+    )
+    assert call(ros, listener, SetTurtlebotMode, "set_operation_mode", mode=1).valid_mode
+    ros.spin_until(
+        lambda: (
+            listener.newest("battery_state").power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("fault", "word"),
+    [
+        ({"left_bumper": True}, "bumper"),
+        ({"wheel_drops": 8}, "wheel"),
+        ({"cliffs": (True, False, False, False)}, "cliff"),
+    ],
+)
+def test_contact_stops_and_is_told_before_the_next_report_is_due(
+    ros: Any, device: Device, tmp_path: Path, fault: dict[str, Any], word: str
+) -> None:
+    # One sensor state in ten seconds, unless there is news.
+    _, listener = start(ros, tmp_path, sensor_state_rate=0.1)
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
+    count = len(listener.seen["turtlebot_node/sensor_state"])
+    for name, value in fault.items():
+        setattr(device.create.faults, name, value)
+    ros.spin_until(lambda: device.wheels == (0.0, 0.0), 2.0)
+    ros.spin_until(lambda: len(listener.seen["turtlebot_node/sensor_state"]) > count, 2.0)
+    ros.spin_until(
+        lambda: any(
+            word in status.message and status.level == b"\x01"
+            for status in listener.newest("diagnostics").status
+        ),
+        2.0,
+    )
+
+
+def test_a_create_2(ros: Any, device: Device, tmp_path: Path) -> None:
+    device.use(model="create2")
+    _, listener = start(ros, tmp_path, robot_type="create2")
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), listener.newest("odom")][1])
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), listener.newest("odom").pose.pose.position.x > 0.1][1])
+    assert listener.newest("diagnostics").status[0].hardware_id == "iRobot Create 2"
+    assert not listener.seen["imu/data"]
+
+
+def test_the_legacy_raw_gyro(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path, legacy_imu_raw=True)
+    raw = ros.spin_until(lambda: listener.newest("imu/raw"))
+    assert raw.angular_velocity.z == pytest.approx(-(512 / 150) * math.radians(1) * 1.35, abs=1e-3)

@@ -116,7 +116,7 @@ def test_draw_as_text_and_into_files(florence, mission, tmp_path):
 def test_draw_of_what_cannot_be_drawn(florence, mission, tmp_path):
     for arguments, text in (
         (["goto_usr"], "goto_user"),
-        (["goto_user", "-o", tmp_path / "tree.png"], ".svg"),
+        (["goto_user", "-o", tmp_path / "tree.gif"], ".svg"),
         (["goto_user", "-o", tmp_path / "tree"], "without an ending"),
         (["goto_user", "-o", tmp_path / "none" / "tree.svg"], "cannot be written"),
         ([mission("torn", "mission: [")], "torn.yaml"),
@@ -162,7 +162,7 @@ def test_every_error_has_its_exit_code_and_one_line(florence, monkeypatch, error
     def fail(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("florence_bt.wiring.files.check_files", fail)
+    monkeypatch.setattr("florence_bt.wiring.checking.check_files", fail)
     done = florence("check", "x.yaml")
     assert done.exit_code == code
     assert done.stderr.startswith("florence: ") and done.stderr.count("\n") == 1
@@ -182,7 +182,7 @@ print("heavy:", sorted(heavy & set(sys.modules)))
 
 @pytest.mark.parametrize(
     "arguments",
-    [["check", str(BUILT_IN)], ["draw", "goto_user"], ["missions"], ["--help"], ["demo", "--help"]],
+    [["check", str(BUILT_IN)], ["draw", "goto_user"], ["missions"], ["schema"], ["--help"], ["demo", "--help"]],
 )
 def test_nothing_heavy_is_loaded_for(arguments):
     done = subprocess.run(

@@ -7,17 +7,19 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from sensor_msgs.msg import CameraInfo, Image
 
-from florence_bt.core.clock import Timer, call_every
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import DeviceError
+from florence_bt.drivers.connection import Connection
 from florence_bt.drivers.diagnosis import Diagnosis, Level
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame
-from florence_bt.drivers.kinect.transport import FrameReader, FrameSource, SocketFrameSource
-from florence_bt.ros.conversions import camera_info_to_ros, colour_to_ros, depth_to_ros, stamp_to_ros
+from florence_bt.drivers.kinect.transport import FrameSource, SocketFrameSource
+from florence_bt.ros.conversions import camera_info_to_ros, colour_to_ros, depth_to_ros
+from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
@@ -54,12 +56,7 @@ class KinectNode(FlorenceNode):
         super().__init__("kinect_node", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(KinectParameters)
         self._driver = KinectDriver(self._settings)
-        self._open_source = open_source
-        self._source: FrameSource | None = None
-        self._reader: FrameReader | None = None
         self._colour_requested = True
-        self._problem = ""
-        self._attempts = 0
         self._newest: dict[type, tuple[Frame, float]] = {}
         self._newest_lock = threading.Lock()
         self._depth = self.create_publisher(Image, "camera/depth/image", SENSOR)
@@ -67,65 +64,40 @@ class KinectNode(FlorenceNode):
         self._colour = self.create_publisher(Image, "camera/rgb/image_color", SENSOR)
         self._colour_info = self.create_publisher(CameraInfo, "camera/rgb/camera_info", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
-        self._retry: Timer | None = None
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
-        self._connect()
+        self._connection: Connection[FrameSource, Frame] = Connection(
+            self.timebase,
+            self.call_soon,
+            lambda: open_source(self._settings.source),
+            on_open=self._on_open,
+            on_item=self._on_frame,
+            on_lost=lambda _error: None,
+            on_problem=lambda problem: self.get_logger().error(problem),
+            delay_s=self._settings.reconnect_delay_s,
+            name="the Kinect",
+            on_readers_thread=True,
+        )
+        self._connection.open()
 
     def close(self) -> None:
         """Let go of the source."""
         self._reports.cancel()
-        if self._retry is not None:
-            self._retry.cancel()
-        self._release()
+        self._connection.close()
 
-    # --- source -----------------------------------------------------------------------------------------
-
-    def _connect(self) -> None:
-        self._retry = None
-        try:
-            source = self._open_source(self._settings.source)
-        except DeviceError as error:
-            self._retry_later(error)
-            return
-        self._source, self._problem, self._attempts = source, "", 0
+    def _on_open(self, _source: FrameSource) -> None:
+        self._connection.works()
         self._colour_requested = True
-        self._reader = FrameReader(source, self._on_frame, partial(self._on_lost, source))
-        self._reader.start()
         self.get_logger().info(f"frames come from {self._settings.source}")
-
-    def _release(self) -> None:
-        source, reader = self._source, self._reader
-        self._source = self._reader = None
-        if reader is not None:
-            reader.stop()
-        if source is not None:
-            source.close()
-
-    def _retry_later(self, error: DeviceError) -> None:
-        if str(error) != self._problem:
-            self.get_logger().error(str(error))
-        self._problem = str(error)
-        delay = self._settings.reconnect_delay_s * min(2 ** min(self._attempts, 4), 10)
-        self._attempts += 1
-        self._retry = self.timebase.call_at(self.timebase.now() + delay, self._connect)
-
-    def _lose(self, source: FrameSource, error: DeviceError) -> None:
-        if source is self._source:
-            self._release()
-            self._retry_later(error)
 
     # --- the reader's thread -------------------------------------------------------------------------------
 
-    def _on_frame(self, frame: Frame) -> None:
-        kind, arrived = type(frame), self.timebase.now()
+    def _on_frame(self, frame: Frame, arrived: float) -> None:
+        kind = type(frame)
         with self._newest_lock:
             waiting = kind in self._newest
             self._newest[kind] = (frame, arrived)
         if not waiting:
             self.call_soon(partial(self._publish_newest, kind))
-
-    def _on_lost(self, source: FrameSource, error: DeviceError) -> None:
-        self.call_soon(lambda: self._lose(source, error))
 
     # --- the executor's thread -----------------------------------------------------------------------------
 
@@ -149,14 +121,14 @@ class KinectNode(FlorenceNode):
 
     def _request_colour(self) -> None:
         """Have no colour pictures made and sent for nobody."""
-        wanted, source = self._colour_wanted(), self._source
+        wanted, source = self._colour_wanted(), self._connection.device
         if source is None or wanted == self._colour_requested:
             return
         try:
             source.request(colour=wanted)
             self._colour_requested = wanted
         except DeviceError as error:
-            self._lose(source, error)
+            self._connection.lose(error)
 
     def _diagnose(self, now: float) -> Diagnosis:
         values = {
@@ -164,22 +136,13 @@ class KinectNode(FlorenceNode):
             "Frequency": f"{self._driver.rate(now):.2f}",
             "Depth Pictures": str(self._driver.depth_pictures),
         }
-        if self._problem:
-            return Diagnosis(Level.ERROR, self._problem, values)
+        if self._connection.problem:
+            return Diagnosis(Level.ERROR, self._connection.problem, values)
         if self._driver.silent(now):
             return Diagnosis(Level.ERROR, "no depth pictures arrive", values)
         return Diagnosis(Level.OK, "depth pictures arrive", values)
 
     def _report(self) -> None:
         now = self.timebase.now()
-        found = self._diagnose(now)
-        status = DiagnosticStatus(
-            level=bytes([found.level]),
-            name=f"{self.get_name()}: Kinect",
-            message=found.message,
-            hardware_id=self._settings.source,
-            values=[KeyValue(key=key, value=value) for key, value in found.values.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = stamp_to_ros(now)
-        self._diagnostics.publish(message)
+        found = {"Kinect": self._diagnose(now)}
+        self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), self._settings.source, now))

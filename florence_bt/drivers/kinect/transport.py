@@ -1,4 +1,4 @@
-"""Where Kinect frames come from: a source that is read with a time-out, and a thread that reads it.
+"""Where Kinect frames come from: a source that is read with a time-out.
 
 Nothing here asks for the time; reading waits in ``select``.
 """
@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import select
 import socket
-import threading
 from collections import deque
-from collections.abc import Callable
 from typing import Protocol
 
-from florence_bt.core.errors import DeviceError, DeviceLost
+from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.frames import Frame, FrameKind, FrameParser
 
 RECEIVE_SIZE = 1 << 20
@@ -101,53 +99,3 @@ class SocketFrameSource:
         if data == b"":
             raise DeviceLost(f"the other side closed {self._path}")
         return data or b""
-
-
-class FrameReader:
-    """Reads a source on a thread of its own and hands on what comes.
-
-    Both callbacks run on that thread; a node passes them on through ``FlorenceNode.call_soon``.
-    """
-
-    WAIT_S = 0.1
-    """How long one wait may take, so the longest that :meth:`stop` blocks."""
-
-    def __init__(
-        self,
-        source: FrameSource,
-        on_frame: Callable[[Frame], None],
-        on_lost: Callable[[DeviceError], None],
-    ) -> None:
-        """Prepare the thread.
-
-        Args:
-            source: The open source; it stays the caller's to close, after :meth:`stop`.
-            on_frame: Called with every frame.
-            on_lost: Called once when the source fails; the thread has nothing more to read then.
-        """
-        self._source = source
-        self._on_frame = on_frame
-        self._on_lost = on_lost
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="reader of the Kinect", daemon=True)
-
-    def start(self) -> None:
-        """Begin to read."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End the thread; after this no callback comes any more. Harmless when called twice."""
-        self._stopping.set()
-        if self._thread.is_alive() and threading.current_thread() is not self._thread:
-            self._thread.join()
-
-    def _run(self) -> None:
-        while not self._stopping.is_set():
-            try:
-                frame = self._source.read(self.WAIT_S)
-            except DeviceError as error:
-                if not self._stopping.is_set():
-                    self._on_lost(error)
-                return
-            if frame is not None and not self._stopping.is_set():
-                self._on_frame(frame)

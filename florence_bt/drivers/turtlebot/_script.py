@@ -4,14 +4,35 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a script.
+
+    Attributes:
+        data: What to send.
+        wait_s: Seconds before the next step.
+        rts: Level of the line RTS from now on; None leaves it.
+    """
+
+    data: bytes = b""
+    wait_s: float = 0.0
+    rts: bool | None = None
 
 
 class Script:
-    """A list of (bytes, seconds to wait after them), sent step by step."""
+    """A list of steps, sent one by one.
+
+    Attributes:
+        rts: The level of the line RTS that the last step asked for; None when none did.
+    """
 
     def __init__(self) -> None:
-        self._steps: deque[tuple[bytes, float]] = deque()
+        self._steps: deque[Step] = deque()
         self._due: float | None = None
+        self.rts: bool | None = None
 
     @property
     def due(self) -> float | None:
@@ -23,7 +44,7 @@ class Script:
         """Whether something is left to send or to wait for."""
         return self._due is not None
 
-    def begin(self, steps: Iterable[tuple[bytes, float]], now: float) -> None:
+    def begin(self, steps: Iterable[Step], now: float) -> None:
         """Start anew; whatever was left of an older script is forgotten."""
         self._steps = deque(steps)
         self._due = now
@@ -35,8 +56,13 @@ class Script:
             if not self._steps:
                 self._due = None
                 break
-            data, wait_s = self._steps.popleft()
-            out += data
+            step = self._steps.popleft()
+            out += step.data
+            if step.rts is not None:
+                self.rts = step.rts
+                # The line changes after the bytes are out: whoever sends must look before the next step.
+                self._due = now + step.wait_s
+                break
             # From now on, not from when it was due: a late call must not shorten the wait.
-            self._due = now + wait_s
+            self._due = now + step.wait_s
         return out

@@ -1,10 +1,24 @@
-"""What the diagnostics say about the base (REFERENCE 2.7)."""
+"""What the diagnostics say about the base: the eight lines of REFERENCE 2.7."""
 
 from __future__ import annotations
 
 from florence_bt.drivers.diagnosis import Diagnosis, Level
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState, OiMode
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.gyro import Gyro
+from florence_bt.drivers.turtlebot.hazards import StopReason
+
+CHARGING_SOURCES = {0: "None", 1: "Internal Charger", 2: "Base Dock"}
+CHARGING_STATES = ("Not Charging", "Reconditioning", "Full Charging", "Trickle Charging", "Waiting", "Fault")
+LOW_CHARGE = 0.15
+"""Fraction of the capacity; the old node let a base charge below it (REFERENCE 2.4, row 7)."""
+
+GYRO_UNPOWERED = 100
+GYRO_PLAUSIBLE = (425, 575)
+"""Counts at rest of a gyro that is well (REFERENCE 1.8)."""
+
+_OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor", "Wall Sensor")
 
 
 def diagnose(
@@ -19,25 +33,36 @@ def diagnose(
         port_problem: Why the base is not connected; empty when it is.
 
     Returns:
-        Diagnoses by their names.
+        Diagnoses by their names, the same names at any time.
     """
     found = {"TurtleBot Node": _connection(driver, reading, port, port_problem)}
     if reading is None:
         silent = Diagnosis(Level.STALE, "no data from the base")
-        return found | {"Operating Mode": silent, "Battery": silent}
-    return found | {"Operating Mode": _operating_mode(driver, reading), "Battery": _battery(reading)}
+        return found | dict.fromkeys((*_OF_A_READING, "Gyro Sensor", "Digital Outputs"), silent)
+    state = reading.state
+    return found | {
+        "Operating Mode": _operating_mode(driver, reading),
+        "Battery": _battery(state),
+        "Charging Sources": _charging_sources(state),
+        "Cliff Sensor": _cliffs(state),
+        "Wall Sensor": _wall(state),
+        "Gyro Sensor": _gyro(driver, reading),
+        "Digital Outputs": _digital_outputs(state.user_digital_outputs),
+    }
 
 
 def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, port_problem: str) -> Diagnosis:
     form = driver.decoder.checksum_form
     values = {
         "Port": port,
+        "Model": driver.parameters.model.name,
         "Good Frames": str(driver.decoder.good_frames),
         "Bad Frames": str(driver.decoder.bad_frames),
         "Noise Bytes": str(driver.decoder.noise_bytes),
         "Checksum Form": "unknown" if form is None else form.name.lower().replace("_", " "),
         "Refused Readings": str(driver.refused_readings),
         "Refused Commands": str(driver.refused_commands),
+        "Charge Resets": str(driver.charge_resets),
     }
     if port_problem:
         return Diagnosis(Level.ERROR, port_problem, values)
@@ -58,8 +83,7 @@ def _operating_mode(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
     return Diagnosis(Level.OK, name, values)
 
 
-def _battery(reading: Reading) -> Diagnosis:
-    state = reading.state
+def _battery(state: SensorState) -> Diagnosis:
     values = {
         "Voltage (V)": f"{state.voltage / 1000:.3f}",
         "Current (A)": f"{state.current / 1000:.3f}",
@@ -69,4 +93,85 @@ def _battery(reading: Reading) -> Diagnosis:
     }
     if state.charging_state == ChargingState.FAULT:
         return Diagnosis(Level.ERROR, "charging fault: clean the contacts, or change the battery", values)
+    if state.current <= 0 and state.charge < LOW_CHARGE * state.capacity:
+        return Diagnosis(Level.WARN, "the battery is low: bring the base to its charger", values)
+    return Diagnosis(Level.OK, "OK", values)
+
+
+def _charging_sources(state: SensorState) -> Diagnosis:
+    sources, charging = state.charging_sources_available, state.charging_state
+    known = charging < len(CHARGING_STATES)
+    values = {"Charging State": CHARGING_STATES[charging] if known else f"unknown state {charging}"}
+    if sources in CHARGING_SOURCES:
+        return Diagnosis(Level.OK, CHARGING_SOURCES[sources], values)
+    what = "Internal Charger and Base Dock at once" if sources == 3 else f"unknown sources {sources}"
+    return Diagnosis(Level.ERROR, what, values)
+
+
+def _cliffs(state: SensorState) -> Diagnosis:
+    values = {
+        "Left": str(state.cliff_left),
+        "Left Signal": str(state.cliff_left_signal),
+        "Front Left": str(state.cliff_front_left),
+        "Front Left Signal": str(state.cliff_front_left_signal),
+        "Front Right": str(state.cliff_front_right),
+        "Front Right Signal": str(state.cliff_front_right_signal),
+        "Right": str(state.cliff_right),
+        "Right Signal": str(state.cliff_right_signal),
+    }
+    if not state.cliff:
+        return Diagnosis(Level.OK, "OK", values)
+    if state.current > 0:
+        return Diagnosis(Level.OK, "near a cliff; while charging that is the plate of the dock", values)
+    return Diagnosis(Level.WARN, "near a cliff", values)
+
+
+def _wall(state: SensorState) -> Diagnosis:
+    values = {
+        "Wall": str(state.wall),
+        "Wall Signal": str(state.wall_signal),
+        "Virtual Wall": str(state.virtual_wall),
+    }
+    return (
+        Diagnosis(Level.ERROR, "a wall to the right", values)
+        if state.wall
+        else Diagnosis(Level.OK, "OK", values)
+    )
+
+
+def _gyro(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
+    gyro = driver.gyro
+    values = {"Gyro Enabled": str(gyro is not None)}
+    if gyro is None:
+        if not driver.parameters.model.cargo_bay:
+            return Diagnosis(Level.OK, "this base has no input for a gyro", values)
+        return Diagnosis(Level.WARN, "the gyro is disabled: set has_gyro, or the heading drifts", values)
+    offset = gyro.offset
+    values |= {
+        "Raw Gyro Rate": str(gyro.adc),
+        "Calibration Offset": "none yet" if offset is None else f"{offset:.2f}",
+        "Calibration Buffer": str(gyro.rest_samples),
+    }
+    if reading.stop_reason is StopReason.GYRO:
+        return Diagnosis(Level.ERROR, StopReason.GYRO.value, values)
+    return Diagnosis(*_judge_offset(gyro), values)
+
+
+def _judge_offset(gyro: Gyro) -> tuple[Level, str]:
+    offset = gyro.offset
+    if offset is None and not gyro.adc:
+        return Level.ERROR, "the gyro gives no signal: check its power and the wire to the analog pin"
+    if offset is None:
+        return Level.WARN, "the gyro waits to be calibrated: let the base stand still for a second"
+    if offset < GYRO_UNPOWERED:
+        return Level.ERROR, "the gyro has no power: check the wires; the wheels tell the heading"
+    if not GYRO_PLAUSIBLE[0] <= offset <= GYRO_PLAUSIBLE[1]:
+        return Level.ERROR, "the gyro's offset is bad: let the base stand still, or check the gyro"
+    return Level.OK, "OK"
+
+
+def _digital_outputs(bits: int) -> Diagnosis:
+    values = {"Raw Byte": str(bits)}
+    for place in (2, 1, 0):
+        values[f"Digital Out {place}"] = "ON" if bits >> place & 1 else "OFF"
     return Diagnosis(Level.OK, "OK", values)

@@ -7,22 +7,31 @@ import math
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.drivers.turtlebot import codec
 from florence_bt.drivers.turtlebot.hazards import StopReason, hold_forward
-from florence_bt.drivers.turtlebot.wheels import STOPPED, WheelParameters, wheels_from_twist
+from florence_bt.drivers.turtlebot.parameters import DriveMode
+from florence_bt.drivers.turtlebot.wheels import (
+    STOPPED,
+    WheelParameters,
+    WheelSpeeds,
+    arc_from_twist,
+    wheels_from_twist,
+    wheels_one_by_one,
+)
 
 REPEAT_PERIOD_S = 1.0 / 30.0
 """The speeds are repeated at the old node's loop rate, so that a command lost on the line heals."""
 
 
 class DriveControl:
-    """Keeps the newest velocity command and turns it into Drive Direct bytes.
+    """Keeps the newest velocity command and turns it into bytes.
 
     Attributes:
         refused: Commands with NaN or infinity so far; each stopped the base.
         due: When the speeds are to be sent again, in seconds.
     """
 
-    def __init__(self, wheels: WheelParameters, timeout_s: float) -> None:
+    def __init__(self, wheels: WheelParameters, timeout_s: float, mode: DriveMode = DriveMode.TWIST) -> None:
         self._wheels = wheels
+        self._mode = mode
         self._timeout_s = timeout_s
         self._twist = STANDSTILL
         self._commanded = -math.inf
@@ -55,12 +64,24 @@ class DriveControl:
                 not start by itself when the objection goes away.
             enabled: Whether the base is in a mode that takes speeds.
         """
-        wheels = wheels_from_twist(self._twist, self._wheels) if self.wants_motion(now) else STOPPED
+        twist = self._twist if self.wants_motion(now) else STANDSTILL
+        wheels = self._share(twist)
         held = hold_forward(wheels, objection)
         if held != wheels:
             self.stop()
+            twist = STANDSTILL
         if held == self._sent and now < self.due:
             return b""
         self._sent = held
         self.due = now + REPEAT_PERIOD_S
-        return codec.drive_direct(held.right_mmps, held.left_mmps) if enabled else b""
+        if not enabled:
+            return b""
+        if self._mode is DriveMode.DRIVE:
+            return codec.drive(*arc_from_twist(twist, self._wheels))
+        return codec.drive_direct(held.right_mmps, held.left_mmps)
+
+    def _share(self, twist: Twist2) -> WheelSpeeds:
+        if twist.is_zero():
+            return STOPPED
+        share = wheels_one_by_one if self._mode is DriveMode.TURTLE else wheels_from_twist
+        return share(twist, self._wheels)

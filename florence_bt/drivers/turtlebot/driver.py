@@ -10,30 +10,38 @@ again while the driver lives, and becomes zero when velocity commands stop comin
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FrameError
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot import codec
-from florence_bt.drivers.turtlebot._script import Script
-from florence_bt.drivers.turtlebot.codec.packets import WHEEL_DROPS, OiMode, SensorState, state_from_values
+from florence_bt.drivers.turtlebot._script import Script, Step
+from florence_bt.drivers.turtlebot.charging import ChargeWatch
+from florence_bt.drivers.turtlebot.codec.packets import WHEEL_DROPS, OiMode
+from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
-from florence_bt.drivers.turtlebot.gyro import GyroReading
+from florence_bt.drivers.turtlebot.encoders import EncoderTravel
+from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading
+from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
 from florence_bt.drivers.turtlebot.hazards import StopReason, contact, lost_mode
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import OPERATION_MODES, TurtlebotParameters
+from florence_bt.drivers.turtlebot.sequences import (
+    ENTER_MODE,
+    MODE_WAIT_S,
+    WAKE_UP,
+    enter_mode,
+    reset,
+    streamed_packets,
+)
+from florence_bt.drivers.turtlebot.tune import play_tune
 
 STREAM_PERIOD_S = 0.015
-STREAMED_PACKETS = (*range(7, 15), *range(17, 36), 41, 42)
-"""All packets but the unused ones (15, 16), the songs and stream count (36 to 38) and those of the Drive
-command that we never send (39, 40): 75 bytes a frame, where 86 is the limit and all 36 would be 91."""
-
-MODE_WAIT_S = 0.5
-"""After 128, 131 and 132 (REFERENCE 1.1, start-up sequence)."""
-
 RECOVERY_PERIOD_S = 2.0
-_ENTER_MODE = {OiMode.SAFE: codec.safe(), OiMode.FULL: codec.full()}
+OI_MODE = 35
+LEFT_ENCODER, RIGHT_ENCODER = 43, 44
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,21 +69,37 @@ class TurtlebotDriver:
     """Drives one iRobot Create over its Open Interface.
 
     Attributes:
+        parameters: What it was told.
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.
+        charge_resets: How often a base that did not charge was reset so far.
     """
 
     def __init__(self, parameters: TurtlebotParameters | None = None) -> None:
-        self._parameters = parameters or TurtlebotParameters()
-        self.wanted_mode = OiMode(self._parameters.operation_mode)
-        self.decoder = codec.StreamDecoder(STREAMED_PACKETS)
+        self.parameters = parameters or TurtlebotParameters()
+        model = self.parameters.model
+        self.wanted_mode = OiMode(self.parameters.operation_mode)
+        self._packets = streamed_packets(model, self.parameters.drive_mode)
+        self._stream_request = codec.stream(self._packets, model)
+        self.decoder = codec.StreamDecoder(self._packets)
         self.refused_readings = 0
-        self._outputs = self._parameters.digital_outputs
+        self.charge_resets = 0
+        self._outputs = self.parameters.digital_outputs
+        self._outputs_on = 0
         self._motion = MotionEstimator(
-            self._parameters.odometry(), self._parameters.gyro(), has_gyro=self._parameters.has_gyro
+            self.parameters.odometry(), self.parameters.gyro(), has_gyro=self.parameters.gyro_fitted
         )
-        self._drive = DriveControl(self._parameters.wheels(), self._parameters.cmd_vel_timeout)
+        wheels = self.parameters.wheels()
+        self._encoders = (
+            None
+            if model.metres_per_tick is None
+            else EncoderTravel(model.metres_per_tick, wheels.wheel_separation)
+        )
+        self._drive = DriveControl(wheels, self.parameters.cmd_vel_timeout, self.parameters.drive_mode)
+        self._charge_watch = ChargeWatch()
+        self._gyro_watch = GyroWatch(self.parameters.max_gyro_disagreement)
+        self._gyro_lost = False
         self._script = Script()
         self._open = False
         self._pending = b""
@@ -84,6 +108,7 @@ class TurtlebotDriver:
         self._heard: float | None = None
         self._state: SensorState | None = None
         self._stop_reason: StopReason | None = None
+        self._touched: StopReason | None = None
         self._mode_lost = False
         self._recover_at = math.inf
 
@@ -97,14 +122,34 @@ class TurtlebotDriver:
         """Whether a start-up or change of mode is under way."""
         return self._script.busy
 
-    def start(self, now: float) -> None:
-        """Begin the start-up sequence on a port that was just opened; the pose goes on where it was."""
-        self.decoder = codec.StreamDecoder(STREAMED_PACKETS)
+    @property
+    def digital_outputs(self) -> int:
+        """The bits of the outputs that are on."""
+        return self._outputs_on
+
+    @property
+    def gyro(self) -> Gyro | None:
+        """The gyro, None when the base has none."""
+        return self._motion.gyro
+
+    @property
+    def rts(self) -> bool | None:
+        """The level that the line RTS shall have; None for as it is. Look after each :meth:`poll`."""
+        return self._script.rts
+
+    def start(self, now: float, *, wake: bool = False) -> None:
+        """Begin the start-up sequence on a port that was just opened; the pose goes on where it was.
+
+        Args:
+            now: Seconds.
+            wake: Wake the base by pulses on RTS first.
+        """
+        self.decoder = codec.StreamDecoder(self._packets)
         self._open = True
         self._pending = b""
         self._last_stamp = -math.inf
         self._state = None
-        self._enter_mode(now)
+        self._enter_mode(now, before=WAKE_UP if wake else (), tune=self.parameters.bonus)
 
     def set_mode(self, mode: int, now: float) -> None:
         """Change the operating mode; the base stops.
@@ -130,10 +175,12 @@ class TurtlebotDriver:
         Raises:
             ConfigError: There are no such outputs, or the base is in Passive mode, which ignores them.
         """
+        if not self.parameters.model.cargo_bay:
+            raise ConfigError(f"{self.parameters.model.name} has no digital outputs")
         if self.wanted_mode < OiMode.SAFE:
             raise ConfigError("the digital outputs need a drive mode", valid=("mode 2 or 3 first",))
         self._pending += codec.digital_outputs(bits)
-        self._outputs = bits
+        self._outputs = self._outputs_on = bits
 
     def command(self, twist: Twist2, now: float) -> None:
         """Take a velocity command; it holds until the next one or the time-out. NaN and infinity stop."""
@@ -178,7 +225,7 @@ class TurtlebotDriver:
         if now >= self._recover_at and self._drive.wants_motion(now):
             self._recover_at = now + RECOVERY_PERIOD_S
             self._script.begin(
-                [(_ENTER_MODE[self.wanted_mode], MODE_WAIT_S), (self._output_bytes(), 0.0)], now
+                [Step(ENTER_MODE[self.wanted_mode], MODE_WAIT_S), Step(self._output_bytes())], now
             )
             return out + self._script.take(now)
         out, self._pending = out + self._pending, b""
@@ -191,7 +238,7 @@ class TurtlebotDriver:
             return None
         if self._script.due is not None:
             return self._script.due
-        silence = math.inf if self._heard is None else self._heard + self._parameters.data_timeout
+        silence = math.inf if self._heard is None else self._heard + self.parameters.data_timeout
         return min(self._drive.due, silence)
 
     def shutdown(self) -> bytes:
@@ -204,36 +251,48 @@ class TurtlebotDriver:
         self._drive.stop()
         return codec.drive_direct(0, 0) + codec.pause_stream()
 
-    def _enter_mode(self, now: float) -> None:
+    def _enter_mode(self, now: float, before: Sequence[Step] = (), *, tune: bool = False) -> None:
         """Go through Passive, which stops the motors, to the wanted mode; then ask for the stream."""
+        self._settle()
+        outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        then = self._output_bytes() + self._stream_request
+        if tune and self.wanted_mode in ENTER_MODE:
+            then += play_tune(self.parameters.model)
+        self._script.begin([*before, *enter_mode(self.wanted_mode, then, outputs_on=outputs_on)], now)
+
+    def _reset(self, now: float) -> None:
+        """Reboot a base that does not charge; it stays in Passive mode until somebody wants to drive."""
+        outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
+        self._settle()
+        self._outputs_on = 0
+        self.charge_resets += 1
+        self._script.begin(reset(self._stream_request, outputs_on=outputs_on), now)
+
+    def _settle(self) -> None:
+        """Forget the command and what held it: the base is about to stop."""
         self._drive.stop()
         self._heard = None
         self._mode_lost = False
         self._stop_reason = None
         self._recover_at = math.inf
-        steps = [(codec.passive(), MODE_WAIT_S)]
-        if self.wanted_mode in _ENTER_MODE:
-            steps.append((_ENTER_MODE[self.wanted_mode], MODE_WAIT_S))
-        elif self._state is not None and self._state.oi_mode >= OiMode.SAFE:
-            steps.insert(0, (codec.digital_outputs(0), 0.0))
-        steps.append((self._output_bytes() + codec.stream(STREAMED_PACKETS), 0.0))
-        self._script.begin(steps, now)
 
     def _output_bytes(self) -> bytes:
-        return codec.digital_outputs(self._outputs) if self.wanted_mode in _ENTER_MODE else b""
+        """Switch the outputs as they were asked for: not in Passive mode, and a Create 2 has none."""
+        drives = self.wanted_mode in ENTER_MODE and self.parameters.model.cargo_bay
+        self._outputs_on = self._outputs if drives else 0
+        return codec.digital_outputs(self._outputs) if drives else b""
 
     def _check_silence(self, now: float) -> None:
         if self._heard is None:
             self._heard = now
-        if now - self._heard > self._parameters.data_timeout:
+        if now - self._heard > self.parameters.data_timeout:
             raise DeviceTimeout(
                 f"the base sent no good frame for {now - self._heard:.1f} s "
                 f"({self.decoder.bad_frames} bad ones): is it switched on, and is it the right port?"
             )
 
     def _read(self, frame: codec.StreamFrame, stamp: float) -> Reading | None:
-        outputs = self._outputs if self.wanted_mode in _ENTER_MODE else 0
-        state = self._state = state_from_values(frame.values, outputs)
+        state = self._state = self._measure(frame.values)
         self._judge(state, stamp)
         if not self._first_frame_dropped:
             self._first_frame_dropped = True
@@ -247,20 +306,56 @@ class TurtlebotDriver:
         except FrameError:
             self.refused_readings += 1
             return None
+        self._watch_gyro(stamp, motion.gyro, state)
         return Reading(stamp, state, motion.odometry, motion.gyro, motion.at_rest, self._stop_reason)
+
+    def _watch_gyro(self, stamp: float, gyro: GyroReading | None, state: SensorState) -> None:
+        """Stop for a gyro whose offset moved away while driving, and go on when it is learnt anew."""
+        carried = state.bumps_wheeldrops & WHEEL_DROPS
+        if self._gyro_lost and self.gyro is not None and self.gyro.calibrated:
+            self._gyro_lost = False
+        if gyro is None or gyro.resting or carried:
+            self._gyro_watch.clear()
+        elif self.gyro is not None and self._gyro_watch.disagrees(stamp, gyro.rate, state.angle):
+            self._gyro_lost = True
+            self.gyro.recalibrate()
+            self._drive.stop()
+            self._touched = self._stop_reason = StopReason.GYRO
+
+    def _objection(self, state: SensorState) -> StopReason | None:
+        touched = contact(
+            state,
+            heed_bumps=self.parameters.stop_motors_on_bump,
+            heed_cliffs=self.parameters.stop_on_cliff,
+            lowest_charge=self.parameters.lowest_charge,
+        )
+        return touched or (StopReason.GYRO if self._gyro_lost else None)
+
+    def _measure(self, values: dict[int, int]) -> SensorState:
+        values[OI_MODE] -= self.parameters.oi_mode_offset if values[OI_MODE] else 0
+        state = state_from_values(values, self._outputs_on)
+        if self._encoders is None:
+            return state
+        distance, angle = self._encoders.update(values[LEFT_ENCODER], values[RIGHT_ENCODER])
+        return replace(state, distance=distance, angle=angle)
 
     def _judge(self, state: SensorState, stamp: float) -> None:
         """Find out what holds the base, and when it may return to its mode."""
         lost = None if self._script.busy else lost_mode(state, self.wanted_mode)
-        if lost is not None and not self._mode_lost:
+        touched = self._objection(state)
+        # What begins stops the base, whatever it does; a new command may then lead away from it.
+        if (lost is not None and not self._mode_lost) or (
+            touched is not None and touched is not self._touched
+        ):
             self._drive.stop()
         self._mode_lost = lost is not None
-        self._stop_reason = lost or contact(
-            state,
-            heed_bumps=self._parameters.stop_motors_on_bump,
-            heed_cliffs=self._parameters.stop_on_cliff,
-        )
+        self._touched = touched
+        self._stop_reason = lost or touched
         if lost is not StopReason.MODE_LOST:
             self._recover_at = math.inf
         elif self._recover_at == math.inf:
-            self._recover_at = stamp + self._parameters.recovery_delay
+            self._recover_at = stamp + self.parameters.recovery_delay
+        if self.parameters.charge_reset and not self._script.busy:
+            standing = state.wheels_stopped and not self._drive.wants_motion(stamp)
+            if self._charge_watch.is_due(state, stamp, standing=standing):
+                self._reset(stamp)

@@ -20,6 +20,8 @@ class GyroParameters:
         first_offset_after: Samples at rest before there is an offset at all.
         settle_s: Rest counts only after this time: a base told to stop still rolls for a moment.
         integer_offset: Round the offset down, as the old node did; that costs up to 0.4 degrees/s.
+        drift_counts: The offset begins anew when the newest samples at rest differ from it by more than this.
+        lowest_offset: A lower offset, in counts, means a gyro without power: it then tells nothing.
     """
 
     measurement_range_degps: float = 150.0
@@ -28,6 +30,8 @@ class GyroParameters:
     first_offset_after: int = 33
     settle_s: float = 0.5
     integer_offset: bool = False
+    drift_counts: float = 4.0
+    lowest_offset: float = 100.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.measurement_range_degps <= 300.0:
@@ -52,12 +56,20 @@ class GyroReading:
         yaw: Heading integrated from the rate, radians, not wrapped.
         offset: The rest offset in counts.
         resting: The base has settled at rest, so the rate is only noise.
+        raw_rate: rad/s with the offset that was known first: what the gyro drifts since then stays in it.
+        raw_yaw: Heading integrated from the raw rate.
+        legacy_raw_rate: rad/s by the old node's formula for ``imu/raw``: no offset, divided by the range.
+        legacy_raw_yaw: The heading before this sample, and one step of the legacy rate.
     """
 
     rate: float
     yaw: float
     offset: float
     resting: bool
+    raw_rate: float
+    raw_yaw: float
+    legacy_raw_rate: float
+    legacy_raw_yaw: float
 
 
 class RestOffset:
@@ -67,6 +79,7 @@ class RestOffset:
         self._parameters = parameters
         self._samples: deque[int] = deque()
         self._sum = 0
+        self._recent: deque[int] = deque(maxlen=parameters.first_offset_after)
         self._resting_since: float | None = None
         self.resting = False
 
@@ -87,9 +100,33 @@ class RestOffset:
         )
         if self.resting:
             self._samples.append(adc)
+            self._recent.append(adc)
             self._sum += adc
             if len(self._samples) > self._parameters.rest_samples:
                 self._sum -= self._samples.popleft()
+            self._follow_drift()
+
+    def forget(self) -> None:
+        """Know no offset any more: it has to be learnt anew, after the base has settled."""
+        self._samples.clear()
+        self._recent.clear()
+        self._sum = 0
+        self._resting_since = None
+        self.resting = False
+
+    def _follow_drift(self) -> None:
+        """Let go of old samples when the newest ones say that the offset has moved."""
+        if len(self._recent) < self._parameters.first_offset_after or len(self._recent) == len(self._samples):
+            return
+        recent = sum(self._recent)
+        if abs(recent / len(self._recent) - self._sum / len(self._samples)) > self._parameters.drift_counts:
+            self._samples = deque(self._recent)
+            self._sum = recent
+
+    @property
+    def samples(self) -> int:
+        """How many samples the offset is the mean of."""
+        return len(self._samples)
 
     def value(self) -> float | None:
         """Counts, or None as long as there are too few samples (or a dead gyro gives only zeros)."""
@@ -121,14 +158,47 @@ def rate_from_adc(adc: float, offset: float, parameters: GyroParameters) -> floa
     )
 
 
+def legacy_raw_rate(adc: float, parameters: GyroParameters) -> float:
+    """The old node's rate for ``imu/raw``, in rad/s: the offset stays in, and the range divides.
+
+    Source: REFERENCE 1.8, row "imu/raw quirk".
+    """
+    return -(adc / parameters.measurement_range_degps) * math.radians(1.0) * parameters.scale_correction
+
+
 class Gyro:
-    """Learns the offset at rest and gives rate and heading from then on."""
+    """Learns the offset at rest and gives rate and heading from then on.
+
+    Attributes:
+        adc: The newest sample in counts, None before the first.
+    """
 
     def __init__(self, parameters: GyroParameters | None = None) -> None:
         self._parameters = parameters or GyroParameters()
         self._rest = RestOffset(self._parameters)
-        self._yaw = 0.0
+        self._yaw = self._raw_yaw = 0.0
+        self._first_offset: float | None = None
         self._stamp: float | None = None
+        self.adc: int | None = None
+
+    @property
+    def offset(self) -> float | None:
+        """The rest offset in counts, also one that is too low to be of use; None before it is known."""
+        return self._rest.value()
+
+    @property
+    def rest_samples(self) -> int:
+        """How many samples at rest the offset is the mean of."""
+        return self._rest.samples
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether the base has rested long enough to know the offset, be it of use or not."""
+        return self._rest.samples >= self._parameters.first_offset_after
+
+    def recalibrate(self) -> None:
+        """Forget the rest offset: it is learnt anew at rest."""
+        self._rest.forget()
 
     def update(self, stamp: float, adc: int, at_rest: bool) -> GyroReading | None:
         """Take one sample.
@@ -139,14 +209,25 @@ class Gyro:
             at_rest: The wheels are told to stand still and do.
 
         Returns:
-            The reading, or None before the base has rested long enough to know the offset.
+            The reading, or None before the base has rested long enough to know the offset, and from a gyro
+            without power.
         """
+        self.adc = adc
         self._rest.update(stamp, adc, at_rest)
         offset = self._rest.value()
-        if offset is None:
+        if offset is None or offset < self._parameters.lowest_offset:
+            self._stamp = None
             return None
-        rate = rate_from_adc(adc, offset, self._parameters)
-        if self._stamp is not None:
-            self._yaw += rate * max(0.0, stamp - self._stamp)
+        if self._first_offset is None:
+            self._first_offset = offset
+        duration = 0.0 if self._stamp is None else max(0.0, stamp - self._stamp)
         self._stamp = stamp
-        return GyroReading(rate, self._yaw, offset, self._rest.resting)
+        rate = rate_from_adc(adc, offset, self._parameters)
+        raw_rate = rate_from_adc(adc, self._first_offset, self._parameters)
+        legacy_rate = legacy_raw_rate(adc, self._parameters)
+        legacy_yaw = self._yaw + legacy_rate * duration
+        self._yaw += rate * duration
+        self._raw_yaw += raw_rate * duration
+        return GyroReading(
+            rate, self._yaw, offset, self._rest.resting, raw_rate, self._raw_yaw, legacy_rate, legacy_yaw
+        )

@@ -6,11 +6,12 @@ import enum
 
 from florence_bt.drivers.turtlebot.codec.packets import (
     BUMPS,
+    HOME_BASE,
     INTERNAL_CHARGER,
     WHEEL_DROPS,
     OiMode,
-    SensorState,
 )
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.wheels import STOPPED, WheelSpeeds
 
 
@@ -20,25 +21,43 @@ class StopReason(enum.Enum):
     BUMPER = "a bumper is pressed: forward motion is held"
     WHEEL_DROP = "a wheel hangs in the air: put the base on the floor"
     CLIFF = "a cliff sensor misses the floor: forward motion is held"
-    CHARGER = "the charger is plugged in and the base left its drive mode: unplug it"
+    CHARGER = "the charger is plugged in: unplug it before the base drives"
+    DOCK = "the base stands on its dock: forward motion is held"
+    BATTERY = "the battery is empty: bring the base to its charger"
+    GYRO = "the gyro turned while the wheels went straight: the base stands still to calibrate it"
     MODE_LOST = "the base left its drive mode: it returns to it with the next velocity command"
 
 
-def contact(state: SensorState, *, heed_bumps: bool, heed_cliffs: bool) -> StopReason | None:
-    """What the sensors around and under the base object to, the worst first; None when all is well.
+HOLDS_ALL = frozenset({StopReason.CHARGER, StopReason.BATTERY, StopReason.GYRO})
+"""What holds every motion; the others leave the way back and turns on the spot."""
+
+
+def contact(
+    state: SensorState, *, heed_bumps: bool, heed_cliffs: bool, lowest_charge: float = 0.0
+) -> StopReason | None:
+    """What the base's own sensors object to, the worst first; None when all is well.
+
+    On the home base the cliff sensors count for nothing: its plate looks to them like a missing floor
+    (REFERENCE 2.7, row "Cliff Sensor").
 
     Args:
         state: All sensors.
         heed_bumps: Whether bumpers and wheel drops count.
         heed_cliffs: Whether cliff sensors count.
+        lowest_charge: The charge, as a fraction of the capacity, below which nothing moves any more.
     """
+    docked = bool(state.charging_sources_available & HOME_BASE)
     if heed_bumps and state.bumps_wheeldrops & WHEEL_DROPS:
         return StopReason.WHEEL_DROP
-    if heed_cliffs and state.cliff:
+    if state.charging_sources_available & INTERNAL_CHARGER:
+        return StopReason.CHARGER
+    if heed_cliffs and state.cliff and not docked:
         return StopReason.CLIFF
     if heed_bumps and state.bumps_wheeldrops & BUMPS:
         return StopReason.BUMPER
-    return None
+    if docked:
+        return StopReason.DOCK
+    return StopReason.BATTERY if state.charge < lowest_charge * state.capacity else None
 
 
 def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
@@ -48,14 +67,15 @@ def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
     """
     if wanted < OiMode.SAFE or state.oi_mode >= OiMode.SAFE:
         return None
-    if state.charging_sources_available & INTERNAL_CHARGER:
-        return StopReason.CHARGER
-    return contact(state, heed_bumps=True, heed_cliffs=True) or StopReason.MODE_LOST
+    touched = contact(state, heed_bumps=True, heed_cliffs=True)
+    return StopReason.MODE_LOST if touched in (None, StopReason.DOCK) else touched
 
 
 def hold_forward(wheels: WheelSpeeds, objection: StopReason | None) -> WheelSpeeds:
-    """Stand still instead of driving forward against an objection; reverse and pure spins stay allowed.
+    """Stand still instead of driving against an objection; most leave reverse and pure spins allowed.
 
     Source: REFERENCE 2.4, row "Bump".
     """
-    return STOPPED if objection is not None and wheels.forward else wheels
+    if objection is None:
+        return wheels
+    return STOPPED if wheels.forward or objection in HOLDS_ALL else wheels

@@ -2,50 +2,49 @@
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import TurtlebotSensorState
 from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import BatteryState, Imu, JointState
 
 from florence_bt.core.clock import Timer, call_every
-from florence_bt.core.errors import ConfigError, DeviceError
-from florence_bt.core.geometry import Pose2
-from florence_bt.drivers.serial_port import BytePort, PortReader, SerialPort
-from florence_bt.drivers.turtlebot.codec.packets import SensorState
+from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
+from florence_bt.drivers.connection import Connection
+from florence_bt.drivers.serial_port import BytePort, SerialPort
+from florence_bt.drivers.turtlebot import wheel_joints
+from florence_bt.drivers.turtlebot.codec.packets import ChargingState
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
-from florence_bt.drivers.turtlebot.gyro import GyroReading
 from florence_bt.drivers.turtlebot.hazards import StopReason
 from florence_bt.drivers.turtlebot.odometry import covariance
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.drivers.turtlebot.report import Pace, StateReport
-from florence_bt.ros.conversions import odometry_to_ros, pose_to_ros, stamp_to_ros, twist_from_ros
+from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
+from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
+from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
 
 DIAGNOSTICS_PERIOD_S = 1.0
-LONGEST_BACK_OFF = 10
-IMU_COVARIANCE = [1e6, 0.0, 0.0, 0.0, 1e6, 0.0, 0.0, 0.0, 1e-6]
-"""Of orientation and rate: only the turn about z is measured (REFERENCE 1.8)."""
-
-NOT_MEASURED = [-1.0, *([0.0] * 8)]
+CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
+STATE_FIELDS = tuple(name for name in TurtlebotSensorState.get_fields_and_field_types() if name != "header")
+"""They have the same names in :class:`SensorState`."""
 
 
 class TurtlebotNode(FlorenceNode):
     """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
 
-    Publishes ``odom``, ``imu/data``, ``~/sensor_state``, ``diagnostics`` and the transform of the base;
-    serves ``~/set_digital_outputs`` and ``~/set_operation_mode``.
+    Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``joint_states``, ``battery_state``,
+    ``diagnostics`` and the transform of the base; serves ``~/set_digital_outputs`` and
+    ``~/set_operation_mode``.
     Parameters: the fields of :class:`TurtlebotParameters` and :class:`TurtlebotNodeParameters`.
 
     Source: document, section 2.3; REFERENCE 2.1.
@@ -69,38 +68,55 @@ class TurtlebotNode(FlorenceNode):
         """
         super().__init__("turtlebot_node", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(TurtlebotNodeParameters)
-        self._driver = TurtlebotDriver(self.read_parameters(TurtlebotParameters))
-        self._open_port = open_port
-        self._port: BytePort | None = None
-        self._reader: PortReader | None = None
-        self._port_problem = ""
-        self._attempts = 0
+        parameters_of_driver = self.read_parameters(TurtlebotParameters)
+        self._driver = TurtlebotDriver(parameters_of_driver)
+        self._rts: bool | None = None
+        self._silent = False
         self._reading: Reading | None = None
         self._stop_reason: StopReason | None = None
         self._state_report = StateReport()
+        self._joints = wheel_joints.WheelJoints(
+            self._settings.wheel_radius, parameters_of_driver.wheels().wheel_separation
+        )
         self._odometry_pace = Pace(self._settings.update_rate)
         self._state_pace = Pace(self._settings.sensor_state_rate)
+        self._joint_pace = Pace(self._settings.joint_state_rate)
         self._make_interfaces()
         self._deadline: Timer | None = None
         self._diagnosing = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
-        self._connect()
+        baud_rate = self._settings.baud_rate or parameters_of_driver.model.baud_rate
+        self._connection: Connection[BytePort, bytes] = Connection(
+            self.timebase,
+            self.call_soon,
+            lambda: open_port(self._settings.port, baud_rate),
+            on_open=self._on_open,
+            on_item=self._receive,
+            on_lost=self._on_lost,
+            on_problem=self._on_problem,
+            delay_s=self._settings.reconnect_delay_s,
+            name=self._settings.port,
+        )
+        self._connection.open()
 
     def close(self) -> None:
         """Stop the base, then let go of the port."""
         self._diagnosing.cancel()
         self._set_deadline(None)
-        if self._port is None:
-            return
-        try:
-            self._port.write(self._driver.shutdown())
-        except DeviceError as error:
-            self.get_logger().error(f"the base may still be driving: {error}")
-        self._release()
+        port = self._connection.device
+        if port is not None:
+            try:
+                port.write(self._driver.shutdown())
+            except DeviceError as error:
+                self.get_logger().error(f"the base may still be driving: {error}")
+        self._connection.close()
 
     def _make_interfaces(self) -> None:
         self._odometry_topic = self.create_publisher(OdometryMsg, "odom", RELIABLE)
         self._imu_topic = self.create_publisher(Imu, "imu/data", RELIABLE)
+        self._raw_imu_topic = self.create_publisher(Imu, "imu/raw", RELIABLE)
         self._state_topic = self.create_publisher(TurtlebotSensorState, "~/sensor_state", RELIABLE)
+        self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
+        self._battery_topic = self.create_publisher(BatteryState, "battery_state", RELIABLE)
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
         self.create_subscription(Twist, "cmd_vel", self._on_command, RELIABLE)
@@ -109,81 +125,67 @@ class TurtlebotNode(FlorenceNode):
 
     # ---- port -------------------------------------------------------------------------------------------
 
-    def _connect(self) -> None:
-        try:
-            port = self._open_port(self._settings.port, self._settings.baud_rate)
-        except DeviceError as error:
-            self._retry_later(error)
-            return
-        self._port = port
-        self._reader = PortReader(port, partial(self._on_data, port), partial(self._on_lost, port))
-        self._reader.start()
-        self.get_logger().info(f"opened {self._settings.port}")
-        self._driver.start(self.timebase.now())
+    def _on_open(self, port: BytePort) -> None:
+        self.get_logger().info(f"opened {port.name}")
+        # A base that answers needs no waking, and its power button would be a bad thing to press.
+        wake = self._silent and self._settings.wake_with_rts and port.set_rts(True)
+        self._rts = None
+        self._driver.start(self.timebase.now(), wake=wake)
         self._pump()
 
-    def _release(self) -> None:
-        port, reader = self._port, self._reader
-        self._port = self._reader = self._reading = None
-        if reader is not None:
-            reader.stop()
-        if port is not None:
-            port.close()
+    def _on_lost(self, error: DeviceError) -> None:
+        """Tell the base to stop, should it still listen."""
+        self._silent = isinstance(error, DeviceTimeout)
+        self._set_deadline(None)
+        self._reading = None
+        last_words, port = self._driver.shutdown(), self._connection.device
+        try:
+            if port is not None:
+                port.write(last_words)
+        except DeviceError as unheard:
+            self.get_logger().debug(f"the base was not told to stop: {unheard}")
 
-    def _lose(self, error: DeviceError) -> None:
-        """Let go of a port that failed; the base is told to stop, should it still listen."""
-        last_words = self._driver.shutdown()
-        if self._port is not None:
-            with contextlib.suppress(DeviceError):
-                self._port.write(last_words)
-        self._release()
-        self._retry_later(error)
+    def _on_problem(self, problem: str) -> None:
+        self.get_logger().error(problem)
+        self._publish_diagnostics()
 
-    def _retry_later(self, error: DeviceError) -> None:
-        if str(error) != self._port_problem:
-            self.get_logger().error(str(error))
-        self._port_problem = str(error)
-        delay = self._settings.reconnect_delay_s * min(2 ** min(self._attempts, 4), LONGEST_BACK_OFF)
-        self._attempts += 1
-        self._set_deadline(self.timebase.now() + delay, self._connect)
-
-    # ---- the reader's thread ----------------------------------------------------------------------------
-
-    def _on_data(self, port: BytePort, data: bytes) -> None:
-        arrived = self.timebase.now()
-        self.call_soon(lambda: self._receive(port, data, arrived))
-
-    def _on_lost(self, port: BytePort, error: DeviceError) -> None:
-        self.call_soon(lambda: self._lose(error) if port is self._port else None)
-
-    # ---- the executor's thread --------------------------------------------------------------------------
-
-    def _receive(self, port: BytePort, data: bytes, arrived: float) -> None:
-        if port is not self._port:
-            return  # left over from before the port was lost
-        for reading in self._driver.receive(data, arrived):
-            self._port_problem, self._attempts = "", 0
+    def _receive(self, data: bytes, arrived: float) -> None:
+        """Take what the base sent: what must stop it is obeyed first, then told, before the next command."""
+        readings = self._driver.receive(data, arrived)
+        self._pump()
+        for reading in readings:
+            self._silent = False
+            self._connection.works()
             self._reading = reading
             self._publish(reading)
-        self._pump()
 
     def _pump(self) -> None:
         """Send what the driver wants to say, and come back when it next has something to do."""
-        if self._port is None:
+        port = self._connection.device
+        if port is None:
             return
         try:
             data = self._driver.poll(self.timebase.now())
             if data:
-                self._port.write(data)
+                port.write(data)
         except DeviceError as error:
-            self._lose(error)
+            self._connection.lose(error)
             return
-        self._set_deadline(self._driver.next_deadline(), self._pump)
+        if self._driver.rts is not None and self._driver.rts is not self._rts:
+            self._rts = self._driver.rts
+            port.set_rts(self._rts)
+        self._set_deadline(self._driver.next_deadline(), self._on_deadline)
+
+    def _on_deadline(self) -> None:
+        self._connection.serve()
+        self._pump()
 
     def _set_deadline(self, when: float | None, callback: Callable[[], None] | None = None) -> None:
         if self._deadline is not None:
             self._deadline.cancel()
         self._deadline = None if when is None or callback is None else self.timebase.call_at(when, callback)
+
+    # ---- commands ---------------------------------------------------------------------------------------
 
     def _on_command(self, message: Twist) -> None:
         refused = self._driver.refused_commands
@@ -199,7 +201,7 @@ class TurtlebotNode(FlorenceNode):
     ) -> SetDigitalOutputs.Response:
         values = (request.digital_out_0, request.digital_out_1, request.digital_out_2)
         try:
-            if self._port is None:
+            if self._connection.device is None:
                 raise ConfigError("the base is not connected")
             self._driver.set_digital_outputs(sum(1 << place for place, value in enumerate(values) if value))
         except ConfigError as error:
@@ -225,14 +227,20 @@ class TurtlebotNode(FlorenceNode):
 
     def _publish(self, reading: Reading) -> None:
         self._state_report.add(reading.state)
-        if reading.stop_reason is not self._stop_reason:
+        self._joints.add(reading.state)
+        news = reading.stop_reason is not self._stop_reason
+        if news:
             self._stop_reason = reading.stop_reason
             if self._stop_reason is not None:
                 self.get_logger().warning(self._stop_reason.value)
         if self._odometry_pace.is_due(reading.stamp):
             self._publish_motion(reading)
-        if self._state_pace.is_due(reading.stamp):
+        if self._joint_pace.is_due(reading.stamp):
+            self._publish_joints(reading)
+        if self._state_pace.is_due(reading.stamp) or news:
             self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
+        if news:
+            self._publish_diagnostics()
 
     def _publish_motion(self, reading: Reading) -> None:
         settings, matrix = self._settings, covariance(reading.at_rest)
@@ -243,43 +251,50 @@ class TurtlebotNode(FlorenceNode):
             self._transforms.send(
                 settings.odom_frame, settings.base_frame, reading.stamp, reading.odometry.pose
             )
-        if reading.gyro is not None:
-            self._imu_topic.publish(_imu_to_ros(reading.gyro, settings.gyro_frame, reading.stamp))
+        gyro = reading.gyro
+        if gyro is None:
+            return
+        self._imu_topic.publish(gyro_to_ros(gyro.rate, gyro.yaw, settings.gyro_frame, reading.stamp))
+        raw = (
+            (gyro.legacy_raw_rate, gyro.legacy_raw_yaw)
+            if settings.legacy_imu_raw
+            else (gyro.raw_rate, gyro.raw_yaw)
+        )
+        self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, reading.stamp))
+
+    def _publish_joints(self, reading: Reading) -> None:
+        twist = reading.odometry.twist
+        velocities = self._joints.velocities(twist.linear, twist.angular)
+        self._joint_topic.publish(
+            joints_to_ros(wheel_joints.NAMES, self._joints.positions, velocities, reading.stamp)
+        )
 
     def _publish_diagnostics(self) -> None:
-        found = diagnose(self._driver, self._reading, self._settings.port, self._port_problem)
-        message = DiagnosticArray()
-        message.header.stamp = stamp_to_ros(self.timebase.now())
-        message.status = [
-            DiagnosticStatus(
-                level=bytes([diagnosis.level]),
-                name=f"{self.get_name()}: {name}",
-                message=diagnosis.message,
-                hardware_id="iRobot Create",
-                values=[KeyValue(key=key, value=value) for key, value in diagnosis.values.items()],
-            )
-            for name, diagnosis in found.items()
-        ]
-        self._diagnostics_topic.publish(message)
+        now = self.timebase.now()
+        found = diagnose(self._driver, self._reading, self._settings.port, self._connection.problem)
+        hardware = self._driver.parameters.model.name
+        self._diagnostics_topic.publish(diagnostics_to_ros(found, self.get_name(), hardware, now))
+        if self._reading is not None:
+            self._battery_topic.publish(_battery_to_ros(self._reading))
 
 
 def _state_to_ros(state: SensorState, stamp: float) -> TurtlebotSensorState:
-    """The fields have the same names on both sides."""
-    message = TurtlebotSensorState(
-        **{field.name: getattr(state, field.name) for field in dataclasses.fields(state)}
-    )
+    message = TurtlebotSensorState(**{name: getattr(state, name) for name in STATE_FIELDS})
     message.header.stamp = stamp_to_ros(stamp)
     return message
 
 
-def _imu_to_ros(gyro: GyroReading, frame_id: str, stamp: float) -> Imu:
-    message = Imu(
-        orientation=pose_to_ros(Pose2(yaw=gyro.yaw)).orientation,
-        orientation_covariance=IMU_COVARIANCE,
-        angular_velocity_covariance=IMU_COVARIANCE,
-        linear_acceleration_covariance=NOT_MEASURED,
+def _battery_to_ros(reading: Reading) -> BatteryState:
+    state = reading.state
+    return battery_to_ros(
+        voltage_v=state.voltage / 1000.0,
+        current_a=state.current / 1000.0,
+        temperature_c=float(state.temperature),
+        charge_ah=state.charge / 1000.0,
+        capacity_ah=state.capacity / 1000.0,
+        charging=state.charging_state in CHARGING,
+        full=state.charging_state == ChargingState.TRICKLE and state.charge >= state.capacity,
+        plugged=state.charging_sources_available != 0,
+        failed=state.charging_state == ChargingState.FAULT,
+        stamp=reading.stamp,
     )
-    message.header.stamp = stamp_to_ros(stamp)
-    message.header.frame_id = frame_id
-    message.angular_velocity.z = gyro.rate
-    return message

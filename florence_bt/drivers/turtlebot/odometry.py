@@ -137,6 +137,11 @@ class MotionEstimator:
         self._odometry = WheelOdometry(odometry)
         self._gyro = Gyro(gyro) if has_gyro else None
 
+    @property
+    def gyro(self) -> Gyro | None:
+        """The gyro, None when there is none."""
+        return self._gyro
+
     def update(
         self, stamp: float, distance_m: float, angle_rad: float, analog_input: int, *, wheels_stopped: bool
     ) -> Motion:

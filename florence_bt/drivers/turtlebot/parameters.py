@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.drivers.turtlebot.codec.models import MODELS, Model, model_named
 from florence_bt.drivers.turtlebot.gyro import GyroParameters
 from florence_bt.drivers.turtlebot.odometry import OdometryParameters
 from florence_bt.drivers.turtlebot.wheels import WheelParameters
@@ -13,13 +15,26 @@ OPERATION_MODES = {1: "1 for passive", 2: "2 for safe", 3: "3 for full"}
 """The modes that can be asked for."""
 
 
+class DriveMode(enum.Enum):
+    """How velocities are sent (REFERENCE 2.3)."""
+
+    TWIST = "twist"
+    """As wheel speeds; where both wheels are too fast the turn wins over the advance."""
+    TURTLE = "turtle"
+    """As wheel speeds; a wheel that is too fast is slowed down by itself."""
+    DRIVE = "drive"
+    """As velocity and radius."""
+
+
 @dataclass(frozen=True, slots=True)
 class TurtlebotParameters:
     """What the driver may be told.
 
     Attributes:
+        robot_type: The base: ``create``, ``create2`` or ``roomba`` (series 500 and later).
+        drive_mode: How velocities are sent: ``twist``, ``turtle`` or ``drive``.
         operation_mode: Mode to work in: 1 passive, 2 safe, 3 full.
-        wheel_separation: Metres between the wheels.
+        wheel_separation: Metres between the wheels; None for what the robot_type has.
         min_abs_yaw_vel: Slowest turn in rad/s, 0 to 3; None for no limit.
         max_abs_yaw_vel: Fastest turn in rad/s, 0 to 3; None or 0 for no limit.
         cmd_vel_timeout: Seconds after which an old velocity command is no longer driven.
@@ -28,17 +43,25 @@ class TurtlebotParameters:
             Safe mode only.
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
         data_timeout: Seconds of silence after which the base counts as lost.
-        has_gyro: A gyro is wired to the analog pin.
+        lowest_charge: Charge, as a fraction of the capacity, below which the base stands still; 0 for never.
+        max_gyro_disagreement: rad/s that the gyro may tell while the wheels go straight; a base whose gyro
+            tells more stops and calibrates it. 0 for any.
+        charge_reset: Reset a base that stands at a charger with a low battery and does not charge.
+        has_gyro: A gyro is wired to the analog pin; of no effect on a base without that pin.
         gyro_measurement_range: Degrees per second.
         gyro_scale_correction: Calibrated factor on the gyro's rate.
         odom_linear_scale_correction: Calibrated factor on each distance.
         odom_angular_scale_correction: Calibrated factor on each angle of the wheels.
         digital_outputs: Outputs switched on with the drive mode, as bits; output 0 is the 12 V breaker that
             feeds the camera.
+        oi_mode_offset: What this firmware reports its mode too high by; some Create 2 report one more.
+        bonus: Play a tune when the base is ready.
     """
 
+    robot_type: str = "create"
+    drive_mode: DriveMode = DriveMode.TWIST
     operation_mode: int = 3
-    wheel_separation: float = 0.260
+    wheel_separation: float | None = None
     min_abs_yaw_vel: float | None = None
     max_abs_yaw_vel: float | None = None
     cmd_vel_timeout: float = 0.6
@@ -46,14 +69,20 @@ class TurtlebotParameters:
     stop_on_cliff: bool = True
     recovery_delay: float = 1.0
     data_timeout: float = 1.0
+    lowest_charge: float = 0.02
+    max_gyro_disagreement: float = 0.2
+    charge_reset: bool = True
     has_gyro: bool = True
     gyro_measurement_range: float = 150.0
     gyro_scale_correction: float = 1.35
     odom_linear_scale_correction: float = 1.0
     odom_angular_scale_correction: float = 1.0
     digital_outputs: int = 1
+    oi_mode_offset: int = 0
+    bonus: bool = False
 
     def __post_init__(self) -> None:
+        model_named(self.robot_type)
         if self.operation_mode not in OPERATION_MODES:
             raise ConfigError(
                 f"there is no operation_mode {self.operation_mode}", valid=OPERATION_MODES.values()
@@ -67,15 +96,36 @@ class TurtlebotParameters:
             raise ConfigError(f"data_timeout must be at least 0.1 s, not {self.data_timeout}")
         if not self.recovery_delay >= 0.0:
             raise ConfigError(f"recovery_delay must be at least 0 s, not {self.recovery_delay}")
+        if not 0.0 <= self.lowest_charge <= 0.5:
+            raise ConfigError(f"lowest_charge must be 0 to 0.5, not {self.lowest_charge}")
+        if not self.max_gyro_disagreement >= 0.0:
+            raise ConfigError(f"max_gyro_disagreement must be at least 0, not {self.max_gyro_disagreement}")
         if not 0 <= self.digital_outputs <= 7:
             raise ConfigError(f"digital_outputs must be 0 to 7 (three bits), not {self.digital_outputs}")
+        if not 0 <= self.oi_mode_offset <= 252:
+            raise ConfigError(f"oi_mode_offset must be 0 to 252, not {self.oi_mode_offset}")
         self.wheels()
         self.gyro()
         self.odometry()
 
+    @property
+    def model(self) -> Model:
+        """The base."""
+        return MODELS[self.robot_type]
+
+    @property
+    def gyro_fitted(self) -> bool:
+        """Whether there is a gyro to read."""
+        return self.has_gyro and self.model.cargo_bay
+
     def wheels(self) -> WheelParameters:
         """The part for the wheel speeds."""
-        return WheelParameters(self.wheel_separation, self.min_abs_yaw_vel, self.max_abs_yaw_vel)
+        separation = self.wheel_separation
+        return WheelParameters(
+            self.model.wheel_separation_m if separation is None else separation,
+            self.min_abs_yaw_vel,
+            self.max_abs_yaw_vel,
+        )
 
     def gyro(self) -> GyroParameters:
         """The part for the gyro."""
@@ -92,26 +142,34 @@ class TurtlebotNodeParameters:
 
     Attributes:
         port: The serial device.
-        baud_rate: Bits per second; a Create talks at 57600.
+        baud_rate: Bits per second; None for what the robot_type talks at.
+        wake_with_rts: Wake a base that stays silent by pulses on the line RTS, where the port has one.
         reconnect_delay_s: Pause before a lost port is opened again; doubled each time, up to ten times.
         update_rate: Odometry, tf and imu per second; the base measures 66 times a second.
         sensor_state_rate: Sensor states per second (document, table 5).
+        joint_state_rate: Joint states per second.
         publish_tf: Tell the transform from the odometry frame to the base. The old node left that to a
             Kalman filter; here the odometry already takes its heading from the gyro.
         odom_frame: Frame of the odometry.
         base_frame: Frame of the base.
         gyro_frame: Frame of the gyro.
+        wheel_radius: Metres, for the joint states.
+        legacy_imu_raw: Compute ``imu/raw`` by the old node's formula (REFERENCE 1.8).
     """
 
     port: str = "/dev/ttyUSB0"
-    baud_rate: int = 57600
+    baud_rate: int | None = None
+    wake_with_rts: bool = True
     reconnect_delay_s: float = 0.5
     update_rate: float = 30.0
     sensor_state_rate: float = 10.0
+    joint_state_rate: float = 10.0
     publish_tf: bool = True
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
     gyro_frame: str = "gyro_link"
+    wheel_radius: float = 0.033
+    legacy_imu_raw: bool = False
 
     def __post_init__(self) -> None:
         for name, lowest, highest in (
@@ -119,6 +177,9 @@ class TurtlebotNodeParameters:
             ("reconnect_delay_s", 0.05, 60.0),
             ("update_rate", 1.0, 66.0),
             ("sensor_state_rate", 0.1, 66.0),
+            ("joint_state_rate", 0.1, 66.0),
+            ("wheel_radius", 0.001, 1.0),
         ):
-            if not lowest <= getattr(self, name) <= highest:
-                raise ConfigError(f"{name} must be {lowest} to {highest}, not {getattr(self, name)}")
+            value = getattr(self, name)
+            if value is not None and not lowest <= value <= highest:
+                raise ConfigError(f"{name} must be {lowest} to {highest}, not {value}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from florence_bt.drivers.turtlebot.codec.packets import SensorState
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 
 
 class Pace:

@@ -11,6 +11,9 @@ from florence_bt.core.geometry import Twist2
 MAX_WHEEL_SPEED_MMPS = 500.0
 """What the motors can do (REFERENCE 1.1)."""
 
+MAX_RADIUS_MM = 2000.0
+"""The widest arc of the Drive command (REFERENCE 1.3)."""
+
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
@@ -88,10 +91,48 @@ def wheels_from_twist(twist: Twist2, parameters: WheelParameters) -> WheelSpeeds
     """
     angular = limit_yaw_rate(twist.angular, parameters)
     turn = 1000.0 * angular * parameters.wheel_separation / 2.0
-    turn = max(-MAX_WHEEL_SPEED_MMPS, min(MAX_WHEEL_SPEED_MMPS, turn))
+    turn = _clamp(turn)
     room = MAX_WHEEL_SPEED_MMPS - abs(turn)
     advance = max(-room, min(room, 1000.0 * twist.linear))
     return WheelSpeeds(_truncate(advance - turn), _truncate(advance + turn))
+
+
+def wheels_one_by_one(twist: Twist2, parameters: WheelParameters) -> WheelSpeeds:
+    """Wheel speeds of which each is clamped by itself, as in the old node's mode ``turtle``.
+
+    Args:
+        twist: The wanted velocity; must be finite.
+        parameters: Geometry and limits.
+
+    Source: REFERENCE 2.3, steps 1 to 3 and 5.
+    """
+    turn = 1000.0 * limit_yaw_rate(twist.angular, parameters) * parameters.wheel_separation / 2.0
+    advance = 1000.0 * twist.linear
+    return WheelSpeeds(_truncate(_clamp(advance - turn)), _truncate(_clamp(advance + turn)))
+
+
+def arc_from_twist(twist: Twist2, parameters: WheelParameters) -> tuple[int, int | None]:
+    """Velocity and radius for the Drive command.
+
+    Args:
+        twist: The wanted velocity; must be finite.
+        parameters: Geometry and limits.
+
+    Returns:
+        Velocity in mm/s within +-500, and the radius in mm within +-2000, positive to the left: None for
+        straight on, 1 and -1 for a turn on the spot.
+
+    Source: REFERENCE 1.3 (137) and 2.3. Arcs wider than 2 m are driven with 2 m, the most that it can say.
+    """
+    angular = limit_yaw_rate(twist.angular, parameters)
+    if angular == 0.0:
+        return _truncate(_clamp(1000.0 * twist.linear)), None
+    radius = 1000.0 * twist.linear / angular
+    if abs(radius) < 2.0:
+        spin = _clamp(1000.0 * angular * parameters.wheel_separation / 2.0)
+        return abs(_truncate(spin)), 1 if angular > 0.0 else -1
+    limited = max(-MAX_RADIUS_MM, min(MAX_RADIUS_MM, radius))
+    return _truncate(_clamp(1000.0 * twist.linear)), _truncate(limited)
 
 
 def twist_from_wheels(wheels: WheelSpeeds, parameters: WheelParameters) -> Twist2:
@@ -100,6 +141,10 @@ def twist_from_wheels(wheels: WheelSpeeds, parameters: WheelParameters) -> Twist
         (wheels.left_mmps + wheels.right_mmps) / 2000.0,
         (wheels.right_mmps - wheels.left_mmps) / 1000.0 / parameters.wheel_separation,
     )
+
+
+def _clamp(speed_mmps: float) -> float:
+    return max(-MAX_WHEEL_SPEED_MMPS, min(MAX_WHEEL_SPEED_MMPS, speed_mmps))
 
 
 def _truncate(speed_mmps: float) -> int:

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-_COUNTED, _SONG = -1, -2
-_ARGUMENTS: dict[int, int] = (
-    dict.fromkeys((7, 128, 130, 131, 132, 134, 135, 143, 153, 154), 0)
-    | dict.fromkeys((129, 136, 138, 141, 142, 147, 150, 151, 155, 158), 1)
-    | dict.fromkeys((156, 157), 2)
-    | dict.fromkeys((139, 144), 3)
-    | dict.fromkeys((137, 145), 4)
-    | dict.fromkeys((148, 149, 152), _COUNTED)
-    | {140: _SONG}
-)
-"""Bytes after each opcode; counted: a count and as many bytes; song: its number, a count, as many pairs."""
+from collections.abc import Mapping
+
+from florence_bt.simulation.emulators._create_models import COUNTED, SONG
 
 
 class CommandReader:
@@ -22,7 +14,13 @@ class CommandReader:
         unknown_bytes: Bytes that were dropped so far.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, commands: Mapping[int, int]) -> None:
+        """Take the table of commands.
+
+        Args:
+            commands: Bytes after each opcode.
+        """
+        self._commands = commands
         self._input = bytearray()
         self.unknown_bytes = 0
 
@@ -36,7 +34,7 @@ class CommandReader:
 
     def take(self) -> bytes | None:
         """The next whole command, opcode first; None when there is none yet."""
-        while self._input and self._input[0] not in _ARGUMENTS:
+        while self._input and self._input[0] not in self._commands:
             self.unknown_bytes += 1
             del self._input[0]
         if not self._input:
@@ -50,9 +48,9 @@ class CommandReader:
 
     def _length(self) -> int | None:
         """How long the first command is with its opcode; None while its count is not there."""
-        arguments = _ARGUMENTS[self._input[0]]
-        if arguments == _COUNTED:
+        arguments = self._commands[self._input[0]]
+        if arguments == COUNTED:
             return 2 + self._input[1] if len(self._input) > 1 else None
-        if arguments == _SONG:
+        if arguments == SONG:
             return 3 + 2 * self._input[2] if len(self._input) > 2 else None
         return 1 + arguments

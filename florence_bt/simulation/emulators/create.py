@@ -1,132 +1,193 @@
 """An iRobot Create at the other end of the serial line, written from the Open Interface manual (REFERENCE 1).
 
 Bytes and the time in, bytes out. It never imports the driver, so that a mistake in the driver's codec cannot
-hide behind the same mistake here. Commands of the manual that are not acted on are read over and counted.
+hide behind the same mistake here. ``docs/emulators.md`` tells what it does and how to run it alone.
 """
 
 from __future__ import annotations
 
-import enum
 import struct
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from florence_bt.simulation.base_noise import BasePlant, BaseSensors
-from florence_bt.simulation.emulators._create_battery import CAPACITY_MAH, TEMPERATURE_C, Battery
+from florence_bt.simulation.emulators._create_battery import Battery
+from florence_bt.simulation.emulators._create_body import Body, Mode
 from florence_bt.simulation.emulators._create_commands import CommandReader
-from florence_bt.simulation.emulators._create_packets import FORMATS, MAX_STREAM_PACKETS, packets_of
+from florence_bt.simulation.emulators._create_faults import CreateFaults
+from florence_bt.simulation.emulators._create_models import MODELS, EmulatedModel
+from florence_bt.simulation.emulators._create_motion import (
+    COVER,
+    COVER_AND_DOCK,
+    MAX_PWM,
+    MAX_SPEED_MMPS,
+    SPOT,
+    Demo,
+    clamp,
+    cliff_matters,
+    wheels_on_arc,
+)
+from florence_bt.simulation.emulators._create_packets import packets_of
+from florence_bt.simulation.emulators._create_scripts import WAITS, ScriptPlayer, World
+from florence_bt.simulation.emulators._create_songs import Songs
+from florence_bt.simulation.emulators._create_stream import Stream
 
-STREAM_PERIOD_S = 0.015
-TIME_DUST_S = 1e-9
-"""What added-up floating point times may be off."""
+__all__ = ["BOOT_S", "BOOT_TEXT", "CreateEmulator", "CreateFaults", "Mode"]
 
 BOOT_S = 3.0
 """How long the boot loader runs after a reset: input is ignored and the digital outputs are high."""
 
-BOOT_TEXT = b"\r\nCreate boot loader\r\n"
-STRAIGHT = (-0x8000, 0x7FFF)
-SPIN_CLOCKWISE, SPIN_COUNTER_CLOCKWISE = -1, 1
-WHEEL_SEPARATION_MM = 260.0
-ROBOT_RADIUS_MM = 165.0
-MAX_SPEED_MMPS, MAX_RADIUS_MM = 500, 2000
-FLOOR_SIGNAL, CLIFF_SIGNAL = 1400, 20
-NO_INFRARED = 255
-DEVICE_DETECT_HIGH = 0x10
+BOOT_TEXT_S = 0.5
+"""When it has printed its text."""
 
+BOOT_TEXT = MODELS["create"].boot_text
+BAUD_RATES = (300, 600, 1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 115200)
+FULL_DUTY = 128
 
-class Mode(enum.IntEnum):
-    """Packet 35."""
-
-    OFF = 0
-    PASSIVE = 1
-    SAFE = 2
-    FULL = 3
-
-
-@dataclass(slots=True)
-class CreateFaults:
-    """What goes wrong and what happens to the robot; set any of it at any time.
-
-    Attributes:
-        silent: Nothing arrives at the host, what is sent meanwhile is lost; commands are still obeyed.
-        noise: Bytes put before the next frame, once.
-        bad_checksums: How many of the next frames get a wrong checksum.
-        partial_frames: How many of the next frames lose their second half.
-        wheel_drops: Bits as in packet 7: 4 right, 8 left, 16 caster.
-        left_bumper: Pressed, whatever the plant says.
-        right_bumper: Pressed, whatever the plant says.
-        cliffs: Left, front left, front right, right.
-        charger: The charger is plugged in and powered.
-    """
-
-    silent: bool = False
-    noise: bytes = b""
-    bad_checksums: int = 0
-    partial_frames: int = 0
-    wheel_drops: int = 0
-    left_bumper: bool = False
-    right_bumper: bool = False
-    cliffs: tuple[bool, bool, bool, bool] = (False, False, False, False)
-    charger: bool = False
+Handler = Callable[[bytes, float], None]
 
 
 class CreateEmulator:
     """Obeys commands, streams sensors, and protects itself as the firmware does.
 
     Attributes:
-        mode: The operating mode.
-        faults: What goes wrong, on command.
-        digital_outputs: Bits of the three outputs.
-        leds: Bits, power colour and power intensity as last set.
+        model: Which base.
+        baud_rate: What the line should run at.
+        infrared_sent: The bytes sent as infrared light, in order.
         unobeyed: How often each opcode came that is not acted on, or not in the mode of the moment.
     """
 
-    def __init__(self, plant: BasePlant, sensors: BaseSensors, *, header_in_checksum: bool = False) -> None:
+    def __init__(
+        self,
+        plant: BasePlant,
+        sensors: BaseSensors,
+        *,
+        model: str = "create",
+        header_in_checksum: bool | None = None,
+    ) -> None:
         """Stand there, switched on, in mode Off.
 
         Args:
             plant: What the wheels move, and what presses the bumpers.
             sensors: What measures that plant.
-            header_in_checksum: The Create 2's form of the checksum (REFERENCE 1.6).
+            model: ``create`` or ``create2``.
+            header_in_checksum: The form of the checksum (REFERENCE 1.6); None for what the
+                model's manual says.
         """
-        self._plant = plant
-        self._sensors = sensors
-        self._header_in_checksum = header_in_checksum
-        self._commands = CommandReader()
-        self._output = bytearray()
-        self._stream: list[int] = []
-        self._paused = False
-        self._next_frame = 0.0
-        self._boot_end: float | None = None
-        self._wheels = (0, 0)
-        self._drive = (0, 0)
-        self._battery = Battery()
-        self.mode = Mode.OFF
-        self.faults = CreateFaults()
-        self.digital_outputs = 0
-        self.leds = (0, 0, 0)
+        self.model: EmulatedModel = MODELS[model]
+        self.baud_rate = self.model.baud_rate
+        self.infrared_sent: list[int] = []
         self.unobeyed: Counter[int] = Counter()
-        self._handlers: dict[int, tuple[Mode, Callable[[bytes, float], None]]] = {
-            7: (Mode.OFF, self._reset),
-            128: (Mode.OFF, lambda _arguments, _now: self._enter(Mode.PASSIVE)),
-            130: (Mode.PASSIVE, lambda _arguments, _now: self._enter(Mode.SAFE)),
-            131: (Mode.PASSIVE, lambda _arguments, _now: self._enter(Mode.SAFE)),
-            132: (Mode.PASSIVE, lambda _arguments, _now: self._enter(Mode.FULL)),
-            137: (Mode.SAFE, self._on_drive),
-            139: (Mode.SAFE, self._on_leds),
-            142: (Mode.PASSIVE, lambda arguments, _now: self._answer(arguments)),
-            145: (Mode.SAFE, self._on_drive_direct),
-            147: (Mode.SAFE, self._on_digital_outputs),
-            148: (Mode.PASSIVE, self._on_stream),
-            149: (Mode.PASSIVE, lambda arguments, _now: self._answer(arguments[1:])),
-            150: (Mode.PASSIVE, self._on_pause),
+        self._body = Body(self.model, plant, sensors)
+        self._stream = Stream(
+            self._body,
+            self.model.header_in_checksum if header_in_checksum is None else header_in_checksum,
+        )
+        self._commands = CommandReader(self.model.commands)
+        self._scripts = ScriptPlayer(
+            self.model.commands, World(self._body.value, self._body.distance_mm, self._body.angle_deg)
+        )
+        self._output = bytearray()
+        self._boot_end: float | None = None
+        self._boot_text_at: float | None = None
+        self._demo: Demo | None = None
+        self._was_docked = False
+        self._handlers = self._make_handlers()
+
+    def _make_handlers(self) -> dict[int, tuple[Mode, Handler]]:
+        """Opcode -> the lowest mode that obeys it, and what it does."""
+        off, passive, safe = Mode.OFF, Mode.PASSIVE, Mode.SAFE
+        common: dict[int, tuple[Mode, Handler]] = {
+            7: (off, self._reset),
+            128: (off, lambda _a, _n: self._enter(Mode.PASSIVE)),
+            129: (passive, self._on_baud),
+            130: (passive, lambda _a, _n: self._enter(Mode.SAFE)),
+            131: (passive, lambda _a, _n: self._enter(Mode.SAFE)),
+            132: (passive, lambda _a, _n: self._enter(Mode.FULL)),
+            134: (passive, lambda _a, now: self._play(SPOT, now)),
+            135: (passive, lambda _a, now: self._play(COVER, now)),
+            137: (safe, self._on_drive),
+            138: (safe, self._on_low_side_drivers),
+            139: (safe, self._on_leds),
+            140: (passive, self._on_song),
+            141: (safe, self._on_play_song),
+            142: (passive, lambda arguments, _n: self._answer(arguments)),
+            143: (passive, lambda _a, now: self._play(COVER_AND_DOCK, now)),
+            144: (safe, self._on_pwm_low_side_drivers),
+            145: (safe, self._on_drive_direct),
+            148: (passive, lambda arguments, now: self._stream.request(arguments[1:], now)),
+            149: (passive, lambda arguments, _n: self._answer(arguments[1:])),
+            150: (passive, lambda arguments, now: self._stream.pause(arguments[0] == 0, now)),
         }
+        create: dict[int, tuple[Mode, Handler]] = {
+            136: (passive, self._on_demo),
+            147: (safe, self._on_digital_outputs),
+            151: (safe, lambda arguments, _n: self.infrared_sent.append(arguments[0])),
+            152: (passive, lambda arguments, _n: self._scripts.define(arguments[1:])),
+            153: (passive, lambda _a, _n: self._scripts.begin()),
+            154: (passive, self._on_show_script),
+        }
+        create_2: dict[int, tuple[Mode, Handler]] = {
+            133: (passive, lambda _a, _n: self._enter(Mode.PASSIVE)),
+            136: (passive, lambda _a, now: self._play(COVER, now)),
+            146: (safe, self._on_drive_pwm),
+            173: (passive, self._on_stop),
+        }
+        return common | (create if self.model.metres_per_tick is None else create_2)
+
+    # -- what others may look at and change ----------------------------------------------------------------
+
+    @property
+    def mode(self) -> Mode:
+        """The operating mode."""
+        return self._body.mode
+
+    @property
+    def faults(self) -> CreateFaults:
+        """What goes wrong, on command."""
+        return self._body.faults
+
+    @property
+    def battery(self) -> Battery:
+        """The battery."""
+        return self._body.battery
+
+    @property
+    def songs(self) -> Songs:
+        """The songs."""
+        return self._body.songs
+
+    @property
+    def wheels(self) -> tuple[int, int]:
+        """Left and right speed in mm/s."""
+        return self._body.wheels
+
+    @property
+    def digital_outputs(self) -> int:
+        """Bits of the three outputs."""
+        return self._body.digital_outputs
+
+    @property
+    def leds(self) -> tuple[int, int, int]:
+        """Bits, power colour and power intensity as last set."""
+        return self._body.leds
+
+    @property
+    def low_side_drivers(self) -> tuple[int, int, int]:
+        """Duty of the drivers 0, 1 and 2, 0 to 128."""
+        return self._body.low_side_drivers
+
+    @property
+    def streaming(self) -> bool:
+        """Whether frames are sent by themselves."""
+        return self._stream.running
 
     @property
     def unknown_bytes(self) -> int:
         """How many bytes came that are no opcode."""
         return self._commands.unknown_bytes
+
+    # -- bytes and time ------------------------------------------------------------------------------------
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Obey commands.
@@ -139,41 +200,59 @@ class CreateEmulator:
             The answers.
         """
         self._advance(now)
-        if self._boot_end is not None:
+        if self._boot_end is not None or self.faults.deaf or self._scripts.waiting:
             return self._flush()
         self._commands.feed(data)
         while (command := self._commands.take()) is not None:
             self._obey(command, now)
+            self._scripts.step(now, lambda scripted: self._obey(scripted, now))
             self._protect()
+            if self._scripts.waiting:
+                self._commands.clear()
         return self._flush()
+
+    def next_frame(self) -> float | None:
+        """When :meth:`poll` has the next frame of the stream; None while nothing is streamed."""
+        return self._stream.next_due
 
     def poll(self, now: float) -> bytes:
         """Let the time pass: measure, protect, and send the stream's frame when it is due."""
         self._advance(now)
-        late = now - self._next_frame
-        if self._stream and not self._paused and late >= -TIME_DUST_S and self.mode is not Mode.OFF:
-            # A late call does not cause a burst: the base would have sent those frames earlier.
-            self._next_frame += (1 + int(max(0.0, late) / STREAM_PERIOD_S)) * STREAM_PERIOD_S
-            self._output += self._frame()
+        if self.mode is not Mode.OFF:
+            self._output += self._stream.take(now)
         return self._flush()
 
     def _advance(self, now: float) -> None:
-        self._sensors.update(now)
-        self._battery.update(now, load=max(abs(speed) for speed in self._wheels) / MAX_SPEED_MMPS)
+        body = self._body
+        body.update(now)
         if self._boot_end is not None and now >= self._boot_end:
             self._boot_end = None
-            self.digital_outputs = 0
-            self._output += BOOT_TEXT
+            body.digital_outputs = 0
+        if self._boot_text_at is not None and now >= self._boot_text_at:
+            self._boot_text_at = None
+            self._output += self.model.boot_text
+        self._scripts.step(now, lambda command: self._obey(command, now))
+        if self._demo is not None:
+            wheels = self._demo.wheels(now, bumped=any(body.bumpers()), docked=body.powered)
+            if wheels is None:
+                self._end_demo()
+            else:
+                body.set_wheels(*wheels)
         self._protect()
 
     def _flush(self) -> bytes:
         out = bytes(self._output)
         self._output.clear()
+        if out and self.faults.noise:
+            out, self.faults.noise = self.faults.noise + out, b""
         return b"" if self.faults.silent else out
 
-    # -- commands ----------------------------------------------------------------------------------------
+    # -- modes ---------------------------------------------------------------------------------------------
 
     def _obey(self, command: bytes, now: float) -> None:
+        if command[0] in WAITS and self.mode >= Mode.PASSIVE:
+            self._scripts.wait(command, now)
+            return
         lowest_mode, handler = self._handlers.get(command[0], (None, None))
         if handler is None or lowest_mode is None or self.mode < lowest_mode:
             self.unobeyed[command[0]] += 1
@@ -181,160 +260,130 @@ class CreateEmulator:
             handler(command[1:], now)
 
     def _enter(self, mode: Mode) -> None:
-        if mode is Mode.PASSIVE:
-            self._set_wheels(0, 0)
-        self.mode = mode
+        self._end_demo()
+        if mode <= Mode.PASSIVE:
+            self._body.set_wheels(0, 0)
+            self._body.drive = (0, 0)
+            self._body.low_side_drivers = (0, 0, 0)
+        self._body.mode = mode
 
     def _reset(self, _arguments: bytes, now: float) -> None:
-        self._enter(Mode.PASSIVE)
-        self.mode = Mode.OFF
-        self._stream = []
-        self._commands.clear()
-        self._drive = (0, 0)
-        self.leds = (0, 0, 0)
-        self.digital_outputs = 7
+        self._forget()
+        self._body.digital_outputs = 7
+        self._body.leds = (0, 0, 0)
+        self._body.songs.forget()
+        self._scripts.define(b"")
+        self.baud_rate = self.model.baud_rate
         self._boot_end = now + BOOT_S
+        self._boot_text_at = now + BOOT_TEXT_S
+
+    def _on_stop(self, _arguments: bytes, _now: float) -> None:
+        self._forget()
+
+    def _forget(self) -> None:
+        self._enter(Mode.OFF)
+        self._stream.clear()
+        self._scripts.end()
+        self._commands.clear()
+
+    def _protect(self) -> None:
+        """Safe mode's automatic way to Passive (REFERENCE 1.2).
+
+        The plug of the charger allows no Safe mode at all; the dock ends it on arrival, and can be left.
+        """
+        body, faults = self._body, self.faults
+        docks = faults.dock and not self._was_docked
+        self._was_docked = faults.dock
+        over_cliff = any(faults.cliffs) and cliff_matters(*body.wheels, self.model.wheel_separation_mm)
+        if body.mode is Mode.SAFE and (faults.wheel_drops or faults.charger or docks or over_cliff):
+            self._enter(Mode.PASSIVE)
+        elif self._demo is not None and (faults.wheel_drops or faults.charger):
+            self._end_demo()
+
+    def _on_baud(self, arguments: bytes, _now: float) -> None:
+        if arguments[0] < len(BAUD_RATES):
+            self.baud_rate = BAUD_RATES[arguments[0]]
+        else:
+            self.unobeyed[129] += 1
+
+    # -- behaviours ----------------------------------------------------------------------------------------
+
+    def _on_demo(self, arguments: bytes, now: float) -> None:
+        number = int.from_bytes(arguments, "big", signed=True)
+        if number < 0:
+            self._enter(Mode.PASSIVE)
+        elif number <= 9:
+            self._play(number, now)
+        else:
+            self.unobeyed[136] += 1
+
+    def _play(self, number: int, now: float) -> None:
+        self._enter(Mode.PASSIVE)
+        self._demo = Demo(number, now)
+
+    def _end_demo(self) -> None:
+        if self._demo is not None:
+            self._demo = None
+            self._body.set_wheels(0, 0)
+
+    # -- actuators -----------------------------------------------------------------------------------------
 
     def _on_drive(self, arguments: bytes, _now: float) -> None:
         velocity, radius = struct.unpack(">hh", arguments)
         if radius == 0:
             self.unobeyed[137] += 1
             return
-        velocity = _clamp(velocity, MAX_SPEED_MMPS)
-        self._drive = (velocity, radius)
-        self._set_wheels(*_wheels_on_arc(velocity, radius))
+        velocity = clamp(velocity, MAX_SPEED_MMPS)
+        self._body.drive = (velocity, radius)
+        self._body.set_wheels(*wheels_on_arc(velocity, radius, self.model.wheel_separation_mm))
 
     def _on_drive_direct(self, arguments: bytes, _now: float) -> None:
         right, left = struct.unpack(">hh", arguments)
-        self._set_wheels(left, right)
+        self._body.drive = (0, 0)
+        self._body.set_wheels(left, right)
+
+    def _on_drive_pwm(self, arguments: bytes, _now: float) -> None:
+        right, left = struct.unpack(">hh", arguments)
+        share = MAX_SPEED_MMPS / MAX_PWM
+        self._body.set_wheels(round(clamp(left, MAX_PWM) * share), round(clamp(right, MAX_PWM) * share))
 
     def _on_leds(self, arguments: bytes, _now: float) -> None:
-        self.leds = (arguments[0], arguments[1], arguments[2])
+        self._body.leds = (arguments[0], arguments[1], arguments[2])
 
     def _on_digital_outputs(self, arguments: bytes, _now: float) -> None:
-        self.digital_outputs = arguments[0] & 7
+        self._body.digital_outputs = arguments[0] & 7
+
+    def _on_low_side_drivers(self, arguments: bytes, _now: float) -> None:
+        bits = arguments[0]
+        self._body.low_side_drivers = (
+            FULL_DUTY * (bits & 1),
+            FULL_DUTY * (bits >> 1 & 1),
+            FULL_DUTY * (bits >> 2 & 1),
+        )
+
+    def _on_pwm_low_side_drivers(self, arguments: bytes, _now: float) -> None:
+        self._body.low_side_drivers = (arguments[2], arguments[1], arguments[0])
+
+    def _on_song(self, arguments: bytes, _now: float) -> None:
+        if not self._body.songs.define(arguments):
+            self.unobeyed[140] += 1
+
+    def _on_play_song(self, arguments: bytes, now: float) -> None:
+        if not self._body.songs.play(arguments[0], now):
+            self.unobeyed[141] += 1
+
+    # -- answers -------------------------------------------------------------------------------------------
 
     def _answer(self, numbers: bytes) -> None:
         for number in numbers:
-            for packet in packets_of(number) or ():
-                self._output += FORMATS[packet].pack(self._value(packet))
+            if packets_of(number, self.model) is None:
+                self.unobeyed[142] += 1
+            answer = self._body.pack(number)
+            if self.faults.partial_frames:
+                self.faults.partial_frames -= 1
+                answer = answer[: len(answer) // 2]
+            self._output += answer
 
-    def _on_stream(self, arguments: bytes, now: float) -> None:
-        known = [number for number in arguments[1:] if packets_of(number) is not None]
-        self._stream = known[:MAX_STREAM_PACKETS]
-        self._paused = False
-        self._next_frame = now + STREAM_PERIOD_S
-
-    def _on_pause(self, arguments: bytes, now: float) -> None:
-        if self._paused and arguments[0]:
-            self._next_frame = now + STREAM_PERIOD_S
-        self._paused = arguments[0] == 0
-
-    # -- motion and protection -----------------------------------------------------------------------------
-
-    def _set_wheels(self, left_mmps: int, right_mmps: int) -> None:
-        self._wheels = (_clamp(left_mmps, MAX_SPEED_MMPS), _clamp(right_mmps, MAX_SPEED_MMPS))
-        self._plant.set_wheels(self._wheels[0] / 1000.0, self._wheels[1] / 1000.0)
-
-    def _protect(self) -> None:
-        """Safe mode's automatic way to Passive (REFERENCE 1.2), and charging in the modes that allow it."""
-        if self.mode is Mode.SAFE and (
-            self.faults.wheel_drops
-            or self.faults.charger
-            or (any(self.faults.cliffs) and self._cliff_matters())
-        ):
-            self._enter(Mode.PASSIVE)
-        self._battery.charging = self.faults.charger and self.mode <= Mode.PASSIVE
-
-    def _cliff_matters(self) -> bool:
-        """Driving forward, or backward around a point within the robot."""
-        left, right = self._wheels
-        if left + right >= 0:
-            return left + right > 0
-        radius = WHEEL_SEPARATION_MM / 2.0 * abs(left + right) / max(1, abs(right - left))
-        return radius < ROBOT_RADIUS_MM
-
-    # -- sensors -------------------------------------------------------------------------------------------
-
-    def _frame(self) -> bytes:
-        body = bytearray()
-        for number in self._stream:
-            body.append(number)
-            for packet in packets_of(number) or ():
-                body += FORMATS[packet].pack(self._value(packet))
-        frame = bytes([19, len(body)]) + body
-        checksum = -sum(frame if self._header_in_checksum else frame[1:]) % 256
-        faults = self.faults
-        if faults.bad_checksums:
-            faults.bad_checksums -= 1
-            checksum = (checksum + 1) % 256
-        frame += bytes([checksum])
-        if faults.partial_frames:
-            faults.partial_frames -= 1
-            frame = frame[: len(frame) // 2]
-        noise, faults.noise = faults.noise, b""
-        return noise + frame
-
-    def _value(self, packet: int) -> int:
-        """The count that a packet shows now. Reading distance or angle resets it, whoever reads."""
-        match packet:
-            case 7:
-                left, right = self._plant.bumpers()
-                left, right = left or self.faults.left_bumper, right or self.faults.right_bumper
-                return right | left << 1 | self.faults.wheel_drops
-            case 9 | 10 | 11 | 12:
-                return int(self.faults.cliffs[packet - 9])
-            case 17:
-                return NO_INFRARED
-            case 19:
-                return self._sensors.take_distance_mm()
-            case 20:
-                return self._sensors.take_angle_deg()
-            case 21:
-                return self._battery.charging_state
-            case 22:
-                return self._battery.voltage_mv
-            case 23:
-                return round(self._battery.current_ma)
-            case 24:
-                return TEMPERATURE_C
-            case 25:
-                return round(self._battery.charge_mah)
-            case 26:
-                return round(CAPACITY_MAH)
-            case 28 | 29 | 30 | 31:
-                return CLIFF_SIGNAL if self.faults.cliffs[packet - 28] else FLOOR_SIGNAL
-            case 32:
-                return DEVICE_DETECT_HIGH
-            case 33:
-                return self._sensors.gyro_adc()
-            case 34:
-                return int(self.faults.charger)
-            case 35:
-                return self.mode
-            case 38:
-                return len(self._stream)
-            case 39 | 40:
-                return self._drive[packet - 39]
-            case 41:
-                return self._wheels[1]
-            case 42:
-                return self._wheels[0]
-            case _:
-                return 0
-
-
-def _wheels_on_arc(velocity: int, radius: int) -> tuple[int, int]:
-    """Left and right speed in mm/s for the Drive command; the radius is never 0 here."""
-    if radius in STRAIGHT:
-        return velocity, velocity
-    if radius == SPIN_CLOCKWISE:
-        return velocity, -velocity
-    if radius == SPIN_COUNTER_CLOCKWISE:
-        return -velocity, velocity
-    share = WHEEL_SEPARATION_MM / (2.0 * _clamp(radius, MAX_RADIUS_MM))
-    return round(velocity * (1.0 - share)), round(velocity * (1.0 + share))
-
-
-def _clamp(value: int, limit: int) -> int:
-    return max(-limit, min(limit, value))
+    def _on_show_script(self, _arguments: bytes, _now: float) -> None:
+        script = self._scripts.script
+        self._output += bytes([len(script)]) + script

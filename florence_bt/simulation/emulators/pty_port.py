@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import pty
+import termios
 import tty
 from pathlib import Path
 
 from florence_bt.core.errors import DeviceLost
+from florence_bt.simulation.emulators._client_watch import ClientWatch
 
 READ_SIZE = 4096
+_SPEEDS = {
+    getattr(termios, f"B{rate}"): rate
+    for rate in (300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400)
+}
 
 
 class PseudoTerminal:
     """The device's end of a serial line; nothing here ever waits.
 
     The client's end is kept open here as well, so the line survives a client that closes and opens it again.
+    When the last client has left, the line is as new: what it did not read is gone, as are its settings and a
+    lock that it left behind. What is sent while no client is there is lost, as on a real line.
 
     Attributes:
         path: What the client opens: the link when one was asked for, otherwise the pty's own device file.
@@ -37,6 +46,7 @@ class PseudoTerminal:
         os.set_blocking(self._device, False)
         self._link = link
         self.path = os.ttyname(self._client)
+        self._watch = ClientWatch(self.path)
         self.lost_bytes = 0
         if link is not None:
             try:
@@ -46,6 +56,22 @@ class PseudoTerminal:
                 self.close()
                 raise DeviceLost(f"cannot link {link} to {self.path}: {error}") from error
             self._target, self.path = self.path, str(link)
+
+    @property
+    def has_client(self) -> bool:
+        """Whether somebody has the line open; where the system does not tell, somebody always has."""
+        self._look_for_clients()
+        return self._watch.clients > 0 or not self._watch.works
+
+    @property
+    def client_baud(self) -> int | None:
+        """The speed that the client has set; None for one that is not among the usual ones.
+
+        Raises:
+            DeviceLost: The line is closed.
+        """
+        self.fileno()
+        return _SPEEDS.get(termios.tcgetattr(self._client)[5])
 
     def fileno(self) -> int:
         """The device end's file descriptor, for ``select``.
@@ -67,18 +93,20 @@ class PseudoTerminal:
         with contextlib.suppress(BlockingIOError):
             while piece := os.read(self.fileno(), READ_SIZE):
                 pieces.append(piece)
+        self._look_for_clients()
         return b"".join(pieces)
 
     def write(self, data: bytes) -> None:
-        """Send to the client; what finds no room is lost and counted.
+        """Send to the client; what finds no room, or nobody, is lost and counted.
 
         Raises:
             DeviceLost: The line is closed.
         """
-        written = 0
-        with contextlib.suppress(BlockingIOError):
-            while written < len(data):
-                written += os.write(self.fileno(), data[written:])
+        written, device = 0, self.fileno()
+        if self.has_client:
+            with contextlib.suppress(BlockingIOError):
+                while written < len(data):
+                    written += os.write(device, data[written:])
         self.lost_bytes += len(data) - written
 
     def unplug(self) -> None:
@@ -90,10 +118,18 @@ class PseudoTerminal:
         if self._link is not None and self._link.is_symlink() and os.readlink(self._link) == self._target:
             self._link.unlink()
         self._link = None
+        self._watch.close()
         for descriptor in (self._device, self._client):
             if descriptor >= 0:
                 os.close(descriptor)
         self._device = self._client = -1
+
+    def _look_for_clients(self) -> None:
+        if self._client >= 0 and self._watch.update():
+            termios.tcflush(self._client, termios.TCIFLUSH)
+            fcntl.ioctl(self._client, termios.TIOCNXCL)
+            if self._watch.clients == 0:
+                tty.setraw(self._client)
 
 
 def _replace_link(link: Path, target: str) -> None:

@@ -16,7 +16,13 @@ from florence_bt.skills.describe_robot.footprint import (
     numbers_from_polygon,
     polygon_from_numbers,
 )
-from florence_bt.skills.describe_robot.frames import StaticFrame, fill_buffer, static_frames
+from florence_bt.skills.describe_robot.frames import (
+    StaticFrame,
+    TurningJoint,
+    fill_buffer,
+    static_frames,
+    turning_joints,
+)
 
 FILE_NAME = "florence.urdf.xacro"
 
@@ -49,11 +55,19 @@ class RobotDescription:
 
     Attributes:
         urdf_text: The URDF.
-        frames: All frames, parents before children.
+        frames: All frames, parents before children; those of turning joints at zero.
+        joints: The joints that turn.
     """
 
     urdf_text: str
     frames: tuple[StaticFrame, ...]
+    joints: tuple[TurningJoint, ...] = ()
+
+    @property
+    def fixed_frames(self) -> tuple[StaticFrame, ...]:
+        """The frames that never move."""
+        turning = {joint.child for joint in self.joints}
+        return tuple(frame for frame in self.frames if frame[1] not in turning)
 
     def fill(self, buffer: TransformBuffer) -> None:
         """Put all the frames into a transform buffer."""
@@ -81,11 +95,11 @@ def default_file() -> Path:
 def _load(path: Path) -> RobotDescription:
     urdf_text = _expand(path)
     try:
-        frames = static_frames(urdf_text)
+        frames, joints = static_frames(urdf_text), turning_joints(urdf_text)
     except ConfigError as error:
         # Line and column of the expanded text mean nothing in the file.
         raise ConfigError(error.problem, file=path, valid=error.valid) from error
-    return RobotDescription(urdf_text, tuple(frames))
+    return RobotDescription(urdf_text, tuple(frames), tuple(joints))
 
 
 def _expand(path: Path) -> str:

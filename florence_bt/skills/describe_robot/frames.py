@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.transforms import Transform3, TransformBuffer
@@ -14,6 +18,59 @@ StaticFrame = tuple[str, str, Transform3]
 RIGID = "fixed"
 AT_ZERO = ("continuous", "revolute")
 """Joints that move a link in place (wheels); their frame is given at the joint's zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class TurningJoint:
+    """A joint that turns, such as a wheel's.
+
+    Attributes:
+        name: As joint_states calls it.
+        parent: The link that it sits on.
+        child: The link that it turns.
+        origin: parent from child at zero.
+        axis: Shape (3,), unit length, in the child's frame.
+    """
+
+    name: str
+    parent: str
+    child: str
+    origin: Transform3
+    axis: NDArray[np.float64]
+
+    def at(self, angle: float) -> Transform3:
+        """Parent from child.
+
+        Args:
+            angle: Radians.
+        """
+        x, y, z = self.axis * math.sin(angle / 2.0)
+        turn = Transform3.from_quaternion((0.0, 0.0, 0.0), (x, y, z, math.cos(angle / 2.0)))
+        return self.origin @ turn
+
+
+def turning_joints(urdf_text: str) -> list[TurningJoint]:
+    """The joints of a robot that turn, in the order of the file.
+
+    Raises:
+        ConfigError: As :func:`static_frames`, or an axis is no direction.
+    """
+    at_zero = {child: (parent, transform) for parent, child, transform in static_frames(urdf_text)}
+    joints = []
+    for joint in ElementTree.fromstring(urdf_text).findall("joint"):
+        if joint.get("type") not in AT_ZERO:
+            continue
+        name = _attribute(joint, "name", "a <joint>")
+        link = joint.find("child")
+        assert link is not None  # static_frames has checked it
+        child = str(link.get("link"))
+        axis = np.array(_triple(joint.find("axis"), "xyz", name, default="1 0 0"))
+        length = float(np.linalg.norm(axis))
+        if length == 0.0:
+            raise ConfigError(f"the axis of joint {name!r} is no direction", valid=('xyz="0 1 0"',))
+        parent, origin = at_zero[child]
+        joints.append(TurningJoint(name, parent, child, origin, axis / length))
+    return joints
 
 
 def static_frames(urdf_text: str) -> list[StaticFrame]:
@@ -74,8 +131,10 @@ def _frame_of_joint(joint: ElementTree.Element, links: list[str]) -> StaticFrame
     return ends[0], ends[1], Transform3.from_xyz_rpy(xyz, rpy)
 
 
-def _triple(origin: ElementTree.Element | None, key: str, joint: str) -> tuple[float, ...]:
-    text = "0 0 0" if origin is None else origin.get(key, "0 0 0")
+def _triple(
+    element: ElementTree.Element | None, key: str, joint: str, default: str = "0 0 0"
+) -> tuple[float, ...]:
+    text = default if element is None else element.get(key, default)
     try:
         numbers = tuple(float(word) for word in text.split())
     except ValueError:

@@ -7,7 +7,7 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 GET_USER_ROOM = SkillDeclaration(
     name="get_user_room",
     summary="Tell the room where the user was last known to be",
-    outputs={"room": Port(Kind.TEXT, "the label of the room")},
+    outputs={"room": Port(Kind.TEXT, "the label of the room", names="room")},
     failures={"user_unknown": "nobody has told yet where the user is"},
     deadline_s=5.0,
     instant=True,
@@ -16,7 +16,7 @@ GET_USER_ROOM = SkillDeclaration(
 GET_HOTSPOT = SkillDeclaration(
     name="get_hotspot",
     summary="Tell the pose that belongs to the label of a room or an object",
-    inputs={"label": Port(Kind.TEXT, "the label of the hotspot")},
+    inputs={"label": Port(Kind.TEXT, "the label of the hotspot", names="hotspot")},
     outputs={"pose": Port(Kind.POSE, "where the robot is to stand")},
     failures={"unknown_hotspot": "no hotspot has this label"},
     deadline_s=5.0,
@@ -26,7 +26,7 @@ GET_HOTSPOT = SkillDeclaration(
 ROBOT_IN_ROOM = SkillDeclaration(
     name="robot_in_room",
     summary="Check that the robot is in a room",
-    inputs={"room": Port(Kind.TEXT, "the label of the room")},
+    inputs={"room": Port(Kind.TEXT, "the label of the room", names="room")},
     failures={
         "elsewhere": "the robot is in another room",
         "no_pose": "the robot does not know where it is",

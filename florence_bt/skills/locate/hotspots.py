@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,16 @@ import yaml
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.plain_yaml import (
+    EmptyFile,
+    Listing,
+    Position,
+    Source,
+    Table,
+    Text,
+    parse_source,
+    read_bytes,
+)
 
 KINDS = ("room", "object")
 FIELDS = ("label", "x", "y", "phi", "kind", "polygon")
@@ -49,10 +59,18 @@ class Hotspot:
 
 
 class Hotspots:
-    """A list of hotspots, each label once, in the order of the file."""
+    """A list of hotspots, each label once, in the order of the file.
 
-    def __init__(self, hotspots: Iterable[Hotspot] = ()) -> None:
+    Args:
+        hotspots: The hotspots.
+        positions: Label -> where it stands in the file that was read.
+    """
+
+    def __init__(
+        self, hotspots: Iterable[Hotspot] = (), positions: Mapping[str, Position] | None = None
+    ) -> None:
         self._by_label = {hotspot.label: hotspot for hotspot in hotspots}
+        self._positions = dict(positions or {})
 
     def __iter__(self) -> Iterator[Hotspot]:
         """Every hotspot in order."""
@@ -73,6 +91,10 @@ class Hotspots:
     def get(self, label: str) -> Hotspot | None:
         """The hotspot with this label, or None."""
         return self._by_label.get(label)
+
+    def position_of(self, label: str) -> Position:
+        """Where a hotspot stands in the file that was read; the beginning when it came from elsewhere."""
+        return self._positions.get(label, Position())
 
     def put(self, label: str, pose: Pose2) -> Hotspot:
         """Move a hotspot, or add a room when the label is new; kind and polygon of a known one stay."""
@@ -96,10 +118,10 @@ def load_hotspots(path: str | Path) -> Hotspots:
         ConfigError: The file cannot be read or is wrong; with file, line and column.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"cannot read the hotspots: {error}", file=path) from error
-    return parse_hotspots(text, path)
+        data = read_bytes(Path(path))
+    except ConfigError as error:
+        raise ConfigError(f"the hotspots: {error.problem}", file=path, valid=error.valid) from error
+    return _parse(data, Path(path))
 
 
 def parse_hotspots(text: str, file: str | Path = "hotspots.yaml") -> Hotspots:
@@ -112,7 +134,15 @@ def parse_hotspots(text: str, file: str | Path = "hotspots.yaml") -> Hotspots:
     Raises:
         ConfigError: Something is wrong; with file, line and column.
     """
-    return _Reader(file).read(text)
+    return _parse(text.encode(), Path(file))
+
+
+def _parse(data: bytes, file: Path) -> Hotspots:
+    try:
+        source = parse_source(data, file)
+    except EmptyFile:
+        return Hotspots()
+    return _Reader(file).read(source)
 
 
 def dump_hotspots(hotspots: Hotspots) -> str:
@@ -154,40 +184,30 @@ def save_hotspots(hotspots: Hotspots, path: str | Path) -> None:
 
 
 class _Reader:
-    """Walks the nodes of one YAML file and knows the place of each."""
+    """Walks the parts of one file and knows the place of each."""
 
-    def __init__(self, file: str | Path) -> None:
+    def __init__(self, file: Path) -> None:
         self._file = file
 
-    def read(self, text: str) -> Hotspots:
-        try:
-            root = yaml.compose(text, Loader=yaml.SafeLoader)
-        except yaml.YAMLError as error:
-            mark = getattr(error, "problem_mark", None)
-            raise ConfigError(
-                f"this is not YAML: {getattr(error, 'problem', None) or error}",
-                file=self._file,
-                line=mark.line + 1 if mark else None,
-                column=mark.column + 1 if mark else None,
-            ) from error
-        if root is None:
-            return Hotspots()
-        top = self._mapping(root, ("hotspots",))
+    def read(self, root: Source) -> Hotspots:
+        top = self._table(root, ("hotspots",))
         if "hotspots" not in top:
             raise self._error("the list 'hotspots' is missing", root, valid=("hotspots:",))
         hotspots: dict[str, Hotspot] = {}
-        for node in self._sequence(top["hotspots"], "hotspots"):
-            hotspot = self._hotspot(node)
+        positions: dict[str, Position] = {}
+        for item in self._list(top["hotspots"], "hotspots"):
+            hotspot = self._hotspot(item)
             if hotspot.label in hotspots:
-                raise self._error(f"the label {hotspot.label!r} is there twice", node)
+                raise self._error(f"the label {hotspot.label!r} is there twice", item)
             hotspots[hotspot.label] = hotspot
-        return Hotspots(hotspots.values())
+            positions[hotspot.label] = item.position
+        return Hotspots(hotspots.values(), positions)
 
-    def _hotspot(self, node: yaml.Node) -> Hotspot:
-        fields = self._mapping(node, FIELDS)
+    def _hotspot(self, source: Source) -> Hotspot:
+        fields = self._table(source, FIELDS)
         for name in ("label", "x", "y"):
             if name not in fields:
-                raise self._error(f"{name!r} is missing", node, valid=FIELDS)
+                raise self._error(f"{name!r} is missing", source, valid=FIELDS)
         label = self._text(fields["label"], "label")
         kind = self._text(fields["kind"], "kind") if "kind" in fields else "room"
         if kind not in KINDS:
@@ -199,50 +219,47 @@ class _Reader:
         polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()
         return Hotspot(label, pose, kind, polygon)
 
-    def _polygon(self, node: yaml.Node) -> tuple[Point, ...]:
+    def _polygon(self, source: Source) -> tuple[Point, ...]:
         points = []
-        for item in self._sequence(node, "polygon"):
-            numbers = [self._number(number, "a corner") for number in self._sequence(item, "a corner")]
+        for item in self._list(source, "polygon"):
+            numbers = [self._number(number, "a corner") for number in self._list(item, "a corner")]
             if len(numbers) != 2:
                 raise self._error("a corner has two numbers", item, valid=("[1.0, 2.0]",))
             points.append((numbers[0], numbers[1]))
         if len(points) < 3:
-            raise self._error(f"a polygon has at least 3 corners, not {len(points)}", node)
+            raise self._error(f"a polygon has at least 3 corners, not {len(points)}", source)
         return tuple(points)
 
-    def _mapping(self, node: yaml.Node, names: tuple[str, ...]) -> dict[str, yaml.Node]:
-        if not isinstance(node, yaml.MappingNode):
-            raise self._error("a mapping is needed here", node, valid=names)
-        found: dict[str, yaml.Node] = {}
-        for key, value in node.value:
-            name = self._text(key, "a name")
-            if name not in names:
-                raise self._error(f"{name!r} is not known here", key, valid=closest_first(name, names))
-            if name in found:
-                raise self._error(f"{name!r} is there twice", key)
-            found[name] = value
-        return found
+    def _table(self, source: Source, names: tuple[str, ...]) -> dict[str, Source]:
+        if not isinstance(source, Table):
+            raise self._error("a mapping is needed here", source, valid=names)
+        for key, _ in source.entries:
+            if key.text not in names:
+                raise self._error(
+                    f"{key.text!r} is not known here", key, valid=closest_first(key.text, names)
+                )
+        return {key.text: value for key, value in source.entries}
 
-    def _sequence(self, node: yaml.Node, name: str) -> list[yaml.Node]:
-        if not isinstance(node, yaml.SequenceNode):
-            raise self._error(f"{name} must be a list", node)
-        return list(node.value)
+    def _list(self, source: Source, name: str) -> tuple[Source, ...]:
+        if not isinstance(source, Listing):
+            raise self._error(f"{name} must be a list", source)
+        return source.items
 
-    def _text(self, node: yaml.Node, name: str) -> str:
-        if not isinstance(node, yaml.ScalarNode) or not node.value.strip():
-            raise self._error(f"{name} must be a text", node)
-        return str(node.value)
+    def _text(self, source: Source, name: str) -> str:
+        if not isinstance(source, Text) or not source.text.strip():
+            raise self._error(f"{name} must be a text", source)
+        return source.text
 
-    def _number(self, node: yaml.Node, name: str) -> float:
-        text = node.value if isinstance(node, yaml.ScalarNode) else ""
+    def _number(self, source: Source, name: str) -> float:
+        text = source.text if isinstance(source, Text) else ""
         try:
             number = float(text)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            raise self._error(f"{name} must be a finite number, not {text!r}", node)
+            raise self._error(f"{name} must be a finite number, not {text!r}", source)
         return number
 
-    def _error(self, problem: str, node: yaml.Node, valid: Iterable[str] = ()) -> ConfigError:
-        mark = node.start_mark
-        return ConfigError(problem, file=self._file, line=mark.line + 1, column=mark.column + 1, valid=valid)
+    def _error(self, problem: str, source: Source, valid: Iterable[str] = ()) -> ConfigError:
+        position = source.position
+        return ConfigError(problem, file=self._file, line=position.line, column=position.column, valid=valid)

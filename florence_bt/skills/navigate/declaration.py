@@ -5,7 +5,12 @@ from __future__ import annotations
 import math
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.skills.navigate.results import NAVIGATE_FAILURES, TURN_FAILURES
+from florence_bt.skills.navigate.results import (
+    NAVIGATE_CODES_BY_NUMBER,
+    NAVIGATE_FAILURES,
+    SPIN_CODES_BY_NUMBER,
+    TURN_FAILURES,
+)
 
 NAVIGATE_TO = SkillDeclaration(
     name="navigate_to",
@@ -14,6 +19,7 @@ NAVIGATE_TO = SkillDeclaration(
     failures=NAVIGATE_FAILURES,
     resources=frozenset({"base"}),
     deadline_s=180.0,
+    server_codes=NAVIGATE_CODES_BY_NUMBER,
 )
 
 TURN = SkillDeclaration(
@@ -33,6 +39,7 @@ TURN = SkillDeclaration(
     failures=TURN_FAILURES,
     resources=frozenset({"base"}),
     deadline_s=30.0,
+    server_codes=SPIN_CODES_BY_NUMBER,
 )
 
 DECLARATIONS = (NAVIGATE_TO, TURN)

@@ -55,7 +55,7 @@ SPIN_SERVER_CODES = {
 }
 """Our code -> error_code of Spin (REFERENCE 7.9)."""
 
-_NAVIGATE_CODES = {
+NAVIGATE_CODES_BY_NUMBER = {
     **{number: code for code, number in SERVER_CODES.items() if number},
     # Nav2 splits our "blocked" further; its 107 is a costmap that gets no data.
     100: "blocked",
@@ -64,7 +64,9 @@ _NAVIGATE_CODES = {
     104: "blocked",
     205: "blocked",
 }
-_SPIN_CODES = {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}
+"""error_code of NavigateToPose, ours or Nav2's -> our code."""
+SPIN_CODES_BY_NUMBER = {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}
+"""error_code of Spin -> our code."""
 
 
 def navigate_error_code(result: Result) -> int:
@@ -79,12 +81,12 @@ def spin_error_code(result: Result) -> int:
 
 def result_from_navigate(outcome: Outcome, error_code: int, error_msg: str) -> Result:
     """Our result for the answer of a NavigateToPose server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, _NAVIGATE_CODES, "blocked", "navigation")
+    return _result(outcome, error_code, error_msg, NAVIGATE_CODES_BY_NUMBER, "blocked", "navigation")
 
 
 def result_from_spin(outcome: Outcome, error_code: int, error_msg: str) -> Result:
     """Our result for the answer of a Spin server (ours or Nav2's)."""
-    return _result(outcome, error_code, error_msg, _SPIN_CODES, "turn_failed", "the turn")
+    return _result(outcome, error_code, error_msg, SPIN_CODES_BY_NUMBER, "turn_failed", "the turn")
 
 
 def _result(

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.plain_yaml import Listing, Source, Table, Text, read_source
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.skills.serve_map.pgm import decode_pgm, encode_pgm
 
@@ -120,73 +120,70 @@ def read_description(path: Path) -> MapDescription:
     )
 
 
-def _entries(path: Path) -> dict[str, yaml.Node]:
+def _entries(path: Path) -> dict[str, Source]:
     """The values of the file by key, each with its place."""
     try:
-        root = yaml.compose(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        found = [str(other) for other in sorted(path.parent.glob("*.yaml"))]
-        raise ConfigError(f"the map cannot be read ({error.strerror})", file=path, valid=found) from error
-    except UnicodeDecodeError as error:
-        raise ConfigError("this is no text", file=path, valid=["a YAML file"]) from error
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = mark.line + 1 if mark else 1
-        raise ConfigError(f"this is no YAML: {error}".split("\n")[0], file=path, line=line) from error
-    if not isinstance(root, yaml.MappingNode):
+        root = read_source(path)
+    except ConfigError as error:
+        valid = (
+            [str(other) for other in sorted(path.parent.glob("*.yaml"))] if not path.exists() else error.valid
+        )
+        raise ConfigError(
+            f"the map: {error.problem}", file=path, line=error.line, column=error.column, valid=valid
+        ) from error
+    if not isinstance(root, Table):
         raise ConfigError("a map file holds keys with values", file=path, line=1, valid=_KEYS)
-    entries = {}
-    for key, value in root.value:
-        if key.value not in _KEYS:
-            raise _wrong(
-                path, key, f"the key {key.value!r} is unknown", *closest_first(str(key.value), _KEYS)
-            )
-        entries[key.value] = value
-    return entries
+    for key, _ in root.entries:
+        if key.text not in _KEYS:
+            raise _wrong(path, key, f"the key {key.text!r} is unknown", *closest_first(key.text, _KEYS))
+    return {key.text: value for key, value in root.entries}
 
 
-def _wrong(path: Path, node: yaml.Node, problem: str, *valid: str) -> ConfigError:
-    mark = node.start_mark
-    return ConfigError(problem, file=path, line=mark.line + 1, column=mark.column + 1, valid=valid)
+def _wrong(path: Path, source: Source, problem: str, *valid: str) -> ConfigError:
+    position = source.position
+    return ConfigError(problem, file=path, line=position.line, column=position.column, valid=valid)
 
 
-def _text(path: Path, entries: dict[str, yaml.Node], name: str, default: str) -> str:
-    node = entries.get(name)
-    if node is None:
+def _text(path: Path, entries: dict[str, Source], name: str, default: str) -> str:
+    source = entries.get(name)
+    if source is None:
         return default
-    if not isinstance(node, yaml.ScalarNode) or not node.value:
-        raise _wrong(path, node, f"{name} must be a text", f"{name}: {default or 'map.pgm'}")
-    return str(node.value)
+    if not isinstance(source, Text) or not source.text:
+        raise _wrong(path, source, f"{name} must be a text", f"{name}: {default or 'map.pgm'}")
+    return source.text
 
 
-def _float(path: Path, node: yaml.Node, name: str, example: str) -> float:
+def _float(path: Path, source: Source, name: str, example: str) -> float:
+    text = source.text if isinstance(source, Text) else ""
     try:
-        value = float(node.value)
-    except (TypeError, ValueError):
+        value = float(text)
+    except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise _wrong(path, node, f"{name} must be a number, not {node.value!r}", example)
+        raise _wrong(path, source, f"{name} must be a number, not {text!r}", example)
     return value
 
 
-def _number(path: Path, entries: dict[str, yaml.Node], name: str, default: float) -> float:
+def _number(path: Path, entries: dict[str, Source], name: str, default: float) -> float:
     return _float(path, entries[name], name, f"{name}: {default or 0.05}") if name in entries else default
 
 
-def _flag(path: Path, entries: dict[str, yaml.Node], name: str) -> bool:
+def _flag(path: Path, entries: dict[str, Source], name: str) -> bool:
     text = _text(path, entries, name, "0").lower()
     if text not in ("0", "1", "false", "true"):
         raise _wrong(path, entries[name], f"{name} must be 0 or 1, not {text!r}", "0", "1")
     return text in ("1", "true")
 
 
-def _origin(path: Path, node: yaml.Node) -> Pose2:
+def _origin(path: Path, source: Source) -> Pose2:
     example = "origin: [-10.0, -10.0, 0.0]"
-    if not isinstance(node, yaml.SequenceNode) or len(node.value) not in (2, 3):
-        raise _wrong(path, node, "the origin must be a list of x, y and yaw", example)
-    numbers = [_float(path, item, "a number of the origin", example) for item in node.value]
+    if not isinstance(source, Listing) or len(source.items) not in (2, 3):
+        raise _wrong(path, source, "the origin must be a list of x, y and yaw", example)
+    numbers = [_float(path, item, "a number of the origin", example) for item in source.items]
     if len(numbers) == 3 and numbers[2] != 0.0:
-        raise _wrong(path, node.value[2], f"a map turned by {numbers[2]} rad is not supported", "a yaw of 0")
+        raise _wrong(
+            path, source.items[2], f"a map turned by {numbers[2]} rad is not supported", "a yaw of 0"
+        )
     return Pose2(numbers[0], numbers[1], 0.0)
 
 

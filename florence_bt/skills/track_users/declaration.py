@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 
+NO_USER_SEEN = 1
+"""Error code of the action ``look_for_user`` for the failure ``no_user_seen``."""
+
 START_TRACKER = SkillDeclaration(
     name="start_tracker",
     summary="Start the user tracker with an empty memory",
@@ -31,9 +34,7 @@ LOOK_FOR_USER = SkillDeclaration(
     },
     failures={"no_user_seen": "nobody was in front of the camera during the whole window"},
     deadline_s=20.0,
+    server_codes={NO_USER_SEEN: "no_user_seen"},
 )
 
 DECLARATIONS = (START_TRACKER, STOP_TRACKER, LOOK_FOR_USER)
-
-NO_USER_SEEN = 1
-"""Error code of the action ``look_for_user`` for the failure ``no_user_seen``."""

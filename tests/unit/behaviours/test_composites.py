@@ -1,6 +1,7 @@
 import pytest
-from py_trees.common import Status
-from py_trees.composites import Sequence
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.run_skill import RunSkill
@@ -79,3 +80,47 @@ def test_stopping_a_finished_tree_does_not_clean_again(clock):
     tick_until(root, clock, context)
     root.stop(Status.INVALID)
     assert (len(clean.runs), context.runs) == (2, [])
+
+
+class Breaks(Behaviour):
+    """Waits a second on the clock, then has a bug."""
+
+    def __init__(self, context):
+        super().__init__("breaks")
+        self._context = context
+        self._begun = False
+
+    def update(self):
+        if self._begun:
+            raise KeyError("a bug")
+        self._begun = True
+        self._context.clock.call_at(self._context.clock.now() + 1.0, self._context.wake)
+        return Status.RUNNING
+
+
+def test_a_bug_in_a_clean_up_that_a_timer_woke_ends_the_clean_up_alone(clock):
+    # 0: stop, the clean-up begins beside the tree; 1: a timer wakes it and it breaks; its skill is cancelled
+    ends = []
+    skills = {
+        "work": ScriptedSkill(WORK, clock, [Step(None)]),
+        "clean": ScriptedSkill(CLEAN, clock, [Step(None)]),
+    }
+    declarations = {"work": WORK, "clean": CLEAN}
+    context = make_context(
+        clock, skills, declarations, on_skill_ended=lambda path, skill, result: ends.append((skill, result))
+    )
+    root = Finally(
+        "root",
+        context,
+        RunSkill("work", context, "work"),
+        lambda c: Parallel(
+            "clean up", ParallelPolicy.SuccessOnAll(), [RunSkill("clean", c, "clean"), Breaks(c)]
+        ),
+    )
+    root.tick_once()
+    root.stop(Status.INVALID)
+    drain(clock, context)
+    result = dict(ends)["finally"]
+    assert (clock.now(), result.code) == (1.0, "internal_error")
+    assert result.reason.startswith("KeyError: 'a bug' (in test_composites.py:")
+    assert (skills["clean"].active, context.runs) == (0, [])

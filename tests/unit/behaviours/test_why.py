@@ -29,9 +29,12 @@ def test_sequence_points_to_the_child_that_failed(clock):
     assert explain(root) == Why("root/b", "code_b", "no b")
 
 
-def test_selector_points_to_the_last_child(clock):
-    root = run(clock, lambda c: Selector("root", True, [Fail("a", c, "no a"), Fail("b", c, "no b")]))
-    assert explain(root) == Why("root/b", "failed", "no b")
+def test_selector_points_to_the_last_child_and_tells_why_the_others_failed(clock):
+    def build(c):
+        return Selector("root", True, [Fail("a", c, "no a"), Fail("b", c, "x" * 200), Fail("c", c, "no c")])
+
+    reason = f"no c (before that, a: no a; b: {'x' * 77}...)"
+    assert explain(run(clock, build)) == Why("root/c", "failed", reason)
 
 
 def test_parallel_points_to_the_child_that_failed(clock):

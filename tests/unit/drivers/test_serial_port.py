@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import DeviceError, DeviceLost, DeviceTimeout
-from florence_bt.drivers.serial_port import PortReader, SerialPort, _explain_open
+from florence_bt.drivers.device_reader import DeviceReader
+from florence_bt.drivers.serial_port import SerialPort, _explain_open
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 
 LONG_S = 10.0
@@ -157,7 +158,7 @@ class Mailbox:
 
 def test_reader(device: PseudoTerminal, port: SerialPort) -> None:
     box = Mailbox()
-    reader = PortReader(port, box.on_data, box.on_lost)
+    reader = DeviceReader(port.read, box.on_data, box.on_lost, port.name)
     reader.start()
     for _ in range(10):
         device.write(ALL_BYTES)
@@ -172,7 +173,7 @@ def test_reader(device: PseudoTerminal, port: SerialPort) -> None:
 
 def test_reader_tells_once_that_the_port_is_lost(device: PseudoTerminal, port: SerialPort) -> None:
     box = Mailbox()
-    reader = PortReader(port, box.on_data, box.on_lost)
+    reader = DeviceReader(port.read, box.on_data, box.on_lost, port.name)
     reader.start()
     device.unplug()
     box.wait(lambda: len(box.errors) == 1)
@@ -183,5 +184,11 @@ def test_reader_tells_once_that_the_port_is_lost(device: PseudoTerminal, port: S
 
 def test_a_reader_that_never_started_stops(port: SerialPort) -> None:
     box = Mailbox()
-    PortReader(port, box.on_data, box.on_lost).stop()
+    DeviceReader(port.read, box.on_data, box.on_lost, port.name).stop()
     assert box.data == b""
+
+
+def test_a_pseudo_terminal_has_no_modem_lines(port: SerialPort, device: PseudoTerminal) -> None:
+    assert port.set_rts(True) is False
+    device.write(b"still there")
+    assert read_exactly(port, 11) == b"still there"

@@ -11,7 +11,8 @@ from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.turtlebot import codec
-from florence_bt.drivers.turtlebot.codec.packets import OiMode, SensorState
+from florence_bt.drivers.turtlebot.codec.packets import OiMode
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
@@ -318,8 +319,17 @@ def test_diagnoses() -> None:
 
     def judged(newest: Reading | None, problem: str = "") -> list[tuple[Level, str]]:
         found = diagnose(driver, newest, "/dev/ttyUSB0", problem)
-        assert list(found) == ["TurtleBot Node", "Operating Mode", "Battery"]
-        return [(diagnosis.level, diagnosis.message) for diagnosis in found.values()]
+        assert list(found) == [
+            "TurtleBot Node",
+            "Operating Mode",
+            "Battery",
+            "Charging Sources",
+            "Cliff Sensor",
+            "Wall Sensor",
+            "Gyro Sensor",
+            "Digital Outputs",
+        ]
+        return [(diagnosis.level, diagnosis.message) for diagnosis in found.values()][:3]
 
     assert judged(reading(oi_mode=3)) == [(Level.OK, "RUNNING"), (Level.OK, "Full"), (Level.OK, "OK")]
     assert judged(None)[0] == (Level.WARN, "STARTING")

@@ -1,4 +1,7 @@
-"""A run on an action server, without ROS: every order of events ends it, and no goal is left running."""
+"""A run on an action server, without ROS: what each event does, and any order of them, also impossible ones.
+
+That no goal is left running on a server is shown in ``test_goal_orders.py``.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.skill import Phase
 from florence_bt.ros._action_run import ActionRun, Deadlines
+from florence_bt.ros._goal_stop import GIVE_UP_S, StopAnswer
 
 DEADLINES = Deadlines(accept_s=2.0, result_s=10.0, cancel_s=3.0, lost_s=1.0)
 
@@ -44,7 +48,8 @@ def ended(run: ActionRun) -> Result:
 
 
 # What may happen to a run; "wait" lets every deadline pass.
-EVENTS = ("accepted", "rejected", "finished", "cancel", "refused", "wait")
+EVENTS = ("accepted", "rejected", "finished", "cancel", "promised", "refused", "unknown", "shut_down", "wait")
+ANSWERS = {"promised": StopAnswer.PROMISED, "refused": StopAnswer.REFUSED, "unknown": StopAnswer.UNKNOWN}
 
 
 def apply(event: str, clock: ManualClock, run: ActionRun) -> None:
@@ -56,14 +61,16 @@ def apply(event: str, clock: ManualClock, run: ActionRun) -> None:
         run.finished(success())
     elif event == "cancel":
         run.cancel()
-    elif event == "refused":
-        run.cancel_refused()
+    elif event == "shut_down":
+        run.shut_down()
+    elif event in ANSWERS:
+        run.stop_answered(ANSWERS[event])
     else:
-        clock.advance(20.0)
+        clock.advance(100.0)
 
 
 @pytest.mark.parametrize("there", [True, False])
-def test_every_order_of_events_ends_the_run_once(there: bool) -> None:
+def test_every_order_of_events_also_impossible_ones_ends_the_run_once(there: bool) -> None:
     for length in range(5):
         for events in itertools.product(EVENTS, repeat=length):
             clock, _server, run = begin(there)
@@ -75,19 +82,7 @@ def test_every_order_of_events_ends_the_run_once(there: bool) -> None:
             assert run.poll() is not None, f"{events}: the run never ended"
             assert ended(run).succeeded or ended(run).reason, f"{events}: no reason"
             assert clock.next_time() is None, f"{events}: a timer is left"
-
-
-def test_no_order_of_events_leaves_a_goal_running() -> None:
-    for length in range(5):
-        for events in itertools.product(EVENTS, repeat=length):
-            if events.count("accepted") + events.count("rejected") != 1:
-                continue
-            clock, server, run = begin()
-            for event in (*events, "wait"):
-                apply(event, clock, run)
-            unfinished = "accepted" in events and "finished" not in events
-            if unfinished:
-                assert server.sent[-1] == "cancel", f"{events}: the goal runs on"
+            assert not run.goal_open, f"{events}: it waits for ever"
 
 
 def test_success() -> None:
@@ -123,8 +118,12 @@ def test_no_answer_to_the_goal() -> None:
     clock, server, run = begin()
     clock.advance(2.0)
     assert ended(run).code == "timed_out"
+    assert server.sent == ["goal", "cancel"], "its yes may have got lost"
     run.accepted()
-    assert server.sent == ["goal", "cancel"], "who accepts too late is stopped"
+    assert server.sent == ["goal", "cancel", "cancel"], "who accepts too late is stopped"
+    run.stop_answered(StopAnswer.PROMISED)
+    clock.advance(100.0)
+    assert server.sent == ["goal", "cancel", "cancel"]
 
 
 def test_cancel_before_the_goal_is_sent() -> None:
@@ -154,7 +153,7 @@ def test_cancel_and_no_answer_to_the_goal() -> None:
     clock.advance(2.0)
     assert ended(run).outcome is Outcome.CANCELLED
     run.accepted()
-    assert server.sent == ["goal", "cancel"]
+    assert server.sent == ["goal", "cancel", "cancel"]
 
 
 def test_cancel_while_active_has_a_deadline_of_its_own() -> None:
@@ -164,7 +163,7 @@ def test_cancel_while_active_has_a_deadline_of_its_own() -> None:
     run.cancel()
     clock.advance(2.9)
     assert run.poll() is None, "the deadline of the result counts no more"
-    clock.advance(0.1)
+    clock.advance(0.2)
     assert ended(run).outcome is Outcome.CANCELLED
     assert "did not confirm the stop within 3 s" in ended(run).reason
 
@@ -173,6 +172,7 @@ def test_a_second_cancel_does_not_extend_the_deadline() -> None:
     clock, server, run = begin()
     run.accepted()
     run.cancel()
+    run.stop_answered(StopAnswer.PROMISED)
     clock.advance(2.0)
     run.cancel()
     clock.advance(1.0)
@@ -184,9 +184,50 @@ def test_a_refused_cancel_is_named() -> None:
     clock, _, run = begin()
     run.accepted()
     run.cancel()
-    run.cancel_refused()
+    run.stop_answered(StopAnswer.REFUSED)
     clock.advance(3.0)
     assert "refused to stop" in ended(run).reason
+
+
+def test_a_stop_is_asked_for_until_the_server_promises_it() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    run.cancel()
+    clock.advance(1.5)
+    run.stop_answered(StopAnswer.REFUSED)
+    clock.advance(4.0)
+    assert run.poll() is not None and run.goal_open
+    assert server.sent == ["goal", *["cancel"] * 6], "also after the run has ended"
+    run.stop_answered(StopAnswer.PROMISED)
+    assert not run.goal_open
+    clock.advance(100.0)
+    assert server.sent == ["goal", *["cancel"] * 6]
+
+
+def test_nobody_is_asked_for_ever() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    run.cancel()
+    clock.advance(10 * GIVE_UP_S)
+    assert len(server.sent) == 1 + GIVE_UP_S and not run.goal_open
+
+
+def test_a_server_that_was_started_anew_while_it_was_told_to_stop() -> None:
+    _, _, run = begin()
+    run.accepted()
+    run.cancel()
+    run.stop_answered(StopAnswer.UNKNOWN)
+    assert ended(run).outcome is Outcome.CANCELLED and "started anew" in ended(run).reason
+
+
+def test_a_goal_that_ended_meanwhile_keeps_its_result() -> None:
+    _, _, run = begin()
+    run.accepted()
+    run.cancel()
+    run.stop_answered(StopAnswer.OVER)
+    assert run.poll() is None and not run.goal_open
+    run.finished(success(x=2))
+    assert run.poll() == success(x=2)
 
 
 def test_result_deadline() -> None:
@@ -195,6 +236,32 @@ def test_result_deadline() -> None:
     clock.advance(10.0)
     assert ended(run).code == "timed_out"
     assert server.sent == ["goal", "cancel"]
+
+
+def test_a_fast_simulation_makes_no_server_late() -> None:
+    robot, steady, server = ManualClock(100.0), ManualClock(7.0), FakeServer()
+    run = ActionRun(robot, server, DEADLINES, "action /dance", steady)
+    robot.advance(1000.0)
+    assert run.poll() is None
+    steady.advance(1.9)
+    run.accepted()
+    run.cancel()
+    robot.advance(1000.0)
+    steady.advance(2.9)
+    assert run.poll() is None, "the answer to a cancel depends on both"
+    steady.advance(0.1)
+    assert "did not confirm the stop" in ended(run).reason
+
+
+def test_a_clock_that_stands_holds_no_cancelled_run() -> None:
+    robot, steady, server = ManualClock(100.0), ManualClock(7.0), FakeServer()
+    run = ActionRun(robot, server, DEADLINES, "action /dance", steady)
+    run.accepted()
+    run.cancel()
+    steady.advance(11.9)
+    assert run.poll() is None, "a slow simulation is given time"
+    steady.advance(0.5)
+    assert "did not confirm the stop" in ended(run).reason
 
 
 def test_a_server_that_goes_away() -> None:

@@ -185,14 +185,7 @@ def test_stop_all_drops_the_queue_too(bench):
 
 def test_a_tree_that_wakes_itself_for_ever_is_failed(bench):
     run = bench.executor.trigger(Request("drive_once"))
-    bench.executor.add_listener(lambda run, event: bench.executor.wake())
-    original = bench.executor._emit_node_changes
-
-    def chatter(run, root):
-        original(run, root)
-        bench.executor.wake()
-
-    bench.executor._emit_node_changes = chatter
+    bench.executor.on_tick = lambda run: bench.executor.wake()
     bench.clock.advance(0.5)
     assert run.status is RunStatus.FAILED and run.code == "spinning" and bench.drive.active == 0
 

@@ -25,7 +25,7 @@ from florence_bt.skills.describe_robot.footprint import (
     numbers_from_polygon,
     polygon_from_numbers,
 )
-from florence_bt.skills.describe_robot.frames import static_frames
+from florence_bt.skills.describe_robot.frames import static_frames, turning_joints
 
 
 @pytest.fixture(scope="module")
@@ -233,3 +233,23 @@ def test_the_robots_configuration_fits_its_description(buffer):
         == DescriptionParameters()
     )
     assert config["laser_filter"]["robot_radius"] >= circumscribed_radius(FOOTPRINT)
+
+
+def test_wheels_turn_about_the_axle(robot):
+    left, right = robot.joints
+    assert (left.name, right.name) == ("left_wheel_joint", "right_wheel_joint")
+    quarter = left.at(math.pi / 2)
+    # A point ahead of the axle is below it after a quarter turn forward (about +y).
+    assert quarter.apply(np.array([0.033, 0.0, 0.0])) == pytest.approx([0.0, 0.13, 0.015 - 0.033])
+    assert np.allclose(left.at(0.0).translation, left.origin.translation)
+    fixed = [child for _, child, _ in robot.fixed_frames]
+    assert "left_wheel_link" not in fixed and len(fixed) == len(robot.frames) - 2
+
+
+def test_a_joint_without_a_direction_is_refused():
+    text = (
+        "<robot><link name='a'/><link name='b'/><joint name='j' type='continuous'>"
+        "<parent link='a'/><child link='b'/><axis xyz='0 0 0'/></joint></robot>"
+    )
+    with pytest.raises(ConfigError, match="'j' is no direction"):
+        turning_joints(text)

@@ -98,7 +98,7 @@ def test_noise_is_a_frame_error_or_a_picture(data: bytes) -> None:
         ("free_thresh: 0.196", "free_thresh: 0.9", ":6:14:", "thresholds"),
         ("negate: 0", "negat: 0", ":4:1:", "would have worked: negate"),
         ("negate: 0", "mode: trinry", ":4:7:", "would have worked: trinary"),
-        ("negate: 0", "negate: [", ":", "no YAML"),
+        ("negate: 0", "negate: [", ":", "not YAML"),
         ("image: m.pgm", "image: n.pgm", "m.yaml", "would have worked: m.pgm"),
     ],
 )

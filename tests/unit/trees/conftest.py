@@ -36,7 +36,7 @@ SKILLS = (
     SkillDeclaration(
         "get_hotspot",
         "Hotspot",
-        inputs={"label": Port(Kind.TEXT, "which")},
+        inputs={"label": Port(Kind.TEXT, "which", names="hotspot")},
         outputs={"pose": Port(Kind.POSE, "where")},
         failures={"unknown_hotspot": "none"},
         instant=True,

@@ -1,51 +1,119 @@
-"""The documents of the mission language are true: every example is checked, the generated page is current."""
+"""The documents of the mission language are true: every example is checked, and runs."""
 
 import re
 from pathlib import Path
 
 import pytest
+from py_trees.common import Status
 
+from florence_bt.behaviours.why import explain
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, Result
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.testing.ticking import drain, make_context, tick_until
+from florence_bt.trees.compile import compile_mission
 from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.kinds import ANYWHERE, MODIFIERS, NODE_KINDS
+from florence_bt.trees.expressions.parser import FUNCTIONS
+from florence_bt.trees.inputs import parse_inputs
+from florence_bt.trees.kinds import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
 from florence_bt.trees.lint import check
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.quantities import UNITS
-from florence_bt.trees.report import report_text
 from florence_bt.trees.skills_page import skills_page
 
 DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "missions.md").read_text()
 BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", TEXT, re.DOTALL)
+NODES = [text for kind, text in BLOCKS if kind]
+MISSIONS = [text for kind, text in BLOCKS if not kind]
+DECLARATIONS = collect_declarations(third_party=False)
+
+# What an example reads and does not write is an input here.
+GIVEN = {
+    "distance": "{type: length, default: 0.8 m}",
+    "people": "{type: integer, default: 1}",
+    "mode": "{type: text, default: quick}",
+}
+# Examples that fail by intention: a part of the text -> the code.
+FAILURES = {'fail: "nobody was': "nobody_home", "invert:": "inverted", "while: not $found": "guard_failed"}
+OUTPUTS = {
+    Kind.POSE: Pose2(1.0, 2.0, 0.5),
+    Kind.TEXT: "kitchen",
+    Kind.BOOLEAN: True,
+    Kind.INTEGER: 1,
+}
+
+
+def as_mission(node):
+    used = [name for name in GIVEN if re.search(rf"\${name}\b", node) and not re.search(rf"{name}: ", node)]
+    inputs = [f"  {name}: {GIVEN[name]}" for name in used]
+    tree = [f"  {line}" for line in node.splitlines()]
+    return "\n".join(["mission: example", *(["inputs:"] if used else []), *inputs, "tree:", *tree, ""])
 
 
 def problems(name, text, folder):
+    """What the check says; that nobody reads what an example writes is no fault of the example."""
     (folder / f"{name}.yaml").write_text(text)
     library = MissionLibrary.load([folder])
-    return report_text(check(library.get(name), library, collect_declarations()))
+    found = check(library.get(name), library, DECLARATIONS)
+    return [str(finding) for finding in found if "read" not in finding.message]
 
 
-@pytest.mark.parametrize("block", [text for kind, text in BLOCKS if kind])
-def test_every_node_in_the_document(block, tmp_path):
-    tree = "".join(f"  {line}\n" for line in block.splitlines())
-    assert problems("example", f"mission: example\ntree:\n{tree}", tmp_path) == ""
+def run(name, text, folder, given=None):
+    """Tick a mission with skills that succeed, after a second unless they are instant; its root."""
+    (folder / f"{name}.yaml").write_text(text)
+    library = MissionLibrary.load([folder])
+    clock = ManualClock()
+    skills = {}
+    for skill, declaration in DECLARATIONS.items():
+        outputs = {name: OUTPUTS.get(port.kind, 1.5) for name, port in declaration.outputs.items()}
+        step = Step(Result(Outcome.SUCCEEDED, outputs=outputs), after=0.0 if declaration.instant else 1.0)
+        skills[skill] = ScriptedSkill(declaration, clock, [step])
+    context = make_context(clock, skills, DECLARATIONS)
+    mission = library.get(name)
+    tree = compile_mission(mission, library, parse_inputs(mission, given or {}), context)
+    tick_until(tree.root, clock, context)
+    drain(clock, context)
+    return tree.root
 
 
-@pytest.mark.parametrize("block", [text for kind, text in BLOCKS if not kind])
+@pytest.mark.parametrize("block", NODES)
+def test_every_node_in_the_document_is_right(block, tmp_path):
+    assert problems("example", as_mission(block), tmp_path) == []
+
+
+@pytest.mark.parametrize("block", NODES)
+def test_every_node_in_the_document_runs(block, tmp_path):
+    root = run("example", as_mission(block), tmp_path)
+    expected = next((code for part, code in FAILURES.items() if part in block), None)
+    why = explain(root)
+    assert (why.code if why else None) == expected, why
+    assert root.status is (Status.FAILURE if expected else Status.SUCCESS)
+
+
+@pytest.mark.parametrize("block", MISSIONS)
 def test_every_mission_in_the_document(block, tmp_path):
     name = re.match(r"mission: (\w+)", block)[1]
-    assert problems(name, block, tmp_path) == ""
+    assert problems(name, block, tmp_path) == []
+    assert run(name, block, tmp_path, {"plant": "palm"}).status is Status.SUCCESS
 
 
 def test_the_document_has_an_example_of_everything():
-    nodes = "\n".join(text for kind, text in BLOCKS if kind)
+    nodes = "\n".join(NODES)
     for word in (*NODE_KINDS, *ANYWHERE, *MODIFIERS):
         assert re.search(rf"\b{word}:", nodes), word
     for units in UNITS.values():
         for unit in units:
             assert re.search(rf"`-?[\d.]+ {unit}`", TEXT), unit
+    for function in FUNCTIONS:
+        assert f"`{function}(" in TEXT, function
+    for code, meaning in TREE_CODES.items():
+        assert f"| `{code}` | {meaning} |" in TEXT, code
 
 
 def test_the_page_of_the_skills_is_current():
-    assert (DOCS / "skills.md").read_text() == skills_page(collect_declarations()), (
+    assert (DOCS / "skills.md").read_text() == skills_page(DECLARATIONS), (
         "write it anew: python -m florence_bt.trees.skills_page docs/skills.md"
     )

@@ -17,10 +17,42 @@ from florence_bt.trees.lint import check
 from florence_bt.trees.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.parse import parse_mission
 
-DECLARATIONS = collect_declarations()
-LIBRARY = MissionLibrary.load()
-TEXTS = {name: (BUILT_IN / f"{name}.yaml").read_text() for name in LIBRARY.names()}
-ODD_WORDS = ("", "[]", "{}", "$", "~", "5", "- ")
+DECLARATIONS = collect_declarations(third_party=False)
+LIBRARY = MissionLibrary.load(third_party=False)
+EVERYTHING = """\
+mission: everything
+inputs:
+  mode: {type: text, default: fast}
+  limit: {type: length, default: 2 m, min: 0 m}
+keys:
+  tries: {type: integer, default: 0}
+  goal: {type: pose}
+tree:
+  sequence:
+    - set: {goal: {x: "${$limit / 2}", y: 1 m, yaw: "${-90 deg}"}, tries: "${$tries + 1}"}
+      when: $tries < 3 and not ($mode == "slow")
+    - if: distance($goal, $goal) <= $limit
+      then: {turn: {angle: 45 deg}, unless: $tries == 2}
+      else: {fail: "too far: $limit", code: too_far}
+      memory: false
+    - switch: $mode
+      cases:
+        fast: {once: {start_tracker: }}
+        slow: {delay: 2 s, do: {stop_tracker: }}
+      default: {force: failure, do: {wait: "${max(1 s, 2 s)}"}}
+    - parallel:
+        - {name: looking, cooldown: 30 s, do: {look_for_user: {window: 2 s}}}
+        - {condition: $tries > 0, because: {not_so: "no tries yet"}}
+      policy: [looking]
+      while: $tries < 9
+      finally: {stop_tracker: }
+    - parallel: [{wait: 1 s}, {wait: 2 s}]
+      policy: {succeed: 1, fail: 2}
+"""
+TEXTS = {name: (BUILT_IN / f"{name}.yaml").read_text() for name in LIBRARY.names()} | {
+    "everything": EVERYTHING
+}
+ODD_WORDS = ("", "[]", "{}", "$", "~", "5", "- ", "${", "}", "not", "<", "$tries", "0.5 m")
 WORDS = [*sorted({word for text in TEXTS.values() for word in text.split()}), *ODD_WORDS]
 
 
@@ -44,7 +76,7 @@ def mutations(draw_from):
     return name, "\n".join(lines)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(mutations())
 def test_checking_a_mutated_mission(mutated):
     name, text = mutated
@@ -60,3 +92,9 @@ def test_checking_a_mutated_mission(mutated):
     if not has_errors(findings):
         inputs = {key: port.default for key, port in mission.inputs.items() if not port.required}
         compile_mission(mission, LIBRARY, inputs, make_context(ManualClock(), {}, DECLARATIONS))
+
+
+def test_what_is_mutated_was_right_before():
+    for name, text in TEXTS.items():
+        mission = parse_mission(text, Path(f"{name}.yaml"))
+        assert not has_errors(check(mission, LIBRARY, DECLARATIONS, ["kitchen"])), name

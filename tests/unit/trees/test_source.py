@@ -1,4 +1,5 @@
 import contextlib
+import os
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,8 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.source import (
     MAX_BYTES,
     MAX_DEPTH,
+    MAX_PARTS,
+    MAX_TEXT,
     Listing,
     Position,
     Table,
@@ -57,6 +60,28 @@ def test_a_byte_order_mark_is_skipped():
     assert parse(b"\xef\xbb\xbfa: b\n").get("a").text == "b"
 
 
+def test_lines_of_windows_are_counted_as_lines():
+    table = parse("a: 1\r\nb:\r\n  - c\r\n")
+    assert table.get("b").items[0] == Text("c", False, Position(3, 5))
+
+
+def test_merge_keys_and_anchors_in_quotes_are_texts():
+    assert parse("a: '<<'\n'<<': '&x'\n").get("<<").text == "&x"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "begun"),
+    [
+        ("a: [1,\n  2\n\n\n", 2, 4, "begun in line 1"),
+        ("a: 1\nb: 'x\n\n", 2, 6, "quoted scalar"),
+    ],
+)
+def test_what_is_not_closed_is_placed_at_the_end_of_what_is_written(text, line, column, begun):
+    with pytest.raises(ConfigError, match=begun) as error:
+        parse(text)
+    assert (error.value.line, error.value.column) == (line, column)
+
+
 @pytest.mark.parametrize(
     ("text", "line", "column", "problem"),
     [
@@ -76,7 +101,17 @@ def test_a_byte_order_mark_is_skipped():
         ("a: [1, 2\n", None, None, "not YAML"),
         ("a: 'x\n", None, None, "not YAML"),
         ("a: b: c\n", 1, None, "not YAML"),
-        ("a: \x07\n", 1, None, "not YAML"),
+        ("a: \x07\n", 1, 4, "the character U.0007 is not allowed"),
+        ("a: b\r\nc: \x00d\n", 2, 4, "the character U.0000 is not allowed"),
+        ("a: b\u2028c\n", 1, 5, "the character U.2028 is not allowed"),
+        ("a: b\ufeffc\n", 1, 5, "the character U.FEFF is not allowed"),
+        ("a: b\n".encode("utf-16"), 1, 1, "the file is written in UTF-16"),
+        ("a: b\n".encode("utf-16-be"), 1, 1, "U.0000"),
+        ("a: {<<: {b: 1}}\n", 1, 5, "merges"),
+        ("a: 1\r\nb:\r\n\t- c\r\n", 3, 1, "a tab in the indentation"),
+        ("a: " + "x" * (MAX_TEXT + 1), 1, 4, "a text of 10001 characters"),
+        ("[" + "a, " * MAX_PARTS + "a]", 1, None, "more than 60000 keys and values"),
+        ("ü: {ö: 1, ö: 2}\n", 1, 11, "twice"),
         ("a: " + "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1), 1, None, "nested more than"),
         ("[" * 100_000, 1, None, "nested more than"),
     ],
@@ -92,8 +127,18 @@ def test_what_is_refused(text, line, column, problem):
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(ConfigError, match="cannot be read: No such file"):
         read_source(tmp_path / "gone.yaml")
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(ConfigError, match="cannot be read: it is a folder"):
         read_source(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ConfigError, match="cannot be read: it is a pipe"):
+        read_source(tmp_path / "pipe")
+    with pytest.raises(ConfigError, match="cannot be read: it is a device"):
+        read_source(Path("/dev/zero"))
+    with pytest.raises(ConfigError, match="cannot be read: embedded null byte"):
+        read_source(Path("a\0b"))
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    with pytest.raises(ConfigError, match="cannot be read: Too many levels"):
+        read_source(tmp_path / "loop")
     (tmp_path / "big.yaml").write_bytes(b"a" * (MAX_BYTES + 1))
     with pytest.raises(ConfigError, match="more than 1000000 bytes"):
         read_source(tmp_path / "big.yaml")

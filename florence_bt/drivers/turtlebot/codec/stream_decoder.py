@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import enum
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from florence_bt.drivers.turtlebot.codec.packets import members
+from florence_bt.core.errors import ConfigError
+from florence_bt.drivers.turtlebot.codec.packets import encode_packets, layout, members
 
 HEADER = 19
+LONGEST_BODY = 255
 _CHANGE_FORM_AFTER = 3
 
 
@@ -68,7 +70,7 @@ class StreamDecoder:
         Args:
             packet_ids: Packets or groups, in the order of the request.
         """
-        self._values = struct.Struct(">xx" + "".join("x" + _codes(packet_id) for packet_id in packet_ids))
+        self._values = struct.Struct(">xx" + "".join("x" + layout([packet_id]) for packet_id in packet_ids))
         self._ids = [packet.id for packet_id in packet_ids for packet in members(packet_id)]
         self._fixed = _fixed_bytes(packet_ids, self._values.size)
         self._size = self._values.size + 1
@@ -119,6 +121,7 @@ class StreamDecoder:
         without_header = sum(frame[1:])
         fitting = next((form for form in ChecksumForm if (without_header + form.value) % 256 == 0), None)
         if fitting is None:
+            self._other_form_in_a_row = 0
             return False
         if fitting is self.checksum_form:
             self._other_form_in_a_row = 0
@@ -132,8 +135,22 @@ class StreamDecoder:
         return False
 
 
-def _codes(packet_id: int) -> str:
-    return "".join(packet.code for packet in members(packet_id))
+def encode_frame(packet_ids: Sequence[int], values: Mapping[int, int], form: ChecksumForm) -> bytes:
+    """A frame as the base sends it.
+
+    Args:
+        packet_ids: Packets or groups, in the order of the request.
+        values: Counts by packet number.
+        form: What the checksum covers.
+
+    Raises:
+        ConfigError: A value is missing or out of range, or the data are longer than a frame can be.
+    """
+    body = b"".join(bytes([number]) + encode_packets([number], values) for number in packet_ids)
+    if len(body) > LONGEST_BODY:
+        raise ConfigError(f"a frame carries at most {LONGEST_BODY} bytes, not {len(body)}")
+    counted = bytes([len(body)]) + body
+    return bytes([HEADER]) + counted + bytes([-(sum(counted) + form.value) % 256])
 
 
 def _fixed_bytes(packet_ids: Sequence[int], size: int) -> list[tuple[int, int]]:
@@ -142,5 +159,5 @@ def _fixed_bytes(packet_ids: Sequence[int], size: int) -> list[tuple[int, int]]:
     place = 2
     for packet_id in packet_ids:
         fixed.append((place, packet_id))
-        place += 1 + struct.calcsize(">" + _codes(packet_id))
+        place += 1 + struct.calcsize(">" + layout([packet_id]))
     return fixed

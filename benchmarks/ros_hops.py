@@ -1,0 +1,94 @@
+"""The other process of ``test_bench_ros``: missions of hops over ROS, and plain rclpy doing the same by hand.
+
+``python benchmarks/ros_hops.py FOLDER``: ``hops`` runs one skill after the other on topics, ``action_hops``
+on an action. Beside them, with the same executor and QoS, an echo answers each message, and a plain action
+client sends a goal as soon as it has the result of the one before.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from nav2_msgs.action import Spin
+from rclpy.action import ActionClient
+from std_msgs.msg import String
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.outcome import success
+from florence_bt.ros.action_skill import ActionSkill, Deadlines
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.process import run_nodes
+from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.topic_skill import TopicSkill
+from florence_bt.runtime.node import MissionNode
+
+HOP = SkillDeclaration("hop", "Commanded on a topic", deadline_s=3600.0)
+ACTION_HOP = SkillDeclaration("action_hop", "Commanded by an action", deadline_s=3600.0)
+LONG = Deadlines(result_s=3600.0)
+MISSION = """mission: {name}
+tree:
+  repeat: 1000000
+  do:
+    sequence:
+      - {skill}: {{}}
+      - {skill}: {{}}
+"""
+
+
+def make_skills(node: FlorenceNode) -> dict[str, Any]:
+    """Two skills that do nothing but wait for the other process."""
+    return {
+        "hop": TopicSkill(
+            node,
+            (String, "hop/start"),
+            (String, "hop/done"),
+            to_command=lambda inputs: String(data="go"),
+            to_result=lambda message: success(),
+            deadlines=LONG,
+        ),
+        "action_hop": ActionSkill(
+            node,
+            Spin,
+            "hop_action",
+            to_goal=lambda inputs: Spin.Goal(),
+            to_result=lambda message, outcome: success(),
+            deadlines=LONG,
+        ),
+    }
+
+
+class Plain(FlorenceNode):
+    """Topic in, topic out; result in, goal out."""
+
+    def __init__(self) -> None:
+        super().__init__("plain")
+        self._echo = self.create_publisher(String, "plain/start", RELIABLE)
+        self.create_subscription(String, "plain/done", self._on_message, RELIABLE)
+        self._client = ActionClient(self, Spin, "plain_action")
+        self.create_subscription(String, "plain/begin", lambda message: self._send(), RELIABLE)
+
+    def _on_message(self, message: String) -> None:
+        self._echo.publish(String(data="go"))
+
+    def _send(self) -> None:
+        self._client.send_goal_async(Spin.Goal()).add_done_callback(self._on_answer)
+
+    def _on_answer(self, future: Any) -> None:
+        future.result().get_result_async().add_done_callback(lambda result: self._send())
+
+
+def main(folder: Path) -> int:
+    """Serve until SIGTERM."""
+    missions = folder / "missions"
+    missions.mkdir(parents=True)
+    for name, skill in (("hops", "hop"), ("action_hops", "action_hop")):
+        (missions / f"{name}.yaml").write_text(MISSION.format(name=name, skill=skill))
+    parameters = {"runs_folder": str(folder / "runs"), "mission_folders": (str(missions),)}
+    declarations = {"hop": HOP, "action_hop": ACTION_HOP}
+    return run_nodes([lambda: MissionNode(make_skills, declarations, parameters=parameters), Plain])
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))

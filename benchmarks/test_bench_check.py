@@ -1,0 +1,111 @@
+"""What ``florence check`` costs: many missions, a large one, the start-up, and a file that means harm."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from florence_bt.wiring.checking import check_files
+
+MISSIONS = 200
+
+BODY = """\
+mission: {name}
+description: One of many.
+inputs:
+  room: {{type: text, default: kitchen}}
+  times: {{type: integer, default: 3, min: 1, max: 9}}
+outputs:
+  user: {{type: pose}}
+keys:
+  rounds: {{type: integer, default: 0}}
+tree:
+  sequence:
+    - get_hotspot: {{label: $room}}
+      out: {{pose: hotspot}}
+    - name: get there
+      selector:
+        - robot_in_room: {{room: $room}}
+        - timeout: 2 min
+          do: {{navigate_to: {{goal: $hotspot}}}}
+    - retry: $times
+      on: [no_user_seen]
+      attempt: look
+      because: {{no_user_seen: "nobody in $look looks"}}
+      do:
+        sequence:
+          - start_tracker:
+          - if: $rounds < 2 and $look > 1
+            then: {{turn: {{angle: "${{45 deg * $look}}"}}}}
+            else: {{turn: {{angle: 45 deg}}}}
+          - set: {{rounds: "${{$rounds + 1}}"}}
+          - look_for_user: {{window: 3 s}}
+            out: {{user: user}}
+      finally:
+        stop_tracker:
+{calls}"""
+
+
+def write_missions(folder: Path) -> None:
+    for number in range(MISSIONS):
+        callees = [2 * number + 1, 2 * number + 2]
+        calls = "".join(
+            f"    - run: m{callee}\n      with: {{room: hall}}\n      when: $rounds > {callee}\n"
+            for callee in callees
+            if callee < MISSIONS
+        )
+        name = f"m{number}"
+        (folder / f"{name}.yaml").write_text(BODY.format(name=name, calls=calls))
+
+
+def test_two_hundred_missions(benchmark, figures, tmp_path):
+    write_missions(tmp_path)
+    report, errors = benchmark.pedantic(check_files, args=([tmp_path],), rounds=5, warmup_rounds=1)
+    assert not errors, report
+    figures.add(
+        f"check of {MISSIONS} missions that call each other",
+        f"{benchmark.stats.stats.median:.2f} s",
+        "20 nodes and 40 lines each; limit 2 s",
+    )
+
+
+def test_a_mission_of_ten_thousand_nodes(benchmark, figures, tmp_path):
+    file = tmp_path / "large.yaml"
+    body = "    - turn: {angle: 45 deg}\n" * 10_000
+    file.write_text(f"mission: large\ndescription: Long.\ntree:\n  sequence:\n{body}")
+    report, errors = benchmark.pedantic(check_files, args=([file],), rounds=3, warmup_rounds=1)
+    assert not errors, report
+    figures.add("check of one mission of 10,000 nodes", f"{benchmark.stats.stats.median:.2f} s")
+
+
+def test_start_up(benchmark, figures, tmp_path):
+    file = tmp_path / "small.yaml"
+    file.write_text("mission: small\ndescription: Waits.\ntree:\n  wait: 1 s\n")
+
+    def check() -> None:
+        command = [sys.executable, "-m", "florence_bt.cli", "check", str(file)]
+        subprocess.run(command, check=True, capture_output=True)
+
+    benchmark.pedantic(check, rounds=7, warmup_rounds=1)
+    begin = time.perf_counter()
+    subprocess.run([sys.executable, "-c", "pass"], check=True)
+    bare = time.perf_counter() - begin
+    figures.add(
+        "start-up and check of one small mission",
+        f"{benchmark.stats.stats.median:.2f} s",
+        f"limit 0.4 s; Python alone {bare:.2f} s",
+    )
+
+
+def test_a_file_that_means_harm(benchmark, figures, tmp_path):
+    file = tmp_path / "harm.yaml"
+    file.write_text("mission: harm\ntree:\n  sequence:\n" + "    - flyaway: {where: $x, how: 5}\n" * 7_000)
+    _, errors = benchmark.pedantic(check_files, args=([file],), rounds=3)
+    assert errors
+    figures.add(
+        "check of a file with 21,000 mistakes",
+        f"{benchmark.stats.stats.median:.2f} s",
+        "limit 1 s; the first 200 are told",
+    )

@@ -1,0 +1,135 @@
+"""Whole runs of goto_user with mocked skills: how long they take, and that nothing grows."""
+
+from __future__ import annotations
+
+import gc
+import time
+from pathlib import Path
+
+import pytest
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, SkillDeclaration
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import success
+from florence_bt.runtime.announcer import EventLog
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import Journal, JournalParameters
+from florence_bt.runtime.missions import MissionFolders
+from florence_bt.runtime.run import Request, RunIds, RunStatus
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.trees.declarations import collect_declarations
+
+VALUES = {Kind.POSE: Pose2(1.0, 2.0, 0.5), Kind.TEXT: "kitchen", Kind.BOOLEAN: True, Kind.INTEGER: 1}
+
+
+class Stage:
+    """An executor whose skills all succeed after a second."""
+
+    def __init__(self, log: EventLog | None = None) -> None:
+        self.clock = ManualClock()
+        declarations = collect_declarations()
+        self.skills = {name: self._mock(each) for name, each in declarations.items()}
+        self.executor = Executor(
+            MissionFolders.of([], declarations),
+            self.skills,
+            declarations,
+            self.clock,
+            RunIds("B"),
+            log=log,
+        )
+
+    def _mock(self, declaration: SkillDeclaration) -> ScriptedSkill:
+        outputs = {name: VALUES.get(port.kind, 1.0) for name, port in declaration.outputs.items()}
+        after = 0.0 if declaration.instant else 1.0
+        return ScriptedSkill(declaration, self.clock, [Step(success(**outputs), after=after)])
+
+    def run(self, times: int) -> None:
+        for _ in range(times):
+            run = self.executor.trigger(Request("goto_user", caller="bench"))
+            while not run.status.final:
+                self.clock.run_next()
+            assert run.status is RunStatus.SUCCEEDED
+            for skill in self.skills.values():
+                skill.runs.clear()
+
+
+def resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096 / 1e6
+
+
+@pytest.mark.parametrize("journal", ["without a journal", "with a journal"])
+def test_a_thousand_runs(benchmark, figures, tmp_path, journal):
+    log = Journal(tmp_path) if journal == "with a journal" else None
+    stage = Stage(log)
+    stage.run(20)
+    wall, cpu = benchmark.pedantic(lambda: timed(stage), rounds=1)
+    figures.add(
+        f"1,000 runs of goto_user with mocks, {journal}",
+        f"{wall:.1f} s",
+        f"{cpu:.1f} s of one core; at most 10 s",
+    )
+    assert cpu < 10.0
+
+
+def timed(stage: Stage) -> tuple[float, float]:
+    """Wall and processor seconds of a thousand runs."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    stage.run(1000)
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+@pytest.mark.timeout(600)
+def test_nothing_grows(benchmark, figures, tmp_path):
+    stage = Stage(Journal(tmp_path, JournalParameters(keep_runs=100)))
+
+    def measure() -> tuple[float, float, float, float]:
+        stage.run(1000)
+        gc.collect()
+        early, file_early = resident_mb(), size_mb(tmp_path)
+        stage.run(9000)
+        gc.collect()
+        return early, resident_mb(), file_early, size_mb(tmp_path)
+
+    early, late, file_early, file_late = benchmark.pedantic(measure, rounds=1)
+    figures.add(
+        "memory after 1,000 and after 10,000 runs in one process",
+        f"{early:.1f} MB, {late:.1f} MB",
+        f"flat; the journal with 100 runs kept: {file_early:.1f} MB, {file_late:.1f} MB",
+    )
+    assert late - early < 2.0
+    assert file_late < 1.5 * file_early
+
+
+def size_mb(folder: Path) -> float:
+    return sum(file.stat().st_size for file in folder.iterdir() if file.is_file()) / 1e6
+
+
+def test_the_journal_costs_a_tick_little(benchmark, figures, tmp_path):
+    """From the end of a skill to the start of the next: the batch is written after that."""
+    log = Journal(tmp_path, background=True)
+    stage = Stage(log)
+    stage.run(50)
+    gaps = []
+    ended = 0.0
+
+    def listen(run, event):
+        nonlocal ended
+        if event.kind.value == "skill_ended":
+            ended = time.perf_counter()
+        elif event.kind.value == "skill_started" and ended:
+            gaps.append(time.perf_counter() - ended)
+            ended = 0.0
+
+    stage.executor.add_listener(listen)
+    benchmark.pedantic(lambda: stage.run(200), rounds=1)
+    log.close()
+    gaps.sort()
+    median, late = gaps[len(gaps) // 2] * 1e6, gaps[len(gaps) * 99 // 100] * 1e6
+    figures.add(
+        "end of a skill to the start of the next, with the journal",
+        f"{median:.0f} us",
+        f"99th percentile {late:.0f} us; at most 100 us",
+    )
+    assert median < 100.0

@@ -1,0 +1,1 @@
+"""The missions of this package: one YAML file each."""

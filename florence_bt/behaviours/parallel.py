@@ -1,0 +1,73 @@
+"""A parallel that counts: so many successes are enough, so many failures are too many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.stepping import Stepping, Steps
+from florence_bt.behaviours.why import Why
+
+
+class CountingParallel(Stepping):
+    """Ticks all its branches; a branch that is done is not ticked again.
+
+    It succeeds when enough branches have succeeded, and fails when too many have failed or when the successes
+    are out of reach. When one tick brings both, it has succeeded. At its end the branches that still run are
+    stopped.
+
+    Args:
+        name: The name of the node in dumps.
+        children: The branches.
+        succeed: How many successes are enough, at least 1.
+        fail: How many failures are too many; None: only the reach counts.
+    """
+
+    def __init__(self, name: str, children: list[Behaviour], succeed: int, fail: int | None = None) -> None:
+        super().__init__(name, children)
+        self.succeed = succeed
+        self.fail = fail
+
+    def steps(self) -> Steps:
+        """Every branch that is not done; then count."""
+        if self.status is not Status.RUNNING:
+            self.halt_all()
+            self.current_child = None
+            self.feedback_message = ""
+            self.initialise()
+        for child in self.children:
+            if child.status in (Status.INVALID, Status.RUNNING):
+                yield child
+        return self._count()
+
+    def active(self) -> Iterable[Behaviour]:
+        """The branches that still run."""
+        return [child for child in self.children if child.status in (Status.INVALID, Status.RUNNING)]
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """Stop the branches that still run."""
+        self.halt_running()
+        super().stop(new_status)
+
+    def retell(self, why: Why) -> Why:
+        """Say how many branches failed, when it is not just one."""
+        failed = sum(child.status is Status.FAILURE for child in self.children)
+        if failed < 2:
+            return why
+        return replace(why, reason=f"{failed} of {len(self.children)} branches failed; first: {why.reason}")
+
+    def _count(self) -> Status:
+        succeeded = [child for child in self.children if child.status is Status.SUCCESS]
+        failed = [child for child in self.children if child.status is Status.FAILURE]
+        if len(succeeded) >= self.succeed:
+            self.current_child = succeeded[-1]
+            return Status.SUCCESS
+        out_of_reach = len(self.children) - len(failed) < self.succeed
+        if out_of_reach or (self.fail is not None and len(failed) >= self.fail):
+            self.current_child = failed[0] if failed else None
+            return Status.FAILURE
+        self.current_child = self.children[-1]
+        return Status.RUNNING

@@ -1,0 +1,67 @@
+"""Verbs about BehaviorTree.CPP: ``import`` and ``export``. They need neither ROS nor a robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from florence_bt.cli._common import EXIT_CODES, FAILED, OK, FolderOption, app, errors_to_exit_codes
+
+if TYPE_CHECKING:
+    from florence_bt.wiring.exchange import Exchanged
+
+FormOption = Annotated[str, typer.Option("--format", help="Form of the report: text, json or github.")]
+StrictOption = Annotated[
+    bool, typer.Option("--strict", help="Write nothing, and exit with 1, when something is lost.")
+]
+
+
+@app.command("import", epilog=f"Example: florence import navigate.xml -o missions/\n\n{EXIT_CODES}")
+def import_(
+    file: Annotated[Path, typer.Argument(help="XML file of BehaviorTree.CPP, version 4 or 3.")],
+    folder: Annotated[Path, typer.Option("-o", "--out", help="Folder for the mission files.")],
+    models: Annotated[
+        list[Path] | None,
+        typer.Option("--model", help="Another XML file whose TreeNodesModel describes the nodes."),
+    ] = None,
+    strict: StrictOption = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
+    form: FormOption = "text",
+) -> None:
+    """Make missions of the trees of BehaviorTree.CPP; what has no equivalent is named with its line.
+
+    Nodes that no skill here fits become skills that are declared but not implemented.
+    """
+    with errors_to_exit_codes():
+        from florence_bt.wiring.exchange import import_file
+
+        _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
+
+
+@app.command(epilog=f"Example: florence export goto_user -o goto_user.xml\n\n{EXIT_CODES}")
+def export(
+    mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="XML file; without it the XML is printed.")
+    ] = None,
+    folders: FolderOption = None,
+    strict: StrictOption = False,
+    form: FormOption = "text",
+) -> None:
+    """Write a mission, with those that it calls, as XML of BehaviorTree.CPP 4."""
+    with errors_to_exit_codes():
+        from florence_bt.wiring.exchange import export_file
+
+        exported = export_file(mission, out, folders or [], form, strict=strict)
+        _tell(exported, form if out is not None else "text")
+
+
+def _tell(exchanged: Exchanged, form: str) -> None:
+    """Print what was done and the report; the one for people stands apart from the one for programs."""
+    if exchanged.report:
+        typer.echo(exchanged.report, err=form == "text")
+    if exchanged.done:
+        typer.echo(exchanged.done, err=form != "text")
+    raise typer.Exit(OK if exchanged.good else FAILED)

@@ -1,0 +1,83 @@
+"""Verbs about the robot itself: ``doctor``, ``calibrate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from florence_bt.cli._common import EXIT_CODES, FAILED, OK, app, errors_to_exit_codes
+from florence_bt.core.errors import ConfigError
+
+
+@app.command(epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}")
+def doctor(
+    config: Annotated[
+        Path | None, typer.Option(help="The robot's configuration.", show_default="that of the package")
+    ] = None,
+    hardware: Annotated[bool, typer.Option(help="Whether to look at ports, USB and firmware.")] = True,
+    out: Annotated[Path, typer.Option(help="Folder where runs will go.")] = Path("runs"),
+    form: Annotated[str, typer.Option("--format", help="text or json.")] = "text",
+) -> None:
+    """Look at ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
+
+    Changes nothing and moves nothing. A base that nobody uses is put into passive mode for the question.
+    """
+    with errors_to_exit_codes():
+        if form not in ("text", "json"):
+            raise ConfigError(f"unknown format {form!r}", valid=["text", "json"])
+        from rich.console import Console
+
+        from florence_bt.wiring.doctor.examination import examine
+        from florence_bt.wiring.doctor.report import as_json, healthy, print_table
+
+        findings = list(examine(config, out, hardware=hardware))
+        if form == "json":
+            typer.echo(as_json(findings))
+        else:
+            print_table(findings, Console())
+        raise typer.Exit(OK if healthy(findings) else FAILED)
+
+
+@app.command(epilog=f"Example: florence calibrate --write my_robot.yaml\n\n{EXIT_CODES}")
+def calibrate(
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CONFIG", help="Write the new values into this configuration; a copy (.bak) stays."
+        ),
+    ] = None,
+    rounds: Annotated[int, typer.Option(help="Repeat at most so often.")] = 5,
+    speed: Annotated[
+        list[float] | None,
+        typer.Option(help="Turning speed in rad/s; several times for several.", show_default="0.3 0.7 1 1.5"),
+    ] = None,
+    rest: Annotated[
+        float | None,
+        typer.Option(help="Seconds at rest for the gyro's drift.", show_default="10"),
+    ] = None,
+) -> None:
+    """Calibrate odometry and gyro: the robot turns round before a wall, four times a round.
+
+    Put the robot 1 to 2 m before a bare, straight wall, with half a metre of room around it, and bring the
+    system up. Prints what to multiply the two parameters of the base with, and repeats until the factors are
+    near 1.00. The base uses new values after its next start. Ctrl-C stops the robot.
+    """
+    with errors_to_exit_codes():
+        from florence_bt.wiring.calibration import calibrate as run
+        from florence_bt.wiring.calibration import report_lines, write_config
+
+        if write is not None and not write.is_file():
+            raise ConfigError(
+                f"there is no configuration {str(write)!r}", valid=["a copy of config/robot.yaml"]
+            )
+        calibrated = run(typer.echo, rounds=rounds, speeds=speed or (), rest_s=rest)
+        for line in report_lines(calibrated):
+            typer.echo(line)
+        if write is not None and calibrated.succeeded:
+            backup = write_config(calibrated, write)
+            typer.echo(f"{write} written; as it was: {backup}; start the system anew to use it")
+        elif write is not None:
+            typer.echo(f"{write} stays as it is")
+        raise typer.Exit(OK if calibrated.succeeded else FAILED)

@@ -1,0 +1,102 @@
+"""From a file to a text: what is no regular file, too large, no UTF-8 or not printable is refused here."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError
+
+MAX_BYTES = 1_000_000
+"""Largest file that is read."""
+
+_BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
+# What YAML 1.1 calls printable, without the line breaks that editors do not count as such.
+_FORBIDDEN = re.compile(
+    "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+)
+LINE_BREAK = re.compile("\r\n|\r|\n")
+"""What ends a line, for YAML and for editors alike."""
+_TAB_INDENT = re.compile("(?:^|(?<=[\r\n])) *\t")
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a regular file.
+
+    Raises:
+        ConfigError: There is no such file, it cannot be read, is none, or has more than :data:`MAX_BYTES`.
+    """
+    try:
+        # Looked at before it is opened: opening a pipe can wait for ever, opening a device can wake it.
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            what = next((name for test, name in _KINDS if test(status.st_mode)), "no regular file")
+            raise ConfigError(f"the file cannot be read: it is {what}", file=path, valid=["a regular file"])
+        if status.st_size > MAX_BYTES:
+            raise _too_large(path)
+        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise ConfigError(f"the file cannot be read: {error.strerror}", file=path) from error
+    except ValueError as error:
+        raise ConfigError(f"the file cannot be read: {error}", file=str(path)) from error
+    return data
+
+
+def decode(data: bytes, path: Path) -> str:
+    """The text of a file.
+
+    Args:
+        data: UTF-8, with or without a byte order mark.
+        path: The file, named in errors.
+
+    Raises:
+        ConfigError: Too many bytes, another encoding, a character that YAML forbids, or a tab in an
+            indentation.
+    """
+    if len(data) > MAX_BYTES:
+        raise _too_large(path)
+    encoding = _BYTE_ORDER_MARKS.get(data[:2])
+    if encoding is not None:
+        raise ConfigError(
+            f"the file is written in {encoding}",
+            file=path,
+            line=1,
+            column=1,
+            valid=["saving the file as UTF-8"],
+        )
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        problem = f"byte 0x{data[error.start]:02x} is not UTF-8"
+        before = data[: error.start].decode("utf-8-sig")
+        raise _at(before, path, problem, "saving the file as UTF-8") from error
+    forbidden = _FORBIDDEN.search(text)
+    if forbidden is not None:
+        problem = f"the character U+{ord(forbidden[0]):04X} is not allowed"
+        raise _at(text[: forbidden.start()], path, problem, "the text without it")
+    tab = _TAB_INDENT.search(text)
+    if tab is not None:
+        raise _at(text[: tab.end() - 1], path, "a tab in the indentation", "spaces")
+    return text
+
+
+def _at(before: str, path: Path, problem: str, *valid: str) -> ConfigError:
+    """An error at the place that comes after some text."""
+    lines = LINE_BREAK.split(before)
+    return ConfigError(problem, file=path, line=len(lines), column=len(lines[-1]) + 1, valid=valid)
+
+
+def _too_large(path: Path) -> ConfigError:
+    return ConfigError(
+        f"the file has more than {MAX_BYTES} bytes", file=path, valid=[f"a file of at most {MAX_BYTES} bytes"]
+    )

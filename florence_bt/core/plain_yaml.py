@@ -1,0 +1,264 @@
+"""Reads a YAML file that a person wrote into texts, lists and tables that know their line and column.
+
+Only plain YAML is read. Scalars stay text, so that ``no`` is not false and ``12:30`` is not 750; whoever
+reads the file types them. Anchors, aliases, merges, tags, several documents and keys that stand twice are
+refused: a file says each thing once, in sight, and cannot grow when it is read. Every limit below is met
+before memory or time is spent on what lies behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from florence_bt.core._plain_bytes import LINE_BREAK, MAX_BYTES, decode, read_bytes
+from florence_bt.core.errors import ConfigError
+
+MAX_DEPTH = 100
+"""Deepest nesting of lists and tables."""
+MAX_PARTS = 60_000
+"""How many keys, values, lists and tables one file has at most."""
+MAX_TEXT = 10_000
+"""How many characters a single text has at most."""
+
+__all__ = [
+    "MAX_BYTES",
+    "MAX_DEPTH",
+    "MAX_PARTS",
+    "MAX_TEXT",
+    "EmptyFile",
+    "Listing",
+    "Position",
+    "Source",
+    "Table",
+    "Text",
+    "decode",
+    "parse_source",
+    "read_bytes",
+    "read_source",
+]
+
+
+class EmptyFile(ConfigError):
+    """There is nothing in the file, or only comments."""
+
+
+_LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+_PLAIN_TAGS = (None, "!", "tag:yaml.org,2002:str", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map")
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Position:
+    """A place in a file.
+
+    Attributes:
+        line: 1-based.
+        column: 1-based, in characters.
+    """
+
+    line: int = 1
+    column: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A scalar.
+
+    Attributes:
+        text: As written, without quotes.
+        quoted: Whether it stood in quotes or in a block, and so is certainly a text.
+        position: Where it begins.
+        first_column: The column of the first character when the text stands in the file exactly as it is
+            here; None when it is spread over lines or has escapes.
+    """
+
+    text: str
+    quoted: bool
+    position: Position
+    first_column: int | None = field(default=None, compare=False)
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing was written (or YAML's null)."""
+        return not self.quoted and self.text in ("", "~", "null")
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """A list.
+
+    Attributes:
+        items: Its items.
+        position: Where it begins.
+    """
+
+    items: tuple[Source, ...]
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A mapping.
+
+    Attributes:
+        entries: Keys and values in the order of the file; no key twice.
+        position: Where it begins.
+    """
+
+    entries: tuple[tuple[Text, Source], ...]
+    position: Position
+
+    def get(self, key: str) -> Source | None:
+        """The value of a key, None when it is not there."""
+        return next((value for name, value in self.entries if name.text == key), None)
+
+    def key(self, name: str) -> Text | None:
+        """The key itself, for its position."""
+        return next((key for key, _ in self.entries if key.text == name), None)
+
+
+Source = Text | Listing | Table
+
+
+def read_source(path: Path) -> Source:
+    """Read a YAML file.
+
+    Args:
+        path: A regular file; pipes and devices are refused, because they may never end.
+
+    Raises:
+        ConfigError: The file cannot be read, is no UTF-8, beyond a limit of this module, or no plain YAML.
+    """
+    return parse_source(read_bytes(path), path)
+
+
+def parse_source(data: bytes, path: Path) -> Source:
+    """Read YAML bytes; ``path`` is only named in errors.
+
+    Raises:
+        ConfigError: As :func:`read_source`.
+    """
+    text = decode(data, path)
+    try:
+        return _Composer(text, path).document()
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        position = min(_position(mark) if mark is not None else Position(), _end_of(text))
+        problem = ": ".join(part for part in (error.context, error.problem) if part)
+        begun = error.context_mark.line + 1 if error.context_mark is not None else position.line
+        if begun != position.line:
+            problem += f" (begun in line {begun})"
+        raise ConfigError(
+            f"not YAML: {problem}",
+            file=path,
+            line=position.line,
+            column=position.column,
+            valid=_missing_quotes(text, position),
+        ) from error
+    except yaml.YAMLError as error:
+        raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
+
+
+def _end_of(text: str) -> Position:
+    """The place behind the last character that is no white space."""
+    lines = LINE_BREAK.split(text.rstrip())
+    return Position(len(lines), len(lines[-1]) + 1)
+
+
+def _position(mark: Any) -> Position:
+    return Position(mark.line + 1, mark.column + 1)
+
+
+def _missing_quotes(text: str, position: Position) -> tuple[str, ...]:
+    """What to write where a value only lacks quotes: ``{y: ${...}}``, or a text in quotes that goes on."""
+    lines = text.splitlines()
+    if position.line > len(lines):
+        return ()
+    line = lines[position.line - 1]
+    before, after = line[: position.column - 1], line[position.column - 1 :]
+    if before.endswith("$") and after.startswith("{"):
+        return ('quotes round it: "${...}"',)
+    _, colon, value = before.partition(": ")
+    if colon and value.strip()[:1] in ("'", '"') and value.rstrip().endswith(value.strip()[0]):
+        quote = "'" if value.strip()[0] == '"' else '"'
+        return (f"quotes round the whole value: {quote}{(value + after).strip()}{quote}",)
+    return ()
+
+
+def _first_column(event: Any, position: Position, quoted: bool) -> int | None:
+    start, end = event.start_mark, event.end_mark
+    as_it_is = start.line == end.line and end.column - start.column == len(event.value) + 2 * quoted
+    return position.column + quoted if as_it_is else None
+
+
+class _Composer:
+    """Builds the sources of one document from YAML events."""
+
+    def __init__(self, text: str, path: Path) -> None:
+        self._path = path
+        self._parts = 0
+        self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_LOADER))
+
+    def document(self) -> Source:
+        root: Source | None = None
+        for event in self._events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if root is not None:
+                    raise self._error(event, "a second document begins here", "one document in a file")
+                root = self._node(next(self._events), 0)
+        if root is None or (isinstance(root, Text) and root.empty):
+            raise EmptyFile("the file is empty", file=self._path, line=1, column=1)
+        return root
+
+    def _node(self, event: Any, depth: int) -> Source:
+        self._refuse_what_is_not_plain(event, depth)
+        position = _position(event.start_mark)
+        if isinstance(event, yaml.ScalarEvent):
+            if len(event.value) > MAX_TEXT:
+                problem = f"a text of {len(event.value)} characters; at most {MAX_TEXT} are read"
+                raise self._error(event, problem, "a shorter text")
+            quoted = event.style is not None and event.style != ""
+            return Text(event.value, quoted, position, _first_column(event, position, quoted))
+        if isinstance(event, yaml.SequenceStartEvent):
+            return Listing(tuple(self._items(depth)), position)
+        return Table(tuple(self._entries(depth)), position)
+
+    def _refuse_what_is_not_plain(self, event: Any, depth: int) -> None:
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            raise self._error(event, "anchors and aliases are not allowed", "writing the value again")
+        if event.tag not in _PLAIN_TAGS:
+            raise self._error(event, f"the tag {event.tag} is not allowed", "the value without a tag")
+        if depth > MAX_DEPTH:
+            problem = f"lists and tables are nested more than {MAX_DEPTH} deep"
+            raise self._error(event, problem, "a flatter file")
+        self._parts += 1
+        if self._parts > MAX_PARTS:
+            problem = f"the file has more than {MAX_PARTS} keys and values"
+            raise self._error(event, problem, "several smaller files")
+
+    def _items(self, depth: int) -> Iterator[Source]:
+        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            yield self._node(event, depth + 1)
+
+    def _entries(self, depth: int) -> Iterator[tuple[Text, Source]]:
+        seen: dict[str, int] = {}
+        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
+            key = self._node(event, depth + 1)
+            if not isinstance(key, Text):
+                raise self._error(event, "a key must be a plain text")
+            if key.text == "<<" and not key.quoted:
+                raise self._error(event, "merges (<<) are not allowed", "writing the entries again")
+            if key.text in seen:
+                raise self._error(
+                    event, f"the key {key.text!r} stands here twice (first in line {seen[key.text]})"
+                )
+            seen[key.text] = key.position.line
+            yield key, self._node(next(self._events), depth + 1)
+
+    def _error(self, event: Any, problem: str, *valid: str) -> ConfigError:
+        position = _position(event.start_mark)
+        return ConfigError(problem, file=self._path, line=position.line, column=position.column, valid=valid)

@@ -1,0 +1,175 @@
+"""A device that is opened again whenever it is lost: the one way back that all driver nodes share.
+
+The time, the executor and the device are given, so this runs on a manual clock as well as on ROS.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Generic, Protocol, TypeVar
+
+from florence_bt.core.clock import Clock, Timer
+from florence_bt.core.errors import DeviceError
+from florence_bt.drivers.device_reader import DeviceReader
+
+T_co = TypeVar("T_co", covariant=True)
+T = TypeVar("T")
+D = TypeVar("D", bound="Device[object]")
+
+LONGEST_BACK_OFF = 10
+"""The longest pause, as a multiple of the first."""
+
+
+class Device(Protocol[T_co]):
+    """What can be read and closed: a serial port, a socket, a source of frames."""
+
+    def read(self, timeout_s: float) -> T_co | None:
+        """Wait for the next item; see :class:`~florence_bt.drivers.device_reader.DeviceReader`."""
+
+    def close(self) -> None:
+        """Give the device back; harmless when it is closed already."""
+
+
+class Connection(Generic[D, T]):
+    """Keeps a device open: reads it on a thread, and opens it again, with growing pauses, when it is lost.
+
+    The pauses grow until :meth:`works` is called: a device that opens but says nothing does not count.
+
+    Attributes:
+        device: The open device, None while there is none.
+        problem: Why there is none, or why the last one was lost; empty once the device works.
+        lost: How often a device was lost so far.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        call_soon: Callable[[Callable[[], None]], None],
+        open_device: Callable[[], D],
+        *,
+        on_open: Callable[[D], None],
+        on_item: Callable[[T, float], None],
+        on_lost: Callable[[DeviceError], None],
+        on_problem: Callable[[str], None],
+        delay_s: float,
+        name: str,
+        on_readers_thread: bool = False,
+    ) -> None:
+        """Prepare; :meth:`open` begins.
+
+        Args:
+            clock: Gives the time of arrival and the moments of the attempts.
+            call_soon: Runs a callback on the owner's thread; called from the reader's.
+            open_device: Opens the device, or raises DeviceError.
+            on_open: Called with each device that was opened, on the owner's thread like all the others.
+            on_item: Called with what the device sent and when it came.
+            on_lost: Called while a device that failed is still there, to say last words to it.
+            on_problem: Called with each new problem, once, for the log.
+            delay_s: The first pause; doubled each time, up to ten times.
+            name: What the device is called, for the reader's thread.
+            on_readers_thread: Call on_item on the reader's thread, for an owner that drops what it has no
+                time for. All other callbacks stay on the owner's.
+        """
+        self._clock = clock
+        self._call_soon = call_soon
+        self._open_device = open_device
+        self._on_open = on_open
+        self._on_item = on_item
+        self._on_lost = on_lost
+        self._on_problem = on_problem
+        self._delay_s = delay_s
+        self._on_readers_thread = on_readers_thread
+        self._name = name
+        self._reader: DeviceReader[T] | None = None
+        self._retry: Timer | None = None
+        self._attempts = 0
+        self._told = ""
+        self._inbox: deque[tuple[D, T, float]] = deque()
+        self._scheduled = False
+        self.device: D | None = None
+        self.problem = ""
+        self.lost = 0
+
+    def open(self) -> None:
+        """Open the device now; when that fails, again and again."""
+        self._retry = None
+        try:
+            device = self._open_device()
+        except DeviceError as error:
+            self._retry_later(error)
+            return
+        self.device = device
+        self._reader = DeviceReader(
+            device.read,  # type: ignore[arg-type]
+            partial(self._arrived, device),
+            partial(self._failed, device),
+            self._name,
+        )
+        self._reader.start()
+        self._on_open(device)
+
+    def works(self) -> None:
+        """Tell that the device does its work: the problem is over, and the next pause is a short one."""
+        self.problem = self._told = ""
+        self._attempts = 0
+
+    def serve(self) -> None:
+        """Hand on what has come already.
+
+        That happens by itself; an owner that is late calls this before it thinks the device silent.
+        """
+        self._scheduled = False
+        while self._inbox:
+            device, item, arrived = self._inbox.popleft()
+            if device is self.device:
+                self._on_item(item, arrived)
+
+    def lose(self, error: DeviceError) -> None:
+        """Let go of a device that failed, and open it again later."""
+        if self.device is None:
+            return
+        self.lost += 1
+        self._on_lost(error)
+        self._release()
+        self._retry_later(error)
+
+    def close(self) -> None:
+        """Let go of the device for good."""
+        if self._retry is not None:
+            self._retry.cancel()
+            self._retry = None
+        self._release()
+
+    def _release(self) -> None:
+        device, reader = self.device, self._reader
+        self.device = self._reader = None
+        if reader is not None:
+            reader.stop()
+        if device is not None:
+            device.close()
+
+    def _retry_later(self, error: DeviceError) -> None:
+        self.problem = str(error)
+        if self.problem != self._told:
+            self._told = self.problem
+            self._on_problem(self.problem)
+        delay = self._delay_s * min(2 ** min(self._attempts, 4), LONGEST_BACK_OFF)
+        self._attempts += 1
+        self._retry = self._clock.call_at(self._clock.now() + delay, self.open)
+
+    # ---- the reader's thread ----------------------------------------------------------------------------
+
+    def _arrived(self, device: D, item: T) -> None:
+        arrived = self._clock.now()
+        if self._on_readers_thread:
+            self._on_item(item, arrived)
+            return
+        self._inbox.append((device, item, arrived))
+        if not self._scheduled:
+            self._scheduled = True
+            self._call_soon(self.serve)
+
+    def _failed(self, device: D, error: DeviceError) -> None:
+        self._call_soon(lambda: self.lose(error) if device is self.device else None)

@@ -1,0 +1,109 @@
+"""A skill that is commanded on one topic and tells its end on another, as many drivers and older nodes do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.qos import QoSProfile
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.outcome import Result, cancelled, failure
+from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
+from florence_bt.ros._action_run import Deadlines
+from florence_bt.ros._topic_run import TopicRun
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE
+
+
+class TopicSkill:
+    """A skill whose runs are commands on a topic; one at a time, because a message names no run."""
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        command: tuple[Any, str],
+        status: tuple[Any, str],
+        *,
+        to_command: Callable[[Inputs], Any],
+        to_result: Callable[[Any], Result | None],
+        stop_command: Any = None,
+        deadlines: Deadlines | None = None,
+        qos: QoSProfile = RELIABLE,
+    ) -> None:
+        """Make a publisher and a subscription.
+
+        Args:
+            node: The node that talks to the other side.
+            command: Message type and topic of the commands.
+            status: Message type and topic on which the other side tells how it goes.
+            to_command: The command from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
+                when they do not fit.
+            to_result: The end that a status message tells, None when the run goes on.
+            stop_command: The message that takes a command back; None when there is none.
+            deadlines: ``accept_s`` for the search for a listener, ``result_s`` from the command to the end.
+            qos: Of both topics.
+        """
+        self._node = node
+        self._to_command = to_command
+        self._to_result = to_result
+        self._stop_command = stop_command
+        self._deadlines = deadlines or Deadlines()
+        self._commands = node.create_publisher(command[0], command[1], qos)
+        self._label = f"topic {self._commands.topic_name}"
+        self._run: TopicRun | None = None
+        node.create_subscription(status[0], status[1], self._on_status, qos)
+
+    @property
+    def label(self) -> str:
+        """The topic of the commands, for people."""
+        return self._label
+
+    def server_is_there(self) -> bool:
+        """Whether somebody listens to the commands."""
+        return bool(self._commands.get_subscription_count() > 0)
+
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Send the command as soon as somebody listens; a run that goes on is replaced."""
+        try:
+            command = self._to_command(inputs)
+        except (FlorenceError, KeyError, TypeError, ValueError) as error:
+            return FinishedRun(failure("bad_input", f"no command for {self._label}: {error}"))
+        if self._run is not None and self._run.poll() is None:
+            self._run.finished(cancelled("replaced by a newer command"))
+        channel = _Channel(self, command)
+        self._run = TopicRun(self._node.timebase, channel, self._deadlines, self._label, self._node.steady)
+        return self._run
+
+    def publish(self, command: Any) -> None:
+        """Send a command."""
+        self._commands.publish(command)
+
+    def take_back(self) -> None:
+        """Send the command that takes the other one back, if there is one."""
+        if self._stop_command is not None:
+            self._commands.publish(self._stop_command)
+
+    def _on_status(self, message: Any) -> None:
+        run = self._run
+        if run is not None and run.sent and run.poll() is None:
+            result = self._to_result(message)
+            if result is not None:
+                run.finished(result)
+
+
+class _Channel:
+    """The way of one command."""
+
+    def __init__(self, skill: TopicSkill, command: Any) -> None:
+        self._skill = skill
+        self._command = command
+
+    def listener_is_there(self) -> bool:
+        return self._skill.server_is_there()
+
+    def send_command(self) -> None:
+        self._skill.publish(self._command)
+
+    def send_stop(self) -> None:
+        self._skill.take_back()

@@ -1,0 +1,18 @@
+"""The journal: every change of every run in one SQLite file per folder of runs.
+
+``Journal`` writes, ``JournalReader`` reads, also while a journal is being written and after a crash.
+"""
+
+from florence_bt.runtime.journal.journal import Journal, JournalParameters
+from florence_bt.runtime.journal.reader import JournalReader
+from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
+from florence_bt.runtime.journal.schema import JOURNAL_FILE
+
+__all__ = [
+    "JOURNAL_FILE",
+    "Journal",
+    "JournalParameters",
+    "JournalReader",
+    "JournaledEvent",
+    "JournaledRun",
+]

@@ -1,0 +1,241 @@
+"""Writes what happens in runs. Never raises, never holds the caller up for long, tells its troubles once.
+
+With ``background`` a thread of its own writes, so that a slow disk holds no tick up; ``flush`` then waits for
+it, but only so long. Without it everything is written within the call: the rig and tests want that.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from queue import SimpleQueue
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.journal.keeper import Keeper
+from florence_bt.runtime.journal.reader import JournalReader
+from florence_bt.runtime.journal.rows import run_changes, run_values
+from florence_bt.runtime.journal.schema import JOURNAL_FILE
+from florence_bt.runtime.journal.store import Change, Happened, Job, NewRun, Note, Store
+from florence_bt.runtime.run import MissionRun
+
+STATE_KINDS = frozenset(
+    {
+        EventKind.STARTED,
+        EventKind.PAUSED,
+        EventKind.RESUMED,
+        EventKind.RECOVERED,
+        EventKind.STOP_ASKED,
+        EventKind.ENDED,
+    }
+)
+"""Kinds after which a run stands elsewhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class JournalParameters:
+    """How the journal is kept.
+
+    Attributes:
+        keep_runs: How many runs that ended are kept, with their folders.
+        events_per_run: How many events of one run are kept; what comes later is counted, not kept.
+        max_waiting: How many jobs may wait in memory for a disk in trouble.
+        flush_limit_s: Seconds that an acknowledgement waits for the disk at most.
+        busy_s: Seconds to wait when another process locks the file.
+    """
+
+    keep_runs: int = 1000
+    events_per_run: int = 200_000
+    max_waiting: int = 20_000
+    flush_limit_s: float = 1.0
+    busy_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("keep_runs", "events_per_run", "max_waiting"):
+            if getattr(self, name) < 1:
+                raise ConfigError(f"{name} must be at least 1, not {getattr(self, name)}", valid=["1000"])
+        for name in ("flush_limit_s", "busy_s"):
+            if not getattr(self, name) >= 0.0:
+                raise ConfigError(f"{name} must be zero or more seconds", valid=["0.5"])
+
+
+class Journal:
+    """Keeps events in ``journal.sqlite`` of a folder of runs.
+
+    Args:
+        folder: The folder of the runs; made when needed.
+        parameters: How it is kept.
+        background: Whether a thread of its own writes.
+        date: Gives the date of acceptance of a run as text; that of now in UTC when not given.
+        on_trouble: Told in one sentence that the journal cannot be written, and when it can again.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        parameters: JournalParameters | None = None,
+        *,
+        background: bool = False,
+        date: Callable[[], str] | None = None,
+        on_trouble: Callable[[str], None] | None = None,
+    ) -> None:
+        self.folder = folder
+        self._parameters = parameters or JournalParameters()
+        self._date = date or _utc_now
+        self._on_trouble = on_trouble or (lambda text: None)
+        store = Store(folder, self._parameters.keep_runs, self._parameters.busy_s)
+        self._keeper = Keeper(store, self._parameters.max_waiting)
+        self._seq: dict[str, int] = {}
+        self._batch: list[Job] = []
+        self._handed = 0
+        self._told = ""
+        self._older: frozenset[str] | None = None
+        self._dropped: dict[str, int] = {}
+        self._together = 0
+        self._closed = False
+        self._writer = _Writer(self._keeper) if background else None
+
+    @property
+    def trouble(self) -> str:
+        """What is wrong with the disk, empty when all is well."""
+        return self._keeper.trouble
+
+    def write(self, run: MissionRun, event: Event) -> None:
+        """Take an event; it is in the file after the next :meth:`commit`."""
+        if self._closed:
+            return
+        if run.run_id not in self._seq:
+            self._seq[run.run_id] = 0
+            self._batch.append(NewRun(run_values(run, self._date())))
+        seq = self._seq[run.run_id] = self._seq[run.run_id] + 1
+        if self._has_room(seq) or event.kind in STATE_KINDS:
+            self._batch.append(Happened(run.run_id, seq, event))
+        else:
+            self._dropped[run.run_id] = self._dropped.get(run.run_id, 0) + 1
+        if event.kind in STATE_KINDS:
+            self._batch.append(Change(run.run_id, run_changes(run, self._dropped.get(run.run_id, 0))))
+        if event.kind is EventKind.ENDED:
+            del self._seq[run.run_id]
+            self._dropped.pop(run.run_id, None)
+
+    def continue_run(self, run_id: str, seq: int) -> None:
+        """Go on with a run that is in the journal already; ``seq`` is the number of its last event."""
+        self._seq[run_id] = seq
+
+    def knows(self, run_id: str) -> bool:
+        """Whether a run of this name was in the journal when this process began."""
+        if self._older is None:
+            self._older = self._read_ids()
+        return run_id in self._older
+
+    def exists(self) -> bool:
+        """Whether there is a file already."""
+        return (self.folder / JOURNAL_FILE).is_file()
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Bring everything that is written inside to the disk in one transaction, at the end."""
+        self._together += 1
+        try:
+            yield
+        finally:
+            self._together -= 1
+            self.flush()
+
+    def note(self, name: str, value: str) -> None:
+        """Remember a value under a name; safe when this returns."""
+        self._batch.append(Note(name, value))
+        self.flush()
+
+    def commit(self) -> None:
+        """Bring what was written so far to the disk."""
+        if self._batch and not self._together:
+            self._hand_over(try_again=False)
+            self._report()
+
+    def flush(self) -> None:
+        """As :meth:`commit`, and return when it is there or the disk is in trouble."""
+        if self._together or self._closed:
+            return
+        self._hand_over(try_again=True)
+        if self._writer is not None and not self._keeper.trouble:
+            self._writer.wait(self._parameters.flush_limit_s)
+        self._report()
+
+    def close(self) -> None:
+        """Write what is left and close the file; what is told afterwards is not kept."""
+        if self._closed:
+            return
+        self.flush()
+        self._closed = True
+        if self._writer is not None:
+            self._writer.close()
+        self._keeper.close()
+
+    def _read_ids(self) -> frozenset[str]:
+        if not self.exists():
+            return frozenset()
+        try:
+            with JournalReader(self.folder) as reader:
+                return frozenset(reader.run_ids())
+        except ConfigError:
+            return frozenset()  # writing will say what is wrong with the file
+
+    def _has_room(self, seq: int) -> bool:
+        waiting = self._handed + len(self._batch) - self._keeper.done
+        return seq <= self._parameters.events_per_run and waiting < self._parameters.max_waiting
+
+    def _hand_over(self, *, try_again: bool) -> None:
+        if self._closed:
+            return
+        batch, self._batch = self._batch, []
+        self._handed += len(batch)
+        if self._writer is not None:
+            self._writer.put(batch, try_again=try_again)
+        elif batch or self._keeper.trouble:
+            self._keeper.put(batch, try_again=try_again)
+
+    def _report(self) -> None:
+        """Tell a trouble once, and its end."""
+        trouble = self._keeper.trouble
+        if trouble != self._told:
+            self._told = trouble
+            self._on_trouble(trouble or "the journal can be written again")
+
+
+class _Writer:
+    """The thread that writes."""
+
+    def __init__(self, keeper: Keeper) -> None:
+        self._keeper = keeper
+        self._queue: SimpleQueue[tuple[list[Job], bool] | threading.Event | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="journal", daemon=True)
+        self._thread.start()
+
+    def put(self, jobs: list[Job], *, try_again: bool) -> None:
+        self._queue.put((jobs, try_again))
+
+    def wait(self, limit_s: float) -> bool:
+        reached = threading.Event()
+        self._queue.put(reached)
+        return reached.wait(limit_s)
+
+    def close(self) -> None:
+        self._queue.put(None)
+        self._thread.join(timeout=5.0)
+
+    def _work(self) -> None:
+        while (item := self._queue.get()) is not None:
+            if isinstance(item, threading.Event):
+                item.set()
+            else:
+                self._keeper.put(item[0], try_again=item[1])
+
+
+def _utc_now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

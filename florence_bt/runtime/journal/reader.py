@@ -1,0 +1,131 @@
+"""Reads a journal: while it is being written, after a crash, and without the right to write."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.runtime.journal.rows import (
+    EVENT_COLUMNS,
+    RUN_COLUMNS,
+    JournaledEvent,
+    JournaledRun,
+    event_from_row,
+    run_from_row,
+)
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, check_version
+from florence_bt.runtime.run import FINAL
+
+BUSY_S = 2.0
+"""Seconds to wait for a writer."""
+
+
+class JournalReader:
+    """Reads the journal of a folder of runs. Use as a context manager.
+
+    Args:
+        folder: The folder of the runs.
+
+    Raises:
+        ConfigError: The folder has no journal, or it is no journal.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        path = folder / JOURNAL_FILE
+        if not path.is_file():
+            raise ConfigError(
+                f"there is no journal in {str(folder)!r}", valid=[f"a folder with a file {JOURNAL_FILE}"]
+            )
+        self.path = path
+        try:
+            self._connection = _open(path)
+        except sqlite3.Error as error:
+            raise _unreadable(path, error) from error
+
+    def __enter__(self) -> JournalReader:
+        """The reader itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    def runs(self, limit: int = 20, mission: str = "", state: str = "") -> list[JournaledRun]:
+        """Runs, the latest first.
+
+        Args:
+            limit: At most so many.
+            mission: Only runs of this mission, of all when empty.
+            state: Only runs in this state (a name of :class:`RunStatus`), in all when empty.
+        """
+        wanted = {"mission": mission, "state": state.upper()}
+        filters = [f"{name} = :{name}" for name, value in wanted.items() if value]
+        where = f"WHERE {' AND '.join(filters)} " if filters else ""
+        query = f"SELECT {RUN_COLUMNS} FROM runs {where}ORDER BY id DESC LIMIT :limit"
+        return [run_from_row(row) for row in self._rows(query, {**wanted, "limit": limit})]
+
+    def unfinished(self) -> list[JournaledRun]:
+        """The runs without an end, the earliest first."""
+        final = ", ".join(f"'{status.value}'" for status in sorted(FINAL, key=lambda status: status.value))
+        query = f"SELECT {RUN_COLUMNS} FROM runs WHERE state NOT IN ({final}) ORDER BY id"
+        return [run_from_row(row) for row in self._rows(query, {})]
+
+    def run_ids(self) -> list[str]:
+        """The names of all runs."""
+        return [str(row[0]) for row in self._rows("SELECT run_id FROM runs", {})]
+
+    def run(self, run_id: str) -> JournaledRun | None:
+        """The run with this id, or None."""
+        rows = self._rows(f"SELECT {RUN_COLUMNS} FROM runs WHERE run_id = :run_id", {"run_id": run_id})
+        return run_from_row(rows[0]) if rows else None
+
+    def events(self, run_id: str) -> list[JournaledEvent]:
+        """Everything that happened in a run, in order."""
+        query = (
+            f"SELECT {EVENT_COLUMNS} FROM events WHERE run = (SELECT id FROM runs WHERE run_id = :run_id) "
+            "ORDER BY seq"
+        )
+        return [event_from_row(row) for row in self._rows(query, {"run_id": run_id})]
+
+    def note(self, name: str) -> str:
+        """What was noted under a name, empty when nothing was."""
+        rows = self._rows("SELECT value FROM notes WHERE name = :name", {"name": name})
+        return str(rows[0][0]) if rows else ""
+
+    def _rows(self, query: str, values: dict[str, Any]) -> list[Any]:
+        try:
+            return self._connection.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            raise _unreadable(self.path, error) from error
+
+
+def _open(path: Path) -> sqlite3.Connection:
+    """Open for reading; a file whose folder cannot be written to is read as it lies there."""
+    uri = path.absolute().as_uri()
+    for option in ("mode=ro", "immutable=1"):
+        connection = sqlite3.connect(f"{uri}?{option}", uri=True, timeout=BUSY_S, isolation_level=None)
+        try:
+            check_version(connection)
+            connection.execute("SELECT count(*) FROM runs").fetchone()
+            return connection
+        except sqlite3.OperationalError:
+            connection.close()
+            if option == "immutable=1":
+                raise
+        except BaseException:
+            connection.close()
+            raise
+    raise AssertionError("unreachable")
+
+
+def _unreadable(path: Path, error: sqlite3.Error) -> ConfigError:
+    return ConfigError(f"the journal cannot be read: {error}", file=path)

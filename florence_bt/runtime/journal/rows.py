@@ -1,0 +1,184 @@
+"""Runs and events as rows of the journal, both ways. Pure: values in, values out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from florence_bt.behaviours.why import Why
+from florence_bt.runtime.events import Event, plain
+from florence_bt.runtime.run import MissionRun, Policy, Request, RunStatus
+
+RUN_COLUMNS = (
+    "run_id, mission, caller, policy, priority, inputs, version, accepted, state, note, code, reason, cause, "
+    "outputs, started, ended, ticks, tree, lost"
+)
+EVENT_COLUMNS = "seq, time, tick, kind, node, old, new, code, reason, skill, inputs, outputs, data"
+
+_OWN_COLUMNS = ("node", "old", "new", "code", "reason", "skill")
+_JSON_COLUMNS = ("inputs", "outputs")
+_KNOWN = frozenset({*_OWN_COLUMNS, *_JSON_COLUMNS, "status"})
+
+
+@dataclass(frozen=True, slots=True)
+class JournaledRun:
+    """A run as the journal tells it.
+
+    Attributes:
+        run_id: Its name.
+        mission: What ran.
+        caller: Who asked.
+        policy: What was to be done when another mission was running.
+        priority: Its priority.
+        inputs: Its inputs, plain values in SI units; poses as tables of x, y and yaw.
+        version: Fingerprint of the mission's text, empty when unknown.
+        accepted: Date and time (UTC) of its acceptance, empty when unknown.
+        state: Name of a :class:`RunStatus`; of a run that died with its process the last one before.
+        note: What its caller was told beside.
+        code: The short code of the end, empty before.
+        reason: The reason of the end, empty before and after success.
+        cause: The path of the node that caused the end.
+        outputs: Its outputs as plain values.
+        started: Clock time of the first tick, None before.
+        ended: Clock time of the end, None before.
+        ticks: Ticks so far.
+        tree: The tree as text at the end, empty before.
+        lost: How many of its events could not be kept.
+    """
+
+    run_id: str
+    mission: str
+    caller: str
+    policy: str
+    priority: int
+    inputs: Mapping[str, Any]
+    version: str
+    accepted: str
+    state: str
+    note: str
+    code: str
+    reason: str
+    cause: str
+    outputs: Mapping[str, Any]
+    started: float | None
+    ended: float | None
+    ticks: int
+    tree: str
+    lost: int
+
+    @property
+    def status(self) -> RunStatus:
+        """Where the run stands."""
+        return RunStatus(self.state)
+
+    def as_run(self) -> MissionRun:
+        """The run with plain values, to be shown."""
+        request = Request(self.mission, self.inputs, self.caller, Policy(self.policy), self.priority)
+        why = Why(self.cause, self.code, self.reason) if self.reason and self.status.final else None
+        return MissionRun(
+            self.run_id,
+            request,
+            self.inputs,
+            self.status,
+            self.started,
+            self.ended,
+            why,
+            self.outputs,
+            self.tree,
+            self.ticks,
+            self.note,
+            paused=self.reason if self.status is RunStatus.PAUSED else "",
+            version=self.version,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class JournaledEvent:
+    """An event as the journal tells it.
+
+    Attributes:
+        seq: Its number in the run, beginning with 1.
+        time: Seconds on the clock of the process that ran it.
+        tick: The tick in which it happened, or the last one before.
+        kind: The value of an :class:`EventKind`.
+        node: Path of the node, empty when none is concerned.
+        old: Status of the node before.
+        new: Status of the node from now on; at the end of a run that of the run.
+        code: Short code of a failure.
+        reason: A sentence for people.
+        skill: Name of the skill.
+        inputs: Its inputs as plain values.
+        outputs: Its outputs as plain values.
+        data: Anything else.
+    """
+
+    seq: int
+    time: float
+    tick: int
+    kind: str
+    node: str
+    old: str
+    new: str
+    code: str
+    reason: str
+    skill: str
+    inputs: Mapping[str, Any]
+    outputs: Mapping[str, Any]
+    data: Mapping[str, Any]
+
+
+def run_values(run: MissionRun, accepted: str) -> tuple[Any, ...]:
+    """The values of :data:`RUN_COLUMNS` for a new run."""
+    request = run.request
+    head = (run.run_id, run.mission, request.caller, request.policy.value, request.priority)
+    return (*head, _json(run.inputs), run.version, accepted, *_state_values(run), 0)
+
+
+def run_changes(run: MissionRun, lost: int) -> tuple[Any, ...]:
+    """The values for ``UPDATE runs``, in the order of :data:`CHANGED_COLUMNS`."""
+    return (*_state_values(run), lost)
+
+
+CHANGED_COLUMNS = ("state", "note", "code", "reason", "cause", "outputs", "started", "ended", "ticks", "tree")
+
+
+def _state_values(run: MissionRun) -> tuple[Any, ...]:
+    cause = run.why.path if run.why is not None and run.status.final else ""
+    reason = run.reason if run.status.final else run.paused
+    tree = run.tree if run.status.final else ""
+    outputs = _json(run.outputs)
+    times = (run.started, run.ended)
+    return (run.status.value, run.note, run.code, reason, cause, outputs, *times, run.ticks, tree)
+
+
+def event_values(seq: int, event: Event) -> tuple[Any, ...]:
+    """The values of :data:`EVENT_COLUMNS` for an event."""
+    data = event.data
+    own = [data.get(name) for name in _OWN_COLUMNS]
+    own[2] = data.get("status", own[2])
+    tables = [_json(data[name]) if data.get(name) else None for name in _JSON_COLUMNS]
+    rest = {name: value for name, value in data.items() if name not in _KNOWN}
+    more = _json(rest) if rest else None
+    return (seq, round(event.time, 6), event.tick, event.kind.value, *own, *tables, more)
+
+
+def run_from_row(row: Sequence[Any]) -> JournaledRun:
+    """A run from the values of :data:`RUN_COLUMNS`."""
+    values = list(row)
+    values[5] = json.loads(values[5])
+    values[13] = json.loads(values[13])
+    return JournaledRun(*values)
+
+
+def event_from_row(row: Sequence[Any]) -> JournaledEvent:
+    """An event from the values of :data:`EVENT_COLUMNS`."""
+    head, texts, tables = row[:4], row[4:10], row[10:]
+    return JournaledEvent(
+        *head, *(text or "" for text in texts), *(json.loads(table) if table else {} for table in tables)
+    )
+
+
+def _json(value: Any) -> str:
+    return json.dumps(plain(value), separators=(",", ":"))

@@ -1,0 +1,184 @@
+"""The SQLite file behind the journal: opens it, writes batches, drops old runs.
+
+One thread uses a store after it was made. A batch is one transaction: all of it is in the file or nothing.
+The write-ahead log survives the death of the process at any moment; ``synchronous = NORMAL`` also keeps the
+file whole when the power fails (https://www.sqlite.org/wal.html, "Performance considerations").
+"""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from florence_bt.runtime.events import Event
+from florence_bt.runtime.journal.rows import CHANGED_COLUMNS, EVENT_COLUMNS, RUN_COLUMNS, event_values
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, bring_up_to_date
+from florence_bt.runtime.run import FINAL
+
+_NEW_RUN = f"INSERT INTO runs ({RUN_COLUMNS}) VALUES ({', '.join('?' * len(RUN_COLUMNS.split(',')))})"
+_CHANGE = f"UPDATE runs SET {', '.join(f'{name} = ?' for name in CHANGED_COLUMNS)}, lost = ? WHERE run_id = ?"
+_EVENT = (
+    f"INSERT INTO events (run, {EVENT_COLUMNS}) SELECT id, {', '.join('?' * len(EVENT_COLUMNS.split(',')))} "
+    "FROM runs WHERE run_id = ?"
+)
+_NOTE = (
+    "INSERT INTO notes (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value"
+)
+_FINAL = ", ".join(f"'{name}'" for name in sorted(status.value for status in FINAL))
+
+
+@dataclass(frozen=True, slots=True)
+class NewRun:
+    """A run was accepted; values of the columns of a run."""
+
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A run stands elsewhere now; values of what changed."""
+
+    run_id: str
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """An event of a run."""
+
+    run_id: str
+    seq: int
+    event: Event
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A value to remember under a name."""
+
+    name: str
+    value: str
+
+
+Job = NewRun | Change | Happened | Note
+
+
+class Store:
+    """The file.
+
+    Args:
+        folder: The folder of the runs; made when needed.
+        keep_runs: How many runs that ended are kept, with their folders.
+        busy_s: Seconds to wait when another process locks the file.
+    """
+
+    def __init__(self, folder: Path, keep_runs: int, busy_s: float) -> None:
+        self.folder = folder
+        self._keep_runs = keep_runs
+        self._busy_s = busy_s
+        self._connection: sqlite3.Connection | None = None
+        self._inode = 0
+        self._new_runs = 0
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.folder / JOURNAL_FILE
+
+    def apply(self, jobs: Iterable[Job]) -> None:
+        """Write a batch.
+
+        Raises:
+            OSError: The folder or the file is out of reach.
+            sqlite3.Error: The file is locked, full or broken; nothing of the batch was written.
+        """
+        jobs = list(jobs)
+        connection = self._opened(fresh=any(isinstance(job, NewRun) for job in jobs))
+        connection.execute("BEGIN IMMEDIATE")
+        try:
+            self._write(connection, jobs)
+            connection.execute("COMMIT")
+        except BaseException:
+            if connection.in_transaction:
+                connection.execute("ROLLBACK")
+            raise
+        self._new_runs += sum(isinstance(job, NewRun) for job in jobs)
+        if self._new_runs > max(1, self._keep_runs // 10):
+            self._new_runs = 0
+            self._drop_old(connection)
+
+    def set_aside(self) -> Path:
+        """Move a file that is broken out of the way, so that a new one can begin.
+
+        Raises:
+            OSError: It cannot be moved.
+        """
+        self.close()
+        number = 1
+        while (target := self.path.with_name(f"{JOURNAL_FILE}.broken-{number}")).exists():
+            number += 1
+        for suffix in ("", "-wal", "-shm"):
+            file = self.path.with_name(JOURNAL_FILE + suffix)
+            if file.exists():
+                file.rename(target.with_name(target.name + suffix))
+        return target
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def _opened(self, *, fresh: bool) -> sqlite3.Connection:
+        """The connection; made anew when the file was taken away, which is looked at with each new run."""
+        if self._connection is not None and fresh and not self._in_place():
+            self.close()
+        if self._connection is None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            connection = sqlite3.connect(
+                self.path, timeout=self._busy_s, isolation_level=None, check_same_thread=False
+            )
+            try:
+                connection.execute("PRAGMA journal_mode = WAL")
+                connection.execute("PRAGMA synchronous = NORMAL")
+                connection.execute("PRAGMA foreign_keys = ON")
+                bring_up_to_date(connection)
+            except BaseException:
+                connection.close()
+                raise
+            self._connection = connection
+            self._inode = self.path.stat().st_ino
+        return self._connection
+
+    def _in_place(self) -> bool:
+        try:
+            return self.path.stat().st_ino == self._inode
+        except FileNotFoundError:
+            return False
+
+    def _write(self, connection: sqlite3.Connection, jobs: list[Job]) -> None:
+        for job in jobs:
+            match job:
+                case Happened(run_id=run_id, seq=seq, event=event):
+                    connection.execute(_EVENT, (*event_values(seq, event), run_id))
+                case NewRun(values=values):
+                    connection.execute(_NEW_RUN, values)
+                case Change(run_id=run_id, values=values):
+                    connection.execute(_CHANGE, (*values, run_id))
+                case Note(name=name, value=value):
+                    connection.execute(_NOTE, (name, value))
+
+    def _drop_old(self, connection: sqlite3.Connection) -> None:
+        """Drop the oldest runs that ended, beyond the number that is kept."""
+        rows = connection.execute(
+            f"SELECT id, run_id FROM runs WHERE state IN ({_FINAL}) ORDER BY id DESC LIMIT -1 OFFSET ?",
+            (self._keep_runs,),
+        ).fetchall()
+        connection.executemany("DELETE FROM runs WHERE id = ?", [(number,) for number, _ in rows])
+        for _, run_id in rows:
+            folder = self.folder / run_id
+            if folder.parent == self.folder and folder.is_dir():
+                shutil.rmtree(folder)

@@ -1,0 +1,118 @@
+"""A run of the journal as text for people: where it stands and why, and what its skills did when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from florence_bt.core.outcome import Outcome
+from florence_bt.runtime.events import EventKind, seconds_text
+from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
+from florence_bt.runtime.journal.tree_text import tree_from_events
+from florence_bt.runtime.status import status_text
+
+_WORDS = {
+    EventKind.QUEUED.value: "queued",
+    EventKind.STARTED.value: "started",
+    EventKind.PAUSED.value: "paused",
+    EventKind.RESUMED.value: "resumed",
+    EventKind.RECOVERED.value: "taken up after a crash",
+    EventKind.STOP_ASKED.value: "stop asked",
+    EventKind.BROKEN.value: "an error inside",
+    EventKind.ENDED.value: "ended",
+}
+
+
+def journal_text(row: JournaledRun, events: Sequence[JournaledEvent]) -> str:
+    """Head line, tree and reason of a run, like the status of a live one."""
+    run = row.as_run()
+    times = [event.time for event in with_one_clock(events)]
+    if row.started is not None and times and not row.status.final:
+        run.started = row.started
+        now = row.started + times[-1] - times[0]
+    else:
+        now = row.ended or row.started or 0.0
+    return status_text(run, row.tree or tree_from_events(events), now)
+
+
+def timeline(events: Sequence[JournaledEvent]) -> list[str]:
+    """What happened in a run, a line each: when, how long, which skill with which inputs, how it ended.
+
+    Args:
+        events: The events of the run, in order.
+
+    Returns:
+        Lines; times count from the run's first event, without the time in which no process ran.
+    """
+    events = list(with_one_clock(events))
+    ends = _ends(events)
+    lines = []
+    for index, event in enumerate(events):
+        at = f"+{event.time - events[0].time:.1f} s"
+        if event.kind == EventKind.SKILL_STARTED.value:
+            lines.append(f"{at:>10}  {_skill_line(event, ends.get(index) or _without_end(events[index:]))}")
+        elif event.kind in _WORDS:
+            said = event.reason or (event.new if event.kind == EventKind.ENDED.value else "")
+            lines.append(f"{at:>10}  {_WORDS[event.kind]}{f': {said}' if said else ''}")
+    return lines
+
+
+def with_one_clock(events: Iterable[JournaledEvent]) -> Iterator[JournaledEvent]:
+    """The events on the clock of the first process: each process after a crash has a clock of its own."""
+    behind = 0.0
+    last = 0.0
+    for event in events:
+        if event.kind == EventKind.RECOVERED.value:
+            behind = last - event.time
+        last = event.time + behind
+        yield replace(event, time=last)
+
+
+def match_ends(events: Sequence[JournaledEvent]) -> Iterator[tuple[int, int]]:
+    """The starts and ends of skills that belong together.
+
+    A cancelled end is that of the oldest open run of its node, any other end that of the latest: a run that
+    was left can still be ending when its node starts the skill anew.
+
+    Yields:
+        Index of a start and index of its end.
+    """
+    open_starts: dict[str, list[int]] = {}
+    for index, event in enumerate(events):
+        if event.kind == EventKind.SKILL_STARTED.value:
+            open_starts.setdefault(event.node, []).append(index)
+        elif event.kind == EventKind.SKILL_ENDED.value and open_starts.get(event.node):
+            was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value
+            yield open_starts[event.node].pop(0 if was_cancelled else -1), index
+
+
+def _ends(events: Sequence[JournaledEvent]) -> dict[int, JournaledEvent]:
+    return {start: events[end] for start, end in match_ends(events)}
+
+
+def _without_end(later: Sequence[JournaledEvent]) -> str:
+    """Why a skill has no end."""
+    kinds = [event.kind for event in later]
+    if EventKind.RECOVERED.value in kinds:
+        return "cut off when the process died"
+    return "no end is known" if EventKind.ENDED.value in kinds else "goes on"
+
+
+def _skill_line(start: JournaledEvent, end: JournaledEvent | str) -> str:
+    what = f"{start.skill}{_values(start.inputs)} at {start.node}"
+    if isinstance(end, str):
+        return f"{what}: {end}"
+    how = end.code if not end.reason else f"{end.code}: {end.reason}"
+    outputs = f" ->{_values(end.outputs)}" if end.outputs else ""
+    return f"{what}: {how} after {seconds_text(start.time, end.time)}{outputs}"
+
+
+def _values(values: Mapping[str, Any]) -> str:
+    return "".join(f" {name}={_value(value)}" for name, value in values.items())
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"({', '.join(f'{name} {_value(item)}' for name, item in value.items())})"
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)

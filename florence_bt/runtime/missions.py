@@ -1,0 +1,235 @@
+"""Mission files while they are edited: a good edit takes effect at the next trigger, a broken one does not.
+
+An edit is good when it passes the check and breaks no mission that calls the edited one. Otherwise the
+version of before stays in force and everybody who asks is told. Runs that go on keep their version.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees import model
+from florence_bt.trees.findings import ERROR
+from florence_bt.trees.lint import check
+from florence_bt.trees.loader import MissionLibrary
+
+Stamp = tuple[int, int, int]
+"""Time of the last change in ns, size in bytes, inode: what an edit changes."""
+
+
+@dataclass(frozen=True)
+class ReloadReport:
+    """What became of edited files.
+
+    Attributes:
+        changed: Missions that are new or different now.
+        removed: Missions that are gone.
+        held: Mission -> why its edit does not count and the version of before stays in force.
+        broken: Mission -> its first error, for those that never were right.
+    """
+
+    changed: tuple[str, ...] = ()
+    removed: tuple[str, ...] = ()
+    held: Mapping[str, str] = field(default_factory=dict)
+    broken: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether every file could be taken over as it is."""
+        return not self.held and not self.broken
+
+    def text(self) -> str:
+        """The report for people, a line for each mission."""
+        lines = [f"{name}: taken over" for name in self.changed]
+        lines += [f"{name}: removed" for name in self.removed]
+        lines += [f"{name}: {reason}" for name, reason in self.held.items()]
+        lines += [f"{name}: cannot run: {reason}" for name, reason in self.broken.items()]
+        return "\n".join(lines) or "nothing has changed"
+
+
+class MissionFolders:
+    """The missions of some folders, kept up to date.
+
+    Args:
+        load: Reads all folders anew.
+        declarations: What the skills say about themselves.
+        hotspots: The labels of all hotspots, None when they are not known.
+
+    Attributes:
+        library: The missions in force.
+        held: Mission -> why the version of before is in force instead of its file.
+
+    Raises:
+        ConfigError: A folder does not exist.
+    """
+
+    def __init__(
+        self,
+        load: Callable[[], MissionLibrary],
+        declarations: Mapping[str, SkillDeclaration],
+        hotspots: Collection[str] | None = None,
+    ) -> None:
+        self.held: dict[str, str] = {}
+        self._load = load
+        self._declarations = declarations
+        self._hotspots = hotspots
+        self._known_versions: dict[str, str] = {}
+        self.library = load()
+        self._stamps = self._look()
+        self._prints = {mission.file: _fingerprint(mission.file) for mission in self.library}
+        self._versions = self._file_versions(self.library)
+
+    @classmethod
+    def of(
+        cls,
+        folders: Sequence[Path],
+        declarations: Mapping[str, SkillDeclaration],
+        *,
+        built_in: bool = True,
+        hotspots: Collection[str] | None = None,
+    ) -> MissionFolders:
+        """The missions of some folders, behind those that come with the package.
+
+        Args:
+            folders: Mission folders; a later one shadows missions of the same name in an earlier one.
+            declarations: What the skills say about themselves.
+            built_in: Whether to begin with the missions that come with the package.
+            hotspots: The labels of all hotspots, None when they are not known.
+
+        Raises:
+            ConfigError: A folder does not exist.
+        """
+        return cls(lambda: MissionLibrary.load(folders, built_in=built_in), declarations, hotspots)
+
+    def refresh(self) -> ReloadReport:
+        """Take edits over, if there are any; a look at the files' dates when there are none.
+
+        A folder that is out of reach for a moment changes nothing.
+        """
+        try:
+            stamps = self._look()
+            if stamps == self._stamps:
+                return ReloadReport(held=dict(self.held))
+            return self._reload(stamps)
+        except (OSError, ConfigError) as error:
+            return ReloadReport(held={**self.held, "the folders": f"cannot be read: {error}"})
+
+    def version_of(self, name: str) -> str:
+        """Fingerprint of a mission and of everything that it calls, as in force now."""
+        known = self._known_versions.get(name)
+        if known is None:
+            names = [name, *sorted(_called_by(self.library, name))]
+            text = "\n".join(f"{each} {self._versions.get(each, '')}" for each in names)
+            known = self._known_versions[name] = hashlib.sha256(text.encode()).hexdigest()[:16]
+        return known
+
+    def note_about(self, name: str) -> str:
+        """What a caller of a mission should know about its version, empty when all is as in the files."""
+        if not self.held:
+            return ""
+        names = [name, *sorted(_called_by(self.library, name))]
+        return "; ".join(f"{each}: {self.held[each]}" for each in names if each in self.held)
+
+    def _look(self) -> dict[Path, Stamp]:
+        stamps = {}
+        for folder in self.library.folders:
+            for path in folder.glob("*.yaml"):
+                stat = path.stat()
+                stamps[path] = (stat.st_mtime_ns, stat.st_size, stat.st_ino)
+        return stamps
+
+    def _reload(self, stamps: dict[Path, Stamp]) -> ReloadReport:
+        before, new = self.library, self._load()
+        touched = {path for path in stamps if stamps[path] != self._stamps.get(path)}
+        for mission in new:
+            if mission.file in touched or mission.file not in self._prints:
+                self._prints[mission.file] = _fingerprint(mission.file)
+        versions = self._file_versions(new)
+        edited = {
+            name
+            for name in {*before.names(), *new.names(), *(path.stem for path in stamps)}
+            if versions.get(name) != self._versions.get(name)
+        }
+        held = self._hold(before, new, edited)
+        for name in held:
+            versions[name] = self._versions[name]
+        self._stamps, self.library, self._versions, self.held = stamps, new, versions, held
+        self._known_versions.clear()
+        good = sorted(edited - set(held))
+        broken = {name: text for name in good if (text := self._error_of(new, name)) and name in new}
+        return ReloadReport(
+            tuple(name for name in good if name in new and name not in broken),
+            tuple(name for name in good if name not in new and name in before),
+            held,
+            broken,
+        )
+
+    def _hold(self, before: MissionLibrary, new: MissionLibrary, edited: set[str]) -> dict[str, str]:
+        """Put the old versions of edits back that break something that worked; gives the reasons."""
+        held: dict[str, str] = {}
+        while culprits := self._culprits(before, new, edited - set(held)):
+            for name, reason in culprits.items():
+                new.put(before.get(name))
+                held[name] = f"its edit does not count, the version of before stays in force: {reason}"
+        return dict(sorted(held.items()))
+
+    def _culprits(self, before: MissionLibrary, new: MissionLibrary, edited: set[str]) -> dict[str, str]:
+        """Edited mission -> what it breaks that worked before: itself, or one that calls it."""
+        own: dict[str, str] = {}
+        others: dict[str, str] = {}
+        for name in before.names():
+            concerned = edited & {name, *_called_by(before, name), *_called_by(new, name)}
+            error = self._error_of(new, name) if concerned else ""
+            if not error or self._error_of(before, name):
+                continue
+            if name in edited and (name in new or name in new.unreadable()):
+                own[name] = error
+            elif name not in edited:
+                others |= {each: f"it breaks {name}: {error}" for each in sorted(concerned) if each in before}
+        return {**others, **own}
+
+    def _error_of(self, library: MissionLibrary, name: str) -> str:
+        """The first error of a mission, empty when it has none; a mission that is gone has none."""
+        try:
+            mission = library.get(name)
+        except ConfigError as error:
+            return str(error) if name in library.unreadable() else ""
+        declarations = library.with_declared(self._declarations)
+        findings = check(mission, library, declarations, self._hotspots)
+        return next((str(f.as_error()) for f in findings if f.severity == ERROR), "")
+
+    def _file_versions(self, library: MissionLibrary) -> dict[str, str]:
+        return {
+            **{mission.file.stem: self._prints[mission.file] for mission in library},
+            **{name: f"unreadable: {error}" for name, error in library.unreadable().items()},
+        }
+
+
+def _fingerprint(file: Path) -> str:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError as error:
+        return f"unreadable: {error}"
+
+
+def _called_by(library: MissionLibrary, name: str) -> set[str]:
+    """The missions that a mission calls, and those that they call; without itself."""
+    found: set[str] = set()
+    todo = [name]
+    while todo:
+        for called in _calls(library, todo.pop()):
+            if called not in found and called != name:
+                found.add(called)
+                todo.append(called)
+    return found
+
+
+def _calls(library: MissionLibrary, name: str) -> Iterable[str]:
+    mission = library.find(name)
+    nodes = mission.nodes() if mission is not None else ()
+    return [node.mission.text for node in nodes if isinstance(node, model.Call)]

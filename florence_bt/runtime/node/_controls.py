@@ -1,0 +1,110 @@
+"""What changes the course of things: stop, pause, resume, reload, and the manual override of the document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from florence_interfaces.srv import PauseMission, ReloadMissions, ResumeMission, StopMission
+from std_msgs.msg import Bool
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.requests import MAX_VALUE, checked_text
+from florence_bt.runtime.run import MissionRun, RunStatus
+
+OVERRIDE_TOPIC = "florenceLocator/manualOverride"
+"""The document's name (REFERENCE 11.1, table 11)."""
+
+
+class Controls:
+    """Serves ``florence_bt/stop``, ``pause``, ``resume`` and ``reload_missions``, and obeys the override.
+
+    Args:
+        node: The node that serves them.
+        missions: What runs the missions.
+        reload: Reads the mission files again: (whether all of it went well, a report for people).
+        stop_base: Stops the robot at once, whoever drives it.
+    """
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        missions: Executor,
+        reload: Callable[[], tuple[bool, str]],
+        stop_base: Callable[[], None],
+    ) -> None:
+        self._node = node
+        self._missions = missions
+        self._reload = reload
+        self._stop_base = stop_base
+        node.create_service(StopMission, "florence_bt/stop", self._on_stop)
+        node.create_service(PauseMission, "florence_bt/pause", self._on_pause)
+        node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
+        node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
+        node.create_subscription(Bool, OVERRIDE_TOPIC, self._on_override, RELIABLE)
+
+    def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
+        try:
+            reason = checked_text("the reason", request.reason, MAX_VALUE)
+            run_id = checked_text("the run's id", request.run_id)
+        except FlorenceError as error:
+            response.message = str(error)
+            return response
+        run = self._missions.stop(reason or "stop asked by service", run_id or None)
+        response.success = run is not None
+        if run is not None:
+            response.message = f"{run.run_id} stops"
+        elif run_id:
+            response.message = f"no run {run_id!r} is running or queued"
+        else:
+            response.message = "no mission is running"
+        return response
+
+    def _on_pause(
+        self, request: PauseMission.Request, response: PauseMission.Response
+    ) -> PauseMission.Response:
+        def pause() -> MissionRun:
+            reason = checked_text("the reason", request.reason, MAX_VALUE)
+            return self._missions.pause(reason or "asked by service", _id(request.run_id))
+
+        response.success, response.message = self._answer(pause, "is paused")
+        return response
+
+    def _on_resume(
+        self, request: ResumeMission.Request, response: ResumeMission.Response
+    ) -> ResumeMission.Response:
+        response.success, response.message = self._answer(
+            lambda: self._missions.resume(_id(request.run_id)), "goes on"
+        )
+        return response
+
+    def _on_reload(
+        self, request: ReloadMissions.Request, response: ReloadMissions.Response
+    ) -> ReloadMissions.Response:
+        response.success, response.report = self._reload()
+        return response
+
+    def _answer(self, act: Callable[[], MissionRun], done: str) -> tuple[bool, str]:
+        try:
+            run = act()
+        except FlorenceError as error:
+            return False, str(error)
+        if run.status is RunStatus.PAUSED and done == "goes on":
+            return True, f"{run.run_id} goes on as soon as its skills have stopped"
+        return True, f"{run.run_id} {done}"
+
+    def _on_override(self, message: Bool) -> None:
+        """True: everything stops and nothing may start; false: missions may start again, nothing resumes."""
+        if message.data:
+            # Again at every message: somebody presses the button because the robot moves.
+            self._missions.override(f"true on {OVERRIDE_TOPIC}")
+            self._stop_base()
+            self._node.get_logger().warning("manual override: everything stops, missions are refused")
+        elif self._missions.release():
+            self._node.get_logger().info("manual override released: missions may start again")
+
+
+def _id(text: str) -> str | None:
+    return checked_text("the run's id", text) or None

@@ -1,0 +1,140 @@
+"""Plain data of the runtime to messages. Nothing is decided here."""
+
+from __future__ import annotations
+
+import math
+import uuid
+from collections.abc import Mapping
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import KeyValue as DiagnosticValue
+from florence_interfaces.msg import MissionInfo, MissionPort, RunState
+from py_trees_ros_interfaces.msg import ActivityItem, Behaviour, BehaviourTree, KeyValue, Statistics
+from unique_identifier_msgs.msg import UUID
+
+from florence_bt.core.declaration import Port
+from florence_bt.runtime.run import MissionRun
+from florence_bt.runtime.snapshot import NodeSnapshot
+from florence_bt.runtime.status import RUN_STATES
+from florence_bt.runtime.tick_statistics import TickStatistics
+from florence_bt.runtime.variables import Activity
+from florence_bt.trees.model import Mission
+from florence_bt.trees.quantities import format_value
+
+NANO = 1_000_000_000
+
+
+def run_state_to_ros(run: MissionRun) -> RunState:
+    """The state of a run, in the document's words (REFERENCE 10)."""
+    return RunState(
+        run_id=run.run_id,
+        mission=run.mission,
+        state=RUN_STATES[run.status],
+        code=run.code,
+        reason=run.reason or run.paused,
+    )
+
+
+def mission_to_ros(mission: Mission, problem: str) -> MissionInfo:
+    """A mission as its file declares it."""
+    return MissionInfo(
+        name=mission.name,
+        description=mission.description,
+        on_restart=mission.on_restart,
+        inputs=[port_to_ros(name, port) for name, port in mission.inputs.items()],
+        outputs=[port_to_ros(name, port) for name, port in mission.outputs.items()],
+        file=str(mission.file),
+        problem=problem,
+        version=mission.version,
+    )
+
+
+def port_to_ros(name: str, port: Port) -> MissionPort:
+    """An input or output; its values as texts that a caller may give."""
+    return MissionPort(
+        name=name,
+        type=port.kind.value,
+        description=port.description,
+        required=port.required,
+        default_value="" if port.required else format_value(port.default, port.kind),
+        minimum="" if port.minimum is None else format_value(port.minimum, port.kind),
+        maximum="" if port.maximum is None else format_value(port.maximum, port.kind),
+    )
+
+
+def outputs_to_ros(outputs: Mapping[str, Any], ports: Mapping[str, Port]) -> tuple[list[str], list[str]]:
+    """Names and values of a mission's outputs, as texts."""
+    return list(outputs), [format_value(value, ports[name].kind) for name, value in outputs.items()]
+
+
+def snapshot_to_ros(
+    nodes: tuple[NodeSnapshot, ...], *, changed: bool, statistics: TickStatistics
+) -> BehaviourTree:
+    """A tree as the ecosystem's watchers read it."""
+    return BehaviourTree(
+        behaviours=[_node_to_ros(node) for node in nodes],
+        changed=changed,
+        statistics=_statistics_to_ros(statistics),
+    )
+
+
+def variables_to_ros(values: Mapping[str, str]) -> list[DiagnosticValue]:
+    """Keys with their values as texts."""
+    return [DiagnosticValue(key=name, value=value) for name, value in values.items()]
+
+
+def activity_to_ros(activity: list[Activity]) -> list[ActivityItem]:
+    """What happened to the keys."""
+    return [
+        ActivityItem(
+            key=item.key,
+            client_name=item.client,
+            activity_type=item.kind,
+            previous_value=item.before,
+            current_value=item.now,
+        )
+        for item in activity
+    ]
+
+
+def time_to_ros(seconds: float) -> Time:
+    """A point in time; seconds since the epoch of the ROS clock."""
+    nanoseconds = round(max(seconds, 0.0) * NANO) if math.isfinite(seconds) else 0
+    return Time(sec=nanoseconds // NANO, nanosec=nanoseconds % NANO)
+
+
+def _node_to_ros(node: NodeSnapshot) -> Behaviour:
+    return Behaviour(
+        name=node.name,
+        class_name=node.class_name,
+        own_id=_uuid_to_ros(node.own_id),
+        parent_id=_uuid_to_ros(node.parent_id),
+        tip_id=_uuid_to_ros(node.tip_id),
+        child_ids=[_uuid_to_ros(child) for child in node.child_ids],
+        current_child_id=_uuid_to_ros(node.current_child_id),
+        type=int(node.type),
+        additional_detail=node.additional_detail,
+        blackbox_level=node.blackbox_level,
+        status=node.status,
+        message=node.message,
+        is_active=node.is_active,
+        blackboard_access=[KeyValue(key=key, value=how) for key, how in node.access],
+    )
+
+
+def _uuid_to_ros(value: uuid.UUID | None) -> UUID:
+    return UUID() if value is None else UUID(uuid=list(value.bytes))
+
+
+def _statistics_to_ros(ticks: TickStatistics) -> Statistics:
+    return Statistics(
+        count=ticks.count,
+        stamp=time_to_ros(ticks.stamp),
+        tick_duration=ticks.duration,
+        tick_duration_average=ticks.duration_average,
+        tick_duration_variance=ticks.duration_variance,
+        tick_interval=ticks.interval,
+        tick_interval_average=ticks.interval_average,
+        tick_interval_variance=ticks.interval_variance,
+    )

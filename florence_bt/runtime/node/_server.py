@@ -1,0 +1,186 @@
+"""The mission server: builds the executor over the skills of this robot and everything that talks to it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.skill import Skill
+from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.served_skill import ServedSkill
+from florence_bt.ros.tf import TransformListener
+from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import Journal, JournalParameters
+from florence_bt.runtime.missions import MissionFolders
+from florence_bt.runtime.node._controls import Controls
+from florence_bt.runtime.node._questions import Questions
+from florence_bt.runtime.node._topics import RunTopics
+from florence_bt.runtime.node._triggers import Triggers
+from florence_bt.runtime.node._watching import Watching
+from florence_bt.runtime.recorder import RunRecord, RunRecorder
+from florence_bt.runtime.recovery import Recovery
+from florence_bt.runtime.run import MissionRun, RunIds
+from florence_bt.runtime.safety import Safety
+
+
+@dataclass(frozen=True, slots=True)
+class MissionNodeParameters:
+    """Parameters of the mission server.
+
+    Attributes:
+        runs_folder: Where the folders of the runs go.
+        mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
+        base_frame: The robot's frame whose path is recorded.
+        keep_runs: How many runs that ended are kept in the journal, with their folders.
+    """
+
+    runs_folder: str = "runs"
+    mission_folders: tuple[str, ...] = ()
+    base_frame: str = "base_footprint"
+    keep_runs: int = 1000
+
+
+class MissionNode(FlorenceNode):
+    """Serves the missions.
+
+    Args:
+        make_skills: Builds the skills by name over this node.
+        declarations: What the skills say about themselves.
+        make_safety: Builds what stops the robot, over this node; without it only skills of runs are stopped.
+        on_recorded: Called when the files of a run are written.
+        parameters: Overrides of the node's parameters.
+    """
+
+    def __init__(
+        self,
+        make_skills: Callable[[FlorenceNode], Mapping[str, Skill]],
+        declarations: Mapping[str, SkillDeclaration],
+        *,
+        make_safety: Callable[[FlorenceNode], Safety] | None = None,
+        on_recorded: Callable[[RunRecord], None] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__("florence_bt", parameters=parameters)
+        self._settings = self.read_parameters(MissionNodeParameters)
+        self._tf: TransformListener | None = None
+        self._on_recorded = on_recorded
+        self._skills = make_skills(self)
+        self._safety = make_safety(self) if make_safety is not None else None
+        self._woken = 0.0
+        runs_folder = Path(self._settings.runs_folder)
+        self._journal = Journal(
+            runs_folder,
+            JournalParameters(keep_runs=self._settings.keep_runs),
+            background=True,
+            on_trouble=self.get_logger().error,
+        )
+        self.on_close(self._journal.close)
+        self._missions = Executor(
+            self._load_missions(declarations),
+            self._skills,
+            declarations,
+            self.timebase,
+            RunIds(datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")),
+            call_soon=self._call_soon,
+            log=self._journal,
+        )
+        recorder = RunRecorder(
+            self._missions,
+            runs_folder,
+            self.timebase,
+            self._robot_pose,
+            self._recorded,
+            on_trouble=self.get_logger().error,
+        )
+        self.on_close(recorder.close)
+        self._triggers = Triggers(self, self._missions)
+        self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
+        self._watching = Watching(self, lambda: self._missions.tree)
+        self._controls = Controls(self, self._missions, self._reload, self._stop_base)
+        self._questions = Questions(self, self._missions, declarations, runs_folder)
+        self._missions.add_listener(self._on_event)
+        self._missions.on_tick = self._after_tick
+        self._questions.tell_findings()
+        self._recovery = Recovery(
+            self._missions, self._journal, declarations, self.timebase, self.get_logger().warning
+        )
+        self._recovery.begin(self._safety.make_safe if self._safety is not None else None)
+
+    def _load_missions(self, declarations: Mapping[str, SkillDeclaration]) -> MissionFolders:
+        folders = [Path(folder) for folder in self._settings.mission_folders]
+        return MissionFolders.of(folders, declarations)
+
+    def missing(self) -> list[str]:
+        """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""
+        served = [skill for skill in self._skills.values() if isinstance(skill, ServedSkill)]
+        unseen = [skill.label for skill in served if not skill.server_is_there()]
+        return [*unseen, "the robot at a stand after a crash"] if self._recovery.making_safe else unseen
+
+    def close(self) -> None:
+        """Stop what runs; the skills' cancels go out, and their answers are waited for only for a moment."""
+        self._on_recorded = None
+        self._missions.blocked_by = "the mission server is shutting down"
+        self._missions.abandon("the mission server is shutting down")
+
+    def _call_soon(self, callback: Callable[[], None]) -> None:
+        """Run a step of the executor soon, and note when it begins, for the statistics of its ticks."""
+
+        def step() -> None:
+            self._woken = time.perf_counter()
+            callback()
+
+        self.call_soon(step)
+
+    def _after_tick(self, run: MissionRun) -> None:
+        duration = time.perf_counter() - self._woken
+        self._watching.after_tick(run, duration)
+        self._topics.after_tick(run)
+
+    def _on_event(self, run: MissionRun, event: Event) -> None:
+        if event.kind is EventKind.NODE:
+            return
+        self._topics.on_event(run, event)
+        self._watching.on_event(run, event)
+        if event.kind is EventKind.BROKEN:
+            self.get_logger().error(f"{run.run_id} broke down:\n{event.data['detail']}")
+        elif event.kind is EventKind.ENDED:
+            self.get_logger().info(f"{run.run_id} {run.status.value}: {run.reason or 'ok'}")
+            if self._missions.current is None:
+                self._forget_transforms()
+            self._triggers.on_end(run)
+
+    def _reload(self) -> tuple[bool, str]:
+        """Read the mission files again; the triggers by name follow."""
+        report = self._missions.reload()
+        self._triggers.sync()
+        return report.ok, report.text()
+
+    def _stop_base(self) -> None:
+        if self._safety is not None:
+            self._safety.stop_now()
+
+    def _recorded(self, record: RunRecord) -> None:
+        if self._on_recorded is not None:
+            self._on_recorded(record)
+
+    def _robot_pose(self) -> Pose2 | None:
+        """Where the robot is, for the record. Transforms are listened to only while a mission runs."""
+        if self._tf is None:
+            self._tf = TransformListener(self)
+        try:
+            return self._tf.buffer.lookup_pose("map", self._settings.base_frame)
+        except TransformUnavailable:
+            return None
+
+    def _forget_transforms(self) -> None:
+        if self._tf is not None:
+            self._tf.close()
+            self._tf = None

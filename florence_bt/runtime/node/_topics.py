@@ -1,0 +1,100 @@
+"""What the mission server tells without being asked: the tree as text and the state of the runs. Latched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from florence_interfaces.msg import RunState
+from std_msgs.msg import String
+
+from florence_bt.core.clock import Timer
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
+from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.node._convert import run_state_to_ros
+from florence_bt.runtime.run import MissionRun
+from florence_bt.runtime.status import status_text
+
+TREE_PERIOD_S = 0.05
+"""The least time between two trees, steady: people read them, and drawing one takes longer than a tick."""
+
+
+class RunTopics:
+    """Publishes ``florence_bt/tree`` and ``florence_bt/run_state``.
+
+    Args:
+        node: The node that publishes.
+        missions: Whose runs are told.
+        on_tree: Called with the run, its tip and its tree whenever the tree reads differently.
+    """
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        missions: Executor,
+        on_tree: Callable[[MissionRun, str, str], None],
+    ) -> None:
+        self._node = node
+        self._missions = missions
+        self._on_tree = on_tree
+        self._tree = node.create_publisher(String, "florence_bt/tree", LATCHED)
+        self._state = node.create_publisher(RunState, "florence_bt/run_state", LATCHED)
+        self._told = ""
+        self._next = 0.0
+        self._later: Timer | None = None
+        self._state.publish(RunState(state="IDLE"))
+
+    def after_tick(self, run: MissionRun) -> None:
+        """The tree may read differently: tell it now, or soon when it was told a moment ago."""
+        now = self._node.steady.now()
+        if now >= self._next:
+            self._tell(run)
+        elif self._later is None:
+            self._later = self._node.steady.call_at(self._next, self._tell_later)
+
+    def on_event(self, run: MissionRun, event: Event) -> None:
+        """Something happened to a run."""
+        if event.kind in _QUEUE_EVENTS and self._missions.current not in (None, run):
+            self._tell_of_queue(run, event)
+        elif event.kind is EventKind.STARTED:
+            self._told = ""
+            self._state.publish(run_state_to_ros(run))
+        elif event.kind in (EventKind.PAUSED, EventKind.RESUMED):
+            self._state.publish(run_state_to_ros(run))
+            self._tell(run)
+        elif event.kind is EventKind.ENDED:
+            self._forget_later()
+            self._state.publish(run_state_to_ros(run))
+            self._tree.publish(String(data=status_text(run, run.tree, self._node.timebase.now())))
+
+    def _tell_of_queue(self, run: MissionRun, event: Event) -> None:
+        """A run came into the queue or left it unserved; the last word stays with the current run."""
+        self._state.publish(run_state_to_ros(run))
+        current = self._missions.current
+        assert current is not None
+        self._state.publish(run_state_to_ros(current))
+
+    def _tell_later(self) -> None:
+        self._later = None
+        current = self._missions.current
+        if current is not None:
+            self._tell(current)
+
+    def _tell(self, run: MissionRun) -> None:
+        self._forget_later()
+        self._next = self._node.steady.now() + TREE_PERIOD_S
+        tree = self._missions.render(run)
+        if tree == self._told and not run.paused:
+            return
+        self._told = tree
+        self._tree.publish(String(data=status_text(run, tree, self._node.timebase.now())))
+        self._on_tree(run, self._missions.tip(), tree)
+
+    def _forget_later(self) -> None:
+        if self._later is not None:
+            self._later.cancel()
+            self._later = None
+
+
+_QUEUE_EVENTS = (EventKind.QUEUED, EventKind.ENDED)

@@ -1,0 +1,178 @@
+"""Every way to start a mission: the service, one trigger per mission, and the action with its feedback."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from florence_interfaces.action import ExecuteMission
+from florence_interfaces.srv import RunMission
+from std_srvs.srv import Trigger
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.outcome import Outcome
+from florence_bt.ros.action_server import SingleGoalServer
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.node._convert import outputs_to_ros
+from florence_bt.runtime.requests import request_from_texts
+from florence_bt.runtime.run import MissionRun, Policy, RunStatus
+from florence_bt.trees.kinds import IDENTIFIER
+from florence_bt.trees.loader import MissionLibrary
+
+
+class Triggers:
+    """Serves ``florence_bt/run_mission``, ``florence_bt/missions/*`` and ``florence_bt/execute_mission``.
+
+    Args:
+        node: The node that serves them.
+        missions: What runs the missions.
+    """
+
+    def __init__(self, node: FlorenceNode, missions: Executor) -> None:
+        self._node = node
+        self._missions = missions
+        self._run_of_action: str | None = None
+        self._by_name: dict[str, Any] = {}
+        self._served: MissionLibrary | None = None
+        node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission)
+        self._action = SingleGoalServer(
+            node,
+            ExecuteMission,
+            "florence_bt/execute_mission",
+            on_goal=self._on_goal,
+            on_cancel=self._on_cancel,
+        )
+        self.sync()
+
+    def sync(self) -> None:
+        """Serve a trigger for every mission that needs no inputs, and none for those that are gone."""
+        library = self._missions.library
+        if library is self._served:
+            return
+        self._served = library
+        wanted = [
+            name
+            for name in library.names()
+            # The name of a file with errors may be no name for a service.
+            if IDENTIFIER.fullmatch(name) and not library.get(name).required_inputs()
+        ]
+        for name in wanted:
+            if name not in self._by_name:
+                service = f"florence_bt/missions/{name}"
+                self._by_name[name] = self._node.create_service(
+                    Trigger, service, partial(self._on_trigger, name)
+                )
+        for name in tuple(self._by_name):
+            if name not in wanted:
+                self._node.destroy_service(self._by_name.pop(name))
+
+    def tell_tree(self, run: MissionRun, tip: str, tree: str) -> None:
+        """Feedback for the client of the action, if this is its run."""
+        if run.run_id == self._run_of_action:
+            self._action.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
+
+    def on_end(self, run: MissionRun) -> None:
+        """A run has ended; the client of the action is told if it is its own."""
+        if run.run_id != self._run_of_action:
+            return
+        self._run_of_action = None
+        names, values = outputs_to_ros(run.outputs, self._output_ports(run))
+        result = ExecuteMission.Result(
+            run_id=run.run_id,
+            state=run.status.value,
+            code=run.code,
+            reason=run.reason,
+            cause=run.why.path if run.why else "",
+            tree=run.tree,
+            output_names=names,
+            output_values=values,
+        )
+        outcome = {
+            RunStatus.SUCCEEDED: Outcome.SUCCEEDED,
+            RunStatus.STOPPED: Outcome.CANCELLED,
+        }.get(run.status, Outcome.FAILED)
+        self._action.finish(result, outcome)
+
+    def _output_ports(self, run: MissionRun) -> Any:
+        mission = self._missions.library.find(run.mission)
+        return mission.outputs if mission is not None else {}
+
+    def _on_run_mission(
+        self, request: RunMission.Request, response: RunMission.Response
+    ) -> RunMission.Response:
+        response.accepted, response.run_id, response.message = self._start(
+            request.mission,
+            request.input_names,
+            request.input_values,
+            request.caller or "run_mission service",
+            request.policy,
+            request.priority,
+        )
+        return response
+
+    def _on_trigger(
+        self, mission: str, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        accepted, run_id, message = self._start(mission, (), (), f"missions/{mission} service", "", 0)
+        response.success = accepted
+        response.message = f"{message} (run {run_id})" if accepted else message
+        return response
+
+    def _on_goal(self, goal: ExecuteMission.Goal) -> str | None:
+        older = self._run_of_action
+        if older is not None and goal.policy == Policy.QUEUE.value:
+            return (
+                f"this action has one goal at a time, now {older}; to queue more use the service run_mission"
+            )
+        accepted, run_id, message = self._start(
+            goal.mission,
+            goal.input_names,
+            goal.input_values,
+            goal.caller or "execute_mission action",
+            goal.policy,
+            goal.priority,
+        )
+        if not accepted:
+            return message
+        self._run_of_action = run_id
+        if older is not None:
+            # It may still wait in the queue; its client is told that it was replaced.
+            self._missions.stop(f"replaced by {run_id}, a newer goal of the action", older)
+        return None
+
+    def _on_cancel(self) -> None:
+        if self._run_of_action is not None:
+            self._missions.stop("cancelled by the action client", self._run_of_action)
+
+    def _start(
+        self,
+        mission: str,
+        names: Sequence[str],
+        values: Sequence[str],
+        caller: str,
+        policy: str,
+        priority: int,
+    ) -> tuple[bool, str, str]:
+        """Trigger a mission: (accepted, run id, message). Nothing that a caller sends raises from here."""
+        try:
+            run = self._missions.trigger(
+                request_from_texts(mission, names, values, caller=caller, policy=policy, priority=priority)
+            )
+        except FlorenceError as error:
+            self.sync()
+            self._node.get_logger().warning(
+                f"{_short(mission)!r} asked by {_short(caller)!r} was refused: {error}"
+            )
+            return False, "", str(error)
+        self.sync()
+        self._node.get_logger().info(f"{run.run_id} {run.status.value.lower()}, asked by {caller}")
+        word = "starts" if run.status is RunStatus.RUNNING else "waits for its turn"
+        note = f"; {run.note}" if run.note else ""
+        return True, run.run_id, f"{mission} {word}{note}"
+
+
+def _short(text: str) -> str:
+    """What a stranger sent, for the log."""
+    return text if len(text) <= 100 else f"{text[:100]}..."

@@ -1,0 +1,273 @@
+"""Brings the tree of a run to where its journal ends: the mission is run once more with recorded skills.
+
+The tree ticks at the recorded moments on a clock driven by hand, and every skill answers what it answered
+then. Each tick must do what the journal says it did; if one does not, the run cannot be taken up. Timers of a
+live clock ring a little late, so a replay that differs is tried again with timers that ring a little early.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
+from typing import Any
+
+from florence_bt.behaviours.why import Why
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, Result, cancelled
+from florence_bt.core.skill import Inputs
+from florence_bt.runtime.announcer import Announcer, NoLog
+from florence_bt.runtime.events import Event, EventKind, plain
+from florence_bt.runtime.journal import JournaledEvent
+from florence_bt.runtime.journal.text import match_ends, with_one_clock
+from florence_bt.runtime.run import MissionRun, RunStatus
+from florence_bt.runtime.tree_run import TreeRun, World
+from florence_bt.trees.loader import MissionLibrary
+
+EARLY_S = (0.0, 0.002, 0.02)
+"""How much early the timers of a replay ring, tried one after the other."""
+_TICKED = (EventKind.NODE.value, EventKind.SKILL_STARTED.value, EventKind.SKILL_ENDED.value)
+_COMPARED = (EventKind.NODE.value, EventKind.SKILL_STARTED.value)
+_BETWEEN = (EventKind.PAUSED.value, EventKind.RESUMED.value, EventKind.RECOVERED.value)
+"""What happens between two ticks and starts or ends skills."""
+
+
+class ReplayDiverged(FlorenceError):
+    """The mission does not do what the journal says it did."""
+
+
+@dataclass
+class Replayed:
+    """Where a replay ended.
+
+    Attributes:
+        tree: The run's tree, paused at the last recorded moment; or over.
+        over: How the run ended, when its end was reached in the replay.
+    """
+
+    tree: TreeRun
+    over: tuple[RunStatus, Why | None] | None
+
+
+def replay(
+    run: MissionRun,
+    events: Sequence[JournaledEvent],
+    library: MissionLibrary,
+    declarations: Mapping[str, SkillDeclaration],
+) -> Replayed:
+    """Run a mission once more up to the end of its journal.
+
+    Args:
+        run: The run as it began, with typed inputs; another object is made of it for each try.
+        events: Everything that the journal has of it.
+        library: The missions, in the version that the run was started with.
+        declarations: What the skills say about themselves.
+
+    Raises:
+        ReplayDiverged: A tick does something else than the journal says.
+        ConfigError: The mission has an error.
+    """
+    problem: ReplayDiverged | None = None
+    for early in EARLY_S:
+        try:
+            return _Replay(replace(run), events, library, declarations, early).go()
+        except ReplayDiverged as error:
+            problem = problem or error
+    assert problem is not None
+    raise problem
+
+
+class _Replay:
+    def __init__(
+        self,
+        run: MissionRun,
+        events: Sequence[JournaledEvent],
+        library: MissionLibrary,
+        declarations: Mapping[str, SkillDeclaration],
+        early_s: float,
+    ) -> None:
+        self._run = run
+        run.ticks = 0
+        self._early_s = early_s
+        self._events = list(with_one_clock(events))
+        if not self._events or self._events[0].kind not in (
+            EventKind.STARTED.value,
+            EventKind.QUEUED.value,
+        ):
+            raise ReplayDiverged("the journal of the run has no beginning")
+        self._clock = ManualClock(self._events[0].time)
+        self._done: list[Event] = []
+        self._over: tuple[RunStatus, Why | None] | None = None
+        self._skills = {
+            name: _RecordedSkill(name, declaration, lambda: self._run.ticks)
+            for name, declaration in declarations.items()
+        }
+        self._give_ends()
+        announcer = Announcer(self._clock, NoLog())
+        announcer.add_listener(lambda run, event: self._done.append(event))
+        world = World(library, self._skills, declarations, self._clock, lambda: None, announcer)
+        self._tree = TreeRun(run, world, lambda run: None, self._on_over)
+
+    def go(self) -> Replayed:
+        self._run.status = RunStatus.RUNNING
+        self._run.started = next(
+            (e.time for e in self._events if e.kind == EventKind.STARTED.value), self._clock.now()
+        )
+        ticks = [event for event in self._events if event.kind in _TICKED]
+        last = max((event.tick for event in ticks), default=0)
+        for index, event in enumerate(self._events):
+            if event.kind in _TICKED and event.tick > self._run.ticks:
+                self._tick(index, complete=event.tick < last)
+            elif event.kind == EventKind.PAUSED.value:
+                self._advance(event.time, 0.0)
+                self._tree.pause(event.reason)
+            elif event.kind in (EventKind.RESUMED.value, EventKind.RECOVERED.value):
+                self._advance(event.time, 0.0)
+                self._tree.pause(event.reason)
+                if not event.data.get("paused"):
+                    self._tree.resume()
+            if self._over is not None:
+                break
+        if self._over is None:
+            self._advance(self._events[-1].time, 0.0)
+            self._tree.pause(self._run.paused)
+        return Replayed(self._tree, self._over)
+
+    def _tick(self, index: int, *, complete: bool) -> None:
+        """Do the tick whose first event has this index, and compare."""
+        first = self._events[index]
+        self._advance(first.time, self._early_s)
+        for skill in self._skills.values():
+            skill.release(first.tick)
+        self._done.clear()
+        self._run.ticks = first.tick - 1
+        self._tree.step()
+        of_tick = takewhile(lambda e: e.tick == first.tick and e.kind not in _BETWEEN, self._events[index:])
+        wanted = [_told(event) for event in of_tick if event.kind in _COMPARED]
+        done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
+        if (done[: len(wanted)] if not complete else done) != wanted:
+            raise ReplayDiverged(_difference(first.tick, wanted, done))
+
+    def _advance(self, when: float, early_s: float) -> None:
+        # A skill's deadline or a timer may only mark what the next tick sees: nothing ticks in between.
+        self._clock.advance_to(max(when, self._clock.now()) + early_s)
+
+    def _on_over(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
+        self._over = status, why
+
+    def _give_ends(self) -> None:
+        """Give each recorded start the end that belongs to it."""
+        records: dict[int, _Recorded] = {}
+        for index, event in enumerate(self._events):
+            if event.kind == EventKind.SKILL_STARTED.value and event.skill in self._skills:
+                records[index] = _Recorded()
+                self._skills[event.skill].records.append(records[index])
+        for start, end in match_ends(self._events):
+            event = self._events[end]
+            # One that was cancelled for a pause is started again and has its end there.
+            if start in records and not (event.data.get("paused") and event.code != "ok"):
+                records[start].tick = event.tick
+                records[start].result = _result(event, self._skills[event.skill].declaration)
+
+
+@dataclass
+class _Recorded:
+    """The end of a recorded run of a skill; without a result it went on when the process died."""
+
+    tick: int = 0
+    result: Result | None = None
+
+
+class _RecordedSkill:
+    """A skill that answers what it answered then, run by run in the order of the starts."""
+
+    def __init__(self, name: str, declaration: SkillDeclaration, tick: Callable[[], int]) -> None:
+        self.declaration = declaration
+        self.records: list[_Recorded] = []
+        self._name = name
+        self._tick = tick
+        self._started: list[_RecordedRun] = []
+
+    def start(self, inputs: Inputs) -> _RecordedRun:
+        """The next recorded run; one that never ends when the journal has no more."""
+        number = len(self._started)
+        record = self.records[number] if number < len(self.records) else _Recorded()
+        run = _RecordedRun(record, self._tick)
+        self._started.append(run)
+        return run
+
+    def release(self, tick: int) -> None:
+        """Tell the runs that ended by this tick."""
+        for run in self._started:
+            run.release(tick)
+
+
+@dataclass
+class _RecordedRun:
+    """One recorded run of a skill."""
+
+    record: _Recorded
+    tick: Callable[[], int]
+    callbacks: list[Callable[[], None]] = field(default_factory=list)
+    result: Result | None = None
+    feedback: str = ""
+
+    def poll(self) -> Result | None:
+        """The recorded result, from the recorded tick on."""
+        if self.result is None and self.record.result is not None and self.tick() >= self.record.tick:
+            self.result = self.record.result
+        return self.result
+
+    def cancel(self) -> None:
+        """End at once: nothing real goes on."""
+        self.result = self.result or cancelled()
+
+    def on_change(self, callback: Callable[[], None]) -> None:
+        """Remember whom to wake."""
+        self.callbacks.append(callback)
+
+    def release(self, tick: int) -> None:
+        """Take the recorded result if the run ended by this tick, and wake who waits."""
+        if self.result is None and self.record.result is not None and self.record.tick <= tick:
+            self.result = self.record.result
+            for callback in self.callbacks:
+                callback()
+
+
+def _told(event: JournaledEvent) -> tuple[str, ...]:
+    if event.kind == EventKind.NODE.value:
+        return (event.kind, event.node, event.new)
+    return (event.kind, event.node, event.skill, repr(sorted(event.inputs.items())))
+
+
+def _did(event: Event) -> tuple[str, ...]:
+    data = event.data
+    if event.kind is EventKind.NODE:
+        return (event.kind.value, data["node"], data["new"])
+    inputs = repr(sorted(plain(data["inputs"]).items()))
+    return (event.kind.value, data["node"], data["skill"], inputs)
+
+
+def _difference(tick: int, wanted: list[tuple[str, ...]], done: list[tuple[str, ...]]) -> str:
+    index = next((i for i, (w, d) in enumerate(zip(wanted, done, strict=False)) if w != d), None)
+    if index is None:
+        index = min(len(wanted), len(done))
+    told = " ".join(wanted[index]) if index < len(wanted) else "nothing more"
+    did = " ".join(done[index]) if index < len(done) else "nothing more"
+    return f"in tick {tick} the journal has: {told}; the mission now does: {did}"
+
+
+def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
+    outputs = {name: typed(value, declaration.outputs.get(name)) for name, value in event.outputs.items()}
+    outcome = Outcome(event.data.get("outcome", Outcome.FAILED.value))
+    return Result(outcome, event.code or "ok", event.reason, outputs)
+
+
+def typed(value: Any, port: Port | None) -> Any:
+    """A plain value of the journal as a value of a port's kind."""
+    if port is not None and port.kind is Kind.POSE and isinstance(value, Mapping):
+        return Pose2(**value)
+    return value

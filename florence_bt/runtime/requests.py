@@ -1,0 +1,95 @@
+"""Requests for missions as they come from outside, as texts: checked and bounded before anything uses them.
+
+Every way in (service, action, trigger by name) goes through here, so that a wrong or hostile caller gets one
+clear sentence and nothing else happens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.runtime.run import Policy, Request
+
+MAX_INPUTS = 64
+MAX_NAME = 200
+"""Characters of the name of a mission, an input, a caller or a run."""
+MAX_VALUE = 2000
+"""Characters of the value of an input, and of a reason."""
+_BLANKS = str.maketrans("\n\t", "  ")
+
+
+def request_from_texts(
+    mission: str,
+    names: Sequence[str] = (),
+    values: Sequence[str] = (),
+    *,
+    caller: str,
+    policy: str = "",
+    priority: int = 0,
+) -> Request:
+    """Make a request of what a caller sent.
+
+    Args:
+        mission: Name of the mission.
+        names: Names of its inputs.
+        values: Their values as in a mission file, in the same order.
+        caller: Who asks, for the records.
+        policy: ``reject``, ``queue`` or ``preempt``; empty for ``reject``.
+        priority: A higher number goes first.
+
+    Raises:
+        ConfigError: Something is too long, named twice or unknown; says what would have worked.
+    """
+    if len(names) != len(values):
+        raise ConfigError(
+            f"{len(names)} input names came with {len(values)} values", valid=["as many values as names"]
+        )
+    if len(names) > MAX_INPUTS:
+        raise ConfigError(f"{len(names)} inputs are too many", valid=[f"at most {MAX_INPUTS}"])
+    inputs: dict[str, str] = {}
+    for name, value in zip(names, values, strict=True):
+        checked_text("the name of an input", name)
+        if name in inputs:
+            raise ConfigError(f"the input {name!r} was given twice", valid=["each input once"])
+        inputs[name] = checked_text(f"the value of the input {name!r}", value, MAX_VALUE)
+    return Request(
+        checked_text("the name of the mission", mission),
+        inputs,
+        checked_text("the caller", caller),
+        policy_from_text(policy),
+        priority,
+    )
+
+
+def policy_from_text(text: str) -> Policy:
+    """The policy with this name; empty means ``reject``.
+
+    Raises:
+        ConfigError: There is no such policy.
+    """
+    if not text:
+        return Policy.REJECT
+    try:
+        return Policy(text)
+    except ValueError:
+        shown = checked_text("the policy", text)
+        raise ConfigError(f"unknown policy {shown!r}", valid=[policy.value for policy in Policy]) from None
+
+
+def checked_text(what: str, text: str, longest: int = MAX_NAME) -> str:
+    """A text of a caller that may go into records, logs and terminals.
+
+    Args:
+        what: Names the text in the error.
+        text: The text.
+        longest: Characters at most.
+
+    Raises:
+        ConfigError: It is too long, or has characters that would tear a record or a terminal.
+    """
+    if len(text) > longest:
+        raise ConfigError(f"{what} is too long: {len(text)} characters", valid=[f"at most {longest}"])
+    if not text.translate(_BLANKS).isprintable():
+        raise ConfigError(f"{what} has characters that cannot be printed: {text!r}", valid=["plain text"])
+    return text

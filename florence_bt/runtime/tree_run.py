@@ -1,0 +1,348 @@
+"""The tree of one run, from its first tick to the end of the last skill that it started.
+
+A :class:`TreeRun` ticks, pauses and ends the tree; which run comes next is the executor's business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import py_trees
+from py_trees.common import Status
+
+from florence_bt.behaviours.composites import CLEANUP
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.keys import KeyStore
+from florence_bt.behaviours.why import Why, explain
+from florence_bt.core.clock import Clock, Timer
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.outcome import Result
+from florence_bt.core.skill import Skill
+from florence_bt.runtime.announcer import Announcer
+from florence_bt.runtime.events import EventKind
+from florence_bt.runtime.run import MissionRun, RunStatus
+from florence_bt.runtime.run_clock import RunClock
+from florence_bt.runtime.tree_ticks import TreeTicks
+from florence_bt.trees.ascii import TreeRow, draw_rows, tree_rows
+from florence_bt.trees.compile import CompiledTree, compile_mission
+from florence_bt.trees.loader import MissionLibrary
+
+END_LIMIT_S = 15.0
+"""How long skills may take to report their end after their run has ended or was paused; longer than a skill's
+own limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What every run works with.
+
+    Attributes:
+        library: The missions.
+        skills: The skills by name.
+        declarations: What the skills say about themselves.
+        clock: Drives everything.
+        wake: Asks for :meth:`TreeRun.step` soon.
+        announcer: Tells what happens.
+    """
+
+    library: MissionLibrary
+    skills: Mapping[str, Skill]
+    declarations: Mapping[str, SkillDeclaration]
+    clock: Clock
+    wake: Callable[[], None]
+    announcer: Announcer
+
+
+class TreeRun:
+    """Ticks the tree of a run. Building one starts nothing.
+
+    Args:
+        run: The run; its status is kept up to date.
+        world: What it works with.
+        on_tick: Called with the run after each tick.
+        on_over: Called once, when nothing of the run is left, with how it ended.
+
+    Raises:
+        ConfigError: The mission, or one that it calls, has an error.
+    """
+
+    def __init__(
+        self,
+        run: MissionRun,
+        world: World,
+        on_tick: Callable[[MissionRun], None],
+        on_over: Callable[[MissionRun, RunStatus, Why | None], None],
+    ) -> None:
+        self.run = run
+        self.clock = RunClock(world.clock)
+        self._world = world
+        self._skills = dict(world.skills)
+        self.on_tick = on_tick
+        self.on_over = on_over
+        self._context = TreeContext(
+            clock=self.clock,
+            keys=KeyStore(),
+            wake=self._wake,
+            skills=self._skills,
+            declarations=world.declarations,
+            on_skill_started=self._on_skill_started,
+            on_skill_ended=self._on_skill_ended,
+        )
+        self.tree: CompiledTree = compile_mission(
+            world.library.get(run.mission), world.library, run.inputs, self._context
+        )
+        self._ticks = TreeTicks(self.root, self.clock)
+        self._end: tuple[RunStatus, Why | None] | None = None
+        self._limit: Timer | None = None
+        self._resume_wanted = False
+        self._resume_kind = EventKind.RESUMED
+
+    @property
+    def root(self) -> py_trees.behaviour.Behaviour:
+        """The root of the tree."""
+        return self.tree.root
+
+    def tip(self) -> str:
+        """The name of the node that the run waits for, empty when there is none."""
+        tip = self.root.tip()
+        return tip.name if tip is not None else ""
+
+    def move_to(self, world: World) -> None:
+        """Go on in another world: from a replay to the real one. The run must be paused; it stays so."""
+        self._world = world
+        self._skills.clear()
+        self._skills.update(world.skills)
+        self.clock.move_to(world.clock)
+
+    def step(self) -> None:
+        """Do what there is to do now: something woke the run."""
+        if self.run.status is RunStatus.RUNNING:
+            self._tick()
+        elif self.run.status is RunStatus.PAUSED and self._resume_wanted:
+            self._resume_when_drained()
+        if self.run.status is RunStatus.ENDING:
+            self._finish_if_drained()
+
+    # ---- ticking --------------------------------------------------------------------------------------
+
+    def _tick(self) -> None:
+        root = self.root
+        if self._ticks.spin(self._world.clock.now()):
+            self.end(
+                RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
+            )
+            return
+        self.run.ticks += 1
+        try:
+            self._ticks.tick()
+        except Exception as error:
+            # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
+            self._break_down(error)
+            return
+        for change in self._ticks.changes():
+            self._world.announcer.tell(self.run, EventKind.NODE, **change)
+        self.on_tick(self.run)
+        if root.status is Status.SUCCESS:
+            self.run.outputs = self.tree.outputs()
+            self.end(RunStatus.SUCCEEDED, None)
+        elif root.status is Status.FAILURE:
+            self.end(RunStatus.FAILED, explain(root))
+
+    # ---- pausing --------------------------------------------------------------------------------------
+
+    def pause(self, reason: str) -> None:
+        """Stop the robot and the time of a running run, or take the resume of a paused one back."""
+        run = self.run
+        self._resume_wanted = False
+        self._cancel_limit()
+        run.paused = reason
+        if run.status is RunStatus.PAUSED:
+            return
+        run.status = RunStatus.PAUSED
+        self.clock.freeze()
+        # The log first, so that it tells which skills ended because of the pause.
+        with self._world.announcer.telling(run, EventKind.PAUSED, reason=reason, tip=self.tip()):
+            try:
+                self._context.suspend()
+            except Exception as error:
+                self._break_down(error)
+
+    def resume(self, kind: EventKind = EventKind.RESUMED) -> None:
+        """Go on as soon as the skills that were cancelled for the pause have reported their ends.
+
+        Args:
+            kind: The event that tells of it.
+        """
+        self._resume_kind = kind
+        self._resume_wanted = True
+        self._cancel_limit()
+        self._limit = self._world.clock.call_at(self._world.clock.now() + END_LIMIT_S, self._resume_late)
+        self._resume_when_drained()
+
+    def still_ending(self) -> list[str]:
+        """The skills that were cancelled for the pause and have not reported their ends."""
+        return [entry.skill for entry in self._context.still_ending()]
+
+    def _resume_when_drained(self) -> None:
+        if not self._context.still_ending():
+            self._go_on()
+
+    def _resume_late(self) -> None:
+        """The skills had their time to stop; without their ends they cannot be started again."""
+        silent = ", ".join(dict.fromkeys(self.still_ending()))
+        reason = f"after the pause: not known to have ended: {silent}"
+        self.end(RunStatus.FAILED, Why(self.run.mission, "timed_out", reason))
+
+    def _go_on(self) -> None:
+        self._resume_wanted = False
+        self._cancel_limit()
+        self.run.status = RunStatus.RUNNING
+        self.run.paused = ""
+        self._world.announcer.tell(self.run, self._resume_kind)
+        self.clock.thaw()
+        try:
+            self._context.resume()
+        except Exception as error:
+            self._break_down(error)
+            return
+        self._world.wake()
+
+    # ---- ending ---------------------------------------------------------------------------------------
+
+    def stop(self, reason: str) -> None:
+        """Stop the run; harmless when it ends already."""
+        run = self.run
+        if run.status is RunStatus.ENDING:
+            return
+        tip = self.tip()
+        at = Why(run.mission, "stopped", f"{reason} (was at {tip!r})" if tip else reason)
+        with self._world.announcer.telling(run, EventKind.STOP_ASKED, reason=reason):
+            self.end(RunStatus.STOPPED, at)
+
+    def end(self, status: RunStatus, why: Why | None) -> None:
+        """End the tree; the run is over when every skill has reported its end.
+
+        Args:
+            status: How the run ends.
+            why: The cause when it was no success.
+        """
+        # The picture of the tree is taken before its nodes forget where they stood.
+        self.run.rows = self.rows()
+        self.run.tree = draw_rows(self.run.rows)
+        self.run.status = RunStatus.ENDING
+        self.run.paused = ""
+        self._end = (status, why)
+        self._resume_wanted = False
+        self._context.pause.active = False
+        self._limit_end()
+        self._stop_tree()
+        # Clean-ups need time, also after a pause.
+        self.clock.thaw()
+        self._world.wake()
+
+    def rows(self) -> tuple[TreeRow, ...]:
+        """The tree as it stands, to be drawn."""
+        return tree_rows(self.root, self._ticks.seconds)
+
+    def abandon(self) -> None:
+        """End at once, without waiting for the ends of the skills: the process goes down."""
+        self._end_anyway([entry.skill for entry in self._context.runs])
+
+    def _break_down(self, error: Exception) -> None:
+        self._world.announcer.tell_broken(self.run, error)
+        why = Why(self.root.name, "internal_error", f"{type(error).__name__}: {error}")
+        self.end(RunStatus.FAILED, why)
+
+    def _stop_tree(self) -> None:
+        try:
+            self.root.stop(Status.INVALID)
+        except Exception as error:
+            # As in a tick. What the nodes did not get to cancel is cancelled here; then all are waited for.
+            self._world.announcer.tell_broken(self.run, error)
+            for entry in tuple(self._context.runs):
+                if not entry.left and entry.inputs is not None:
+                    self._leave(entry)
+
+    def _leave(self, entry: Any) -> None:
+        try:
+            self._context.leave(entry)
+        except Exception as error:
+            self._world.announcer.tell_broken(self.run, error)
+
+    def _limit_end(self) -> None:
+        self._cancel_limit()
+        clock = self._world.clock
+        self._limit = clock.call_at(clock.now() + END_LIMIT_S, self._end_late)
+
+    def _cancel_limit(self) -> None:
+        if self._limit is not None:
+            self._limit.cancel()
+            self._limit = None
+
+    def _finish_if_drained(self) -> None:
+        """A run is over when every skill it started has ended too: no goal is left behind."""
+        assert self._end is not None
+        if not self._open_skills():
+            self._finish(*self._end)
+
+    def _open_skills(self) -> list[str]:
+        """The names of the skills that have not reported their end; one that breaks when asked is over."""
+        context = self._context
+        for entry in tuple(context.runs):
+            try:
+                context.poll(entry)
+            except Exception as error:
+                context.drop(entry)
+                self._world.announcer.tell_broken(self.run, error)
+        return [entry.skill for entry in context.runs]
+
+    def _end_late(self) -> None:
+        """The skills had their time."""
+        skills = self._open_skills()
+        if CLEANUP in skills:
+            self._limit_end()
+        else:
+            self._end_anyway(skills)
+
+    def _end_anyway(self, skills: list[str]) -> None:
+        """End a run although some skills have not reported their end; the reason names them."""
+        assert self._end is not None
+        status, why = self._end
+        if skills:
+            silent = f"not known to have ended: {', '.join(dict.fromkeys(skills))}"
+            if status is RunStatus.SUCCEEDED:
+                status, why = RunStatus.FAILED, Why(self.run.mission, "timed_out", silent)
+            elif why is not None:
+                why = replace(why, reason=f"{why.reason}; {silent}")
+        self._finish(status, why)
+
+    def _finish(self, status: RunStatus, why: Why | None) -> None:
+        self._cancel_limit()
+        self.on_over(self.run, status, why)
+
+    # ---- skills ---------------------------------------------------------------------------------------
+
+    def _wake(self) -> None:
+        self._world.wake()
+
+    def _on_skill_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
+        self._world.announcer.tell(
+            self.run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs)
+        )
+
+    def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
+        self._world.announcer.tell(
+            self.run,
+            EventKind.SKILL_ENDED,
+            node=path,
+            skill=skill,
+            outcome=result.outcome.value,
+            code=result.code,
+            reason=result.reason,
+            outputs=dict(result.outputs),
+            **({"paused": True} if self._context.pause.active else {}),
+        )
+        # In a run that is ending, the last skill's end is what the executor waits for.
+        self._world.wake()

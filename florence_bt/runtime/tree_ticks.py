@@ -1,0 +1,71 @@
+"""The ticks of one tree: what changed in each, why it failed, and how long the nodes took."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.behaviours.why import Why, explain, path_of, remember_failure
+from florence_bt.core.clock import Clock
+from florence_bt.runtime.ticking import Ticker
+
+MAX_TICKS_AT_ONE_MOMENT = 1000
+"""A tree that wakes itself more often without time passing is broken and is failed."""
+
+
+class TreeTicks:
+    """Ticks a tree.
+
+    Args:
+        root: The tree.
+        clock: The clock of the run: pauses do not count for the nodes.
+    """
+
+    def __init__(self, root: Behaviour, clock: Clock) -> None:
+        self._ticker = Ticker(root, record=True, incremental=True)
+        self._clock = clock
+        self._times: dict[Any, tuple[float, float | None]] = {}
+        self._count = 0
+        self._moment = -1.0
+
+    def spin(self, now: float) -> bool:
+        """Count a tick at a moment of the real clock; whether there are too many of them at that moment."""
+        self._count = self._count + 1 if now == self._moment else 1
+        self._moment = now
+        return self._count > MAX_TICKS_AT_ONE_MOMENT
+
+    def tick(self) -> None:
+        """Tick the tree once."""
+        self._ticker.tick()
+
+    def changes(self) -> Iterator[dict[str, str]]:
+        """What the last tick changed, in order: the data of events."""
+        now = self._clock.now()
+        known: dict[Behaviour, Why] = {}
+        for node, old, new in self._ticker.changes:
+            self._note_time(node, new, now)
+            why = explain(node, known) if new is Status.FAILURE else None
+            if new is not Status.INVALID:
+                remember_failure(node, why)
+            change = {"node": path_of(node), "old": old.name, "new": new.name}
+            if why is None:
+                yield {**change, "reason": node.feedback_message}
+            else:
+                yield {**change, "code": why.code, "reason": why.reason, "cause": why.path}
+
+    def seconds(self, node: Behaviour) -> float | None:
+        """How long a node took, or has been running; None when it was not reached."""
+        if node.status is Status.INVALID or node.id not in self._times:
+            return None
+        began, ended = self._times[node.id]
+        return (self._clock.now() if ended is None else ended) - began
+
+    def _note_time(self, node: Behaviour, status: Status, now: float) -> None:
+        if status is Status.RUNNING:
+            self._times[node.id] = (now, None)
+        elif status is not Status.INVALID:
+            began, ended = self._times.get(node.id, (now, None))
+            self._times[node.id] = (began if ended is None else now, now)

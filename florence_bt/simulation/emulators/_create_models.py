@@ -1,0 +1,87 @@
+"""The Create and the Create 2 by their manuals (REFERENCE 1.1, 1.3, 1.5), not by the driver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+COUNTED, SONG = -1, -2
+"""Commands that tell their length: a count and as many bytes; a number, a count and as many pairs."""
+
+_BOTH: dict[int, int] = (
+    dict.fromkeys((7, 128, 130, 131, 132, 134, 135, 143), 0)
+    | dict.fromkeys((129, 138, 141, 142, 150), 1)
+    | dict.fromkeys((139, 144), 3)
+    | dict.fromkeys((137, 145), 4)
+    | dict.fromkeys((148, 149), COUNTED)
+    | {140: SONG}
+)
+_CREATE_COMMANDS = (
+    _BOTH
+    | dict.fromkeys((153, 154), 0)
+    | dict.fromkeys((136, 147, 151, 155, 158), 1)
+    | dict.fromkeys((156, 157), 2)
+    | {152: COUNTED}
+)
+_CREATE_2_COMMANDS = (
+    _BOTH | dict.fromkeys((133, 136, 173), 0) | {146: 4, 162: 2, 163: 4, 164: 4, 165: 1, 167: 15, 168: 3}
+)
+_GROUP_ENDS = {0: (7, 26), 1: (7, 16), 2: (17, 20), 3: (21, 26), 4: (27, 34), 5: (35, 42), 6: (7, 42)}
+
+
+@dataclass(frozen=True, slots=True)
+class EmulatedModel:
+    """One kind of base.
+
+    Attributes:
+        name: What people call it.
+        baud_rate: Bits per second after power-on.
+        commands: Bytes after each opcode.
+        last_packet: The highest sensor packet; the lowest is 7.
+        groups: First and last packet of each group.
+        songs: How many songs it stores.
+        header_in_checksum: The header 19 counts for the checksum of a stream frame.
+        wheel_separation_mm: Between the wheels.
+        metres_per_tick: Travel per count of an encoder; None when the encoders cannot be read.
+        boot_text: What it prints after a reset.
+    """
+
+    name: str
+    baud_rate: int
+    commands: Mapping[int, int]
+    last_packet: int
+    groups: Mapping[int, tuple[int, int]]
+    songs: int
+    header_in_checksum: bool
+    wheel_separation_mm: float
+    metres_per_tick: float | None
+    boot_text: bytes
+
+
+MODELS: dict[str, EmulatedModel] = {
+    "create": EmulatedModel(
+        name="create",
+        baud_rate=57600,
+        commands=_CREATE_COMMANDS,
+        last_packet=42,
+        groups=_GROUP_ENDS,
+        songs=16,
+        header_in_checksum=False,
+        wheel_separation_mm=260.0,
+        metres_per_tick=None,
+        boot_text=b"\r\nCreate boot loader\r\n",
+    ),
+    "create2": EmulatedModel(
+        name="create2",
+        baud_rate=115200,
+        commands=_CREATE_2_COMMANDS,
+        last_packet=58,
+        groups=_GROUP_ENDS | {100: (7, 58), 101: (43, 58), 106: (46, 51), 107: (54, 58)},
+        songs=5,
+        header_in_checksum=True,
+        wheel_separation_mm=235.0,
+        metres_per_tick=0.000444565,
+        boot_text=b"\r\nCreate 2 boot loader\r\n",
+    ),
+}
+"""By name."""

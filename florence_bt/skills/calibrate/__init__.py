@@ -1,0 +1,1 @@
+"""Calibration of the base's turning: odometry and gyro against a wall (document, section 7.2)."""

@@ -1,0 +1,242 @@
+"""What the readers of the parts of a scenario file share: findings, and small pieces of the grammar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text
+from florence_bt.testing.known import MissionMaps
+from florence_bt.testing.paths import MissionMap, Place, closest_paths, matching
+from florence_bt.testing.values import read_duration, read_port
+from florence_bt.trees.findings import ERROR, Finding
+from florence_bt.trees.loader import MissionLibrary
+
+_PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
+
+
+class Reading:
+    """A scenario file that is being read.
+
+    Args:
+        file: The file.
+        library: The missions that it may use.
+        maps: Where the maps of missions are kept.
+        declarations: The skills by name.
+
+    Attributes:
+        findings: What is wrong with the file.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        library: MissionLibrary,
+        maps: MissionMaps,
+        declarations: Mapping[str, SkillDeclaration],
+    ) -> None:
+        self.file = file
+        self.library = library
+        self.maps = maps
+        self.declarations = declarations
+        self.findings: list[Finding] = []
+        self._added: dict[str, Path] = {}
+
+    def problem(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Note an error."""
+        place = str(self.file), position.line, position.column
+        self.findings.append(Finding(*place, ERROR, message, tuple(valid)))
+
+    def wrong(self, position: Position, error: ConfigError) -> None:
+        """Note an error that something else found."""
+        self.problem(position, error.problem, error.valid)
+
+    def entries(
+        self, source: Source | None, what: str, keys: Collection[str]
+    ) -> dict[str, tuple[Text, Source]]:
+        """The entries of a table that has only these keys."""
+        found: dict[str, tuple[Text, Source]] = {}
+        for key, value in self.table(source, what):
+            if key.text in keys:
+                found[key.text] = (key, value)
+            else:
+                self.problem(key.position, f"{what} has no key {key.text!r}", closest_first(key.text, keys))
+        return found
+
+    def table(self, source: Source | None, what: str) -> Iterator[tuple[Text, Source]]:
+        """The entries of a table, none when nothing was written."""
+        if isinstance(source, Table):
+            yield from source.entries
+        elif source is not None and not (isinstance(source, Text) and source.empty):
+            self.problem(source.position, f"{what} must be a table (key: value)")
+
+    def items(self, source: Source | None) -> tuple[Source, ...]:
+        """The items of a list; a single thing counts as a list of one, nothing as none."""
+        if source is None or (isinstance(source, Text) and source.empty):
+            return ()
+        return source.items if isinstance(source, Listing) else (source,)
+
+    def text(self, source: Source, what: str) -> str | None:
+        """A text."""
+        if isinstance(source, Text) and (source.quoted or not source.empty):
+            return source.text
+        self.problem(source.position, f"{what} must be a text")
+        return None
+
+    def duration(self, source: Source, what: str) -> float | None:
+        """A duration in seconds."""
+        text = self.text(source, what)
+        if text is None:
+            return None
+        try:
+            return read_duration(text)
+        except ConfigError as error:
+            self.wrong(source.position, error)
+            return None
+
+    def whole(self, source: Source, what: str, least: int) -> int | None:
+        """A whole number."""
+        text = self.text(source, what)
+        if text is not None and re.fullmatch(r"\d{1,9}", text) and int(text) >= least:
+            return int(text)
+        if text is not None:
+            self.problem(
+                source.position, f"{what} must be a whole number of at least {least}", [f"{max(least, 1)}"]
+            )
+        return None
+
+    def flag(self, source: Source, what: str) -> bool:
+        """True or false."""
+        if isinstance(source, Text) and source.text in ("true", "false"):
+            return source.text == "true"
+        self.problem(source.position, f"{what} must be true or false", ["true", "false"])
+        return False
+
+    def pattern(
+        self, key: Text, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
+    ) -> list[Place] | None:
+        """The nodes that a pattern means, None (noted) when it is wrong.
+
+        Args:
+            key: The pattern.
+            places: The nodes of the mission; None when they are not known.
+            skills_only: Whether only nodes that run a skill count.
+            unused: Whether the name of a skill that the mission does not use will do.
+        """
+        if places is None:
+            return []
+        candidates = places.uses() if skills_only else list(places.places.values())
+        try:
+            found = matching(key.text, candidates)
+        except ConfigError as error:
+            self.wrong(key.position, error)
+            return None
+        if found or (unused and key.text in self.declarations):
+            return found
+        what = "skill" if skills_only else "node"
+        self.problem(
+            key.position,
+            f"{key.text!r} matches no {what} of {places.mission}",
+            closest_paths(key.text, candidates),
+        )
+        return None
+
+    def check_input(self, mission: str, name: str, text: str) -> None:
+        """Read one input of a mission as a caller's is read.
+
+        Raises:
+            ConfigError: The mission has no such input, or the text does not fit.
+        """
+        ports = self.library.get(mission).inputs
+        if name not in ports:
+            raise ConfigError(
+                f"{mission} has no input {name!r}", valid=closest_first(name, ports) or ("no inputs",)
+            )
+        read_port(text, ports[name])
+
+    def mission(self, source: Source, what: str) -> str | None:
+        """The name of a mission that can run."""
+        name = self.text(source, what)
+        if name is None:
+            return None
+        if name.endswith((".yaml", ".yml")):
+            path = self.file.parent / name
+            name = path.stem
+            if self._added.setdefault(name, path) != path:
+                self.problem(
+                    source.position, f"the mission {name!r} is {self._added[name]} in this file already"
+                )
+            known = self.library.find(name)
+            if known is None or known.file != path:
+                self.library.add_file(path)
+        try:
+            mission = self.library.get(name)
+            self.maps.of(mission, self.library, self.declarations)
+        except ConfigError as error:
+            where = f"{error.file}:{error.line}:{error.column}: " if error.file and error.line else ""
+            self.problem(source.position, f"{where}{error.problem}", error.valid)
+            return None
+        return name
+
+
+def plain(source: Source) -> Any:
+    """A source as plain texts, lists and tables."""
+    match source:
+        case Text():
+            return source.text
+        case Listing():
+            return [plain(item) for item in source.items]
+        case Table():
+            return {key.text: plain(value) for key, value in source.entries}
+
+
+def input_text(source: Source) -> str:
+    """An input of a mission as a caller would write it, on one line."""
+    match source:
+        case Text():
+            return source.text
+        case Listing():
+            return f"({', '.join(input_text(item) for item in source.items)})"
+        case Table():
+            return f"{{{', '.join(f'{key.text}: {input_text(value)}' for key, value in source.entries)}}}"
+
+
+def fill_in(source: Source, values: Mapping[str, Source], unknown: Any) -> Source:
+    """Put the values of an example where ``<name>`` stands.
+
+    Args:
+        source: The source.
+        values: The values by name. One that stands alone may be a list or a table.
+        unknown: Called with the position and the name of each that has no value.
+    """
+    match source:
+        case Text():
+            return _fill_in_text(source, values, unknown)
+        case Listing():
+            return Listing(tuple(fill_in(item, values, unknown) for item in source.items), source.position)
+        case Table():
+            filled = []
+            for key, value in source.entries:
+                name = _fill_in_text(key, values, unknown)
+                filled.append((name if isinstance(name, Text) else key, fill_in(value, values, unknown)))
+            return Table(tuple(filled), source.position)
+
+
+def _fill_in_text(source: Text, values: Mapping[str, Source], unknown: Any) -> Source:
+    names = _PARAMETER.findall(source.text)
+    if not names:
+        return source
+    for name in names:
+        if name not in values:
+            unknown(source.position, name)
+            return source
+    alone = _PARAMETER.fullmatch(source.text)
+    if alone is not None:
+        value = values[alone[1]]
+        return Text(value.text, value.quoted, source.position) if isinstance(value, Text) else value
+    text = _PARAMETER.sub(lambda match: input_text(values[match[1]]), source.text)
+    return Text(text, True, source.position)

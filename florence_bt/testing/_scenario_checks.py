@@ -1,0 +1,260 @@
+"""The part of a scenario under ``then``: what must hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import Source, Table, Text
+from florence_bt.runtime.run import RunStatus
+from florence_bt.testing._reading import Reading, plain
+from florence_bt.testing.paths import MissionMap, Place, matching, read_pattern
+from florence_bt.testing.play import Play
+from florence_bt.testing.record import INVALID, STATUSES
+from florence_bt.testing.scenario import Check, Expectation
+from florence_bt.testing.values import read_kind
+
+THEN_KEYS = (
+    *("status", "code", "reason", "leaf", "outputs", "keys", "duration", "within", "calls", "only_calls"),
+    *("called", "not_called", "nodes", "trace", "tree"),
+)
+"""What may stand under ``then`` and ``expect``."""
+STATUS_WORDS = {
+    **{status.value.lower(): status for status in RunStatus},
+    "success": RunStatus.SUCCEEDED,
+    "failure": RunStatus.FAILED,
+}
+"""How the status of a run may be written, in any case."""
+GO_ON = frozenset({RunStatus.QUEUED, RunStatus.RUNNING, RunStatus.PAUSED, RunStatus.ENDING})
+
+Assertion = Callable[[Play], object]
+
+
+def read_expectation(
+    reading: Reading, source: Source | None, places: MissionMap | None, what: str
+) -> Expectation:
+    """Read the table under ``then`` or ``expect``.
+
+    Args:
+        reading: Notes what is wrong.
+        source: The table.
+        places: The nodes of the mission; None when it is not known.
+        what: What the table is called, for messages.
+    """
+    entries = reading.entries(source, what, THEN_KEYS)
+    checks: list[Check] = []
+    goes_on = False
+    for name, (key, value) in entries.items():
+        if name == "status":
+            status = _status(reading, value)
+            goes_on = status in GO_ON
+            assertions: list[Assertion] = []
+            if status is not None:
+                assertions.append(partial(Play.assert_status, status=status.value))
+        else:
+            assertions = _READERS[name](reading, value, places)
+        checks += [Check(assertion, key.position) for assertion in assertions]
+    return Expectation(tuple(checks), goes_on)
+
+
+def _status(reading: Reading, value: Source) -> RunStatus | None:
+    word = reading.text(value, "status")
+    if word is None:
+        return None
+    if word.lower() not in STATUS_WORDS:
+        close = closest_first(word.lower(), STATUS_WORDS)
+        known = close if len(close) <= 3 else tuple(STATUS_WORDS)
+        reading.problem(value.position, f"a run has no status {word!r}", [name.upper() for name in known])
+        return None
+    return STATUS_WORDS[word.lower()]
+
+
+def _code(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    text = reading.text(value, "code")
+    return [partial(Play.assert_why, code=text)] if text is not None else []
+
+
+def _reason(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    text = reading.text(value, "reason")
+    return [partial(Play.assert_why, reason=text)] if text is not None else []
+
+
+def _leaf(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    text = reading.text(value, "leaf")
+    if text is None or not isinstance(value, Text) or reading.pattern(value, places) is None:
+        return []
+    return [partial(Play.assert_why, leaf=text)]
+
+
+def _outputs(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    wanted: dict[str, Any] = {}
+    mission = reading.library.find(places.mission) if places is not None else None
+    for key, item in reading.table(value, "outputs"):
+        port = mission.outputs.get(key.text) if mission is not None else None
+        if mission is not None and port is None:
+            valid = closest_first(key.text, mission.outputs) or ("no outputs",)
+            reading.problem(key.position, f"{mission.name} has no output {key.text!r}", valid)
+        elif port is not None:
+            try:
+                wanted[key.text] = read_kind(plain(item), port.kind)
+            except ConfigError as error:
+                reading.wrong(item.position, error)
+    return [partial(Play.assert_outputs, outputs=wanted)]
+
+
+def _keys(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    return [partial(Play.assert_keys, keys={k.text: plain(item) for k, item in reading.table(value, "keys")})]
+
+
+def _duration(
+    reading: Reading, value: Source, places: MissionMap | None, *, at_most: bool = False
+) -> list[Assertion]:
+    seconds = reading.duration(value, "a duration")
+    if seconds is None:
+        return []
+    return [lambda play: play.assert_duration(seconds, at_most=at_most)]
+
+
+def _calls(
+    reading: Reading, value: Source, places: MissionMap | None, *, only: bool = False
+) -> list[Assertion]:
+    """Calls in their order: patterns, or tables of a pattern and inputs."""
+    wanted: list[tuple[str, Mapping[str, Any]]] = []
+    for item in reading.items(value):
+        if isinstance(item, Text):
+            pairs: tuple[tuple[Text, Source | None], ...] = ((item, None),)
+        elif isinstance(item, Table) and len(item.entries) == 1:
+            pairs = item.entries
+        else:
+            reading.problem(
+                item.position, "a call is a skill, or a skill and inputs", ["turn: {angle: 45 deg}"]
+            )
+            continue
+        for key, inputs in pairs:
+            found = reading.pattern(key, places, skills_only=True)
+            if found is not None:
+                wanted.append((key.text, _inputs(reading, inputs, found)))
+    return [lambda play: play.assert_calls(wanted, only=only)]
+
+
+def _inputs(reading: Reading, source: Source | None, users: list[Place]) -> dict[str, Any]:
+    """The inputs that a call must have, in SI units."""
+    wanted: dict[str, Any] = {}
+    for key, item in reading.table(source, "the inputs of a call"):
+        for skill in dict.fromkeys(place.skill for place in users if place.skill):
+            ports = reading.declarations[skill].inputs
+            if key.text not in ports:
+                reading.problem(
+                    key.position,
+                    f"{skill} has no input {key.text!r}",
+                    closest_first(key.text, ports) or ("no inputs",),
+                )
+                break
+            try:
+                wanted[key.text] = read_kind(plain(item), ports[key.text].kind)
+            except ConfigError as error:
+                reading.wrong(item.position, error)
+                break
+    return wanted
+
+
+def _called(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    """Numbers of calls by pattern; or a list of patterns that were called at least once."""
+    assertions: list[Assertion] = []
+    if not isinstance(value, Table):
+        for item in reading.items(value):
+            if isinstance(item, Text) and reading.pattern(item, places, skills_only=True) is not None:
+                assertions.append(partial(_assert_called, pattern=item.text, times=None, inputs={}))
+        return assertions
+    for key, item in value.entries:
+        users = reading.pattern(key, places, skills_only=True, unused=True)
+        if users is None:
+            continue
+        inputs: dict[str, Any] = {}
+        times_source = item.get("times") if isinstance(item, Table) else item
+        times = reading.whole(times_source, "a number of calls", 0) if times_source is not None else None
+        if isinstance(item, Table):
+            rest = tuple((k, v) for k, v in item.entries if k.text != "times")
+            inputs = _inputs(reading, Table(rest, item.position), users)
+        assertions.append(partial(_assert_called, pattern=key.text, times=times, inputs=inputs))
+    return assertions
+
+
+def _assert_called(play: Play, pattern: str, times: int | None, inputs: Mapping[str, Any]) -> None:
+    play.assert_called(pattern, times=times, inputs=inputs)
+
+
+def _not_called(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    assertions: list[Assertion] = []
+    for item in reading.items(value):
+        name = reading.text(item, "a skill")
+        if name is None or not isinstance(item, Text):
+            continue
+        if reading.pattern(item, places, skills_only=True, unused=True) is not None:
+            assertions.append(partial(_assert_called, pattern=name, times=0, inputs={}))
+    return assertions
+
+
+def _nodes(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    """Statuses by pattern: every node that it means has the status."""
+    assertions: list[Assertion] = []
+    for key, item in reading.table(value, "nodes"):
+        status = (reading.text(item, "the status of a node") or "").upper()
+        if status not in STATUSES:
+            reading.problem(item.position, f"a node has no status {status!r}", STATUSES)
+        elif reading.pattern(key, places) is not None:
+            assertions.append(partial(_assert_nodes, pattern=key.text, status=status))
+    return assertions
+
+
+def _assert_nodes(play: Play, pattern: str, status: str) -> None:
+    for place in matching(pattern, play.places.places.values()):
+        now = play.record.statuses.get(place.path, INVALID)
+        if now != status:
+            play.fail(f"{place.short} is {now}, not {status}")
+
+
+def _trace(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    """The lines of a trace, or a table of ``of`` (a pattern), ``inner`` and ``lines``."""
+    pattern, inner = "**", False
+    if isinstance(value, Table):
+        entries = reading.entries(value, "trace", ("of", "inner", "lines"))
+        if "of" in entries and isinstance(entries["of"][1], Text):
+            reading.pattern(entries["of"][1], places)
+            pattern = entries["of"][1].text
+        inner = "inner" in entries and reading.flag(entries["inner"][1], "inner")
+        if "lines" not in entries:
+            reading.problem(value.position, "the trace has no lines", ["lines: [...]"])
+            return []
+        value = entries["lines"][1]
+    parts = [reading.text(item, "a line of a trace") or "" for item in reading.items(value)]
+    try:
+        read_pattern(pattern)
+    except ConfigError:
+        return []
+    return [lambda play: play.assert_trace("\n".join(parts), pattern, inner=inner)]
+
+
+def _tree(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    text = reading.text(value, "tree")
+    return [partial(Play.assert_tree, expected=text)] if text is not None else []
+
+
+_READERS: dict[str, Callable[[Reading, Source, MissionMap | None], list[Assertion]]] = {
+    "code": _code,
+    "reason": _reason,
+    "leaf": _leaf,
+    "outputs": _outputs,
+    "keys": _keys,
+    "duration": _duration,
+    "within": partial(_duration, at_most=True),
+    "calls": _calls,
+    "only_calls": partial(_calls, only=True),
+    "called": _called,
+    "not_called": _not_called,
+    "nodes": _nodes,
+    "trace": _trace,
+    "tree": _tree,
+}

@@ -1,0 +1,98 @@
+"""Checks of values: kinds, units, limits, expressions."""
+
+from __future__ import annotations
+
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees import model
+from florence_bt.trees._facts import Facts
+from florence_bt.trees._kinds import fits, kind_of
+from florence_bt.trees._notes import Notes
+from florence_bt.trees.expressions.checking import check_kinds
+from florence_bt.trees.model import Expression, Literal, Mission, PoseParts, Reference, Value
+from florence_bt.trees.quantities import format_value, out_of_range, with_article
+from florence_bt.trees.values import port_value, tree_value
+
+
+class ValueChecks:
+    """Checks values against what they must be.
+
+    Args:
+        mission: The mission in which the values stand.
+        facts: Its surroundings.
+        notes: Receives what is wrong.
+    """
+
+    def __init__(self, mission: Mission, facts: Facts, notes: Notes) -> None:
+        self._mission = mission
+        self._notes = notes
+        self._kinds = facts.of(mission).kinds
+
+    def check(self, value: Value, port: Port | None, what: str) -> None:
+        """Check one value.
+
+        Args:
+            value: The value.
+            port: What it is given to; None when anything will do.
+            what: What it is called in messages.
+        """
+        match value:
+            case Expression():
+                self.expression(value, port.kind if port is not None else None, what)
+            case Reference() if port is not None:
+                self._reference(value, port, what)
+            case PoseParts(x=x, y=y, yaw=yaw) if port is None or port.kind is Kind.POSE:
+                for part, kind in ((x, Kind.LENGTH), (y, Kind.LENGTH), (yaw, Kind.ANGLE)):
+                    self.check(part, Port(kind, ""), what)
+            case _:
+                self._written(value, port, what)
+
+    def condition(self, expression: Expression, what: str) -> None:
+        """Check an expression that must give true or false."""
+        self.expression(expression, Kind.BOOLEAN, what)
+
+    def expression(self, expression: Expression, wanted: Kind | None, what: str) -> None:
+        """Check an expression that must give a kind."""
+        for problem in check_kinds(expression, self._kinds, wanted).problems:
+            self._notes.error(problem.position, f"{what}: {problem.message}", problem.valid)
+
+    def kind(self, value: Value) -> Kind | None:
+        """The kind of a value, None when it is not known."""
+        return kind_of(value, self._kinds)
+
+    def _written(self, value: Value, port: Port | None, what: str) -> None:
+        try:
+            if port is None:
+                tree_value(value, None)
+            else:
+                port_value(value, port)
+        except ConfigError as error:
+            self._notes.error(value.position, f"{what}: {error.problem}", error.valid)
+
+    def _reference(self, value: Reference, port: Port, what: str) -> None:
+        given = kind_of(value, self._kinds)
+        if given is None:
+            return
+        if not fits(given, port.kind):
+            valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]
+            message = (
+                f"{what}: {with_article(port.kind)} is needed, but ${value.key} is {with_article(given)}"
+            )
+            self._notes.error(value.position, message, valid)
+            return
+        source = self._mission.inputs.get(value.key)
+        if source is None or source.required or source.default is None:
+            return
+        problem = out_of_range(source.default, port)
+        if problem is not None:
+            default = format_value(source.default, source.kind)
+            message = f"{what}: the default of ${value.key} does not fit: {problem}"
+            self._notes.error(value.position, message, [f"a default of {value.key!r} other than {default}"])
+
+
+def literal_kind(literal: Literal, kind: Kind | None) -> object:
+    """What tells a literal from another one: its value if it has one of the kind, else its text."""
+    try:
+        return tree_value(model.Literal(literal.text, literal.quoted, literal.position), kind)
+    except ConfigError:
+        return literal.text

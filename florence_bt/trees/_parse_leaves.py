@@ -1,0 +1,75 @@
+"""Parsers of the nodes with nothing below: skills, calls, and the small ones."""
+
+from __future__ import annotations
+
+from florence_bt.trees._parse_common import Maker, Parsing
+from florence_bt.trees.kinds import NEVER_INPUTS
+from florence_bt.trees.model import Call, Condition, Fail, Node, Set, Use, Wait
+from florence_bt.trees.source import Source, Table, Text
+
+
+def _condition(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    condition, common = parsing.reader.expression(value, "condition"), parsing.common(key, table)
+    return Condition(condition=condition, **common) if condition is not None else None
+
+
+def _fail(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    reason, common, code = parsing.text(value, "fail"), parsing.common(key, table), table.get("code")
+    name = parsing.reader.identifier(code, "code") if code is not None else None
+    return Fail(reason=reason, code=name, **common) if reason is not None else None
+
+
+def _wait(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    duration, common = parsing.reader.value(value, "wait"), parsing.common(key, table)
+    return Wait(duration=duration, **common) if duration is not None else None
+
+
+def _set(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    values, common = parsing.reader.values(value, "set"), parsing.common(key, table)
+    if not isinstance(value, Table) or not value.entries:
+        parsing.reader.problem(value.position, "set needs keys and values", ["set: {key: value}"])
+    return Set(values=values, **common)
+
+
+def _call(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    mission, common = parsing.reader.identifier(value, "run"), parsing.common(key, table)
+    inputs = parsing.reader.values(table.get("with"), "with")
+    outputs = parsing.reader.keys(table.get("out"))
+    if mission is None:
+        return None
+    return Call(mission=mission, inputs=inputs, outputs=outputs, **common)
+
+
+def use(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    """The use of a skill: every kind key that is no kind of node."""
+    given = isinstance(value, Table)
+    value = _without_modifiers(parsing, key, value)
+    return Use(
+        skill=key.text,
+        inputs=parsing.reader.values(value, key.text) if given else (),
+        outputs=parsing.reader.keys(table.get("out")),
+        table_given=given or (isinstance(value, Text) and value.empty),
+        **parsing.common(key, table),
+    )
+
+
+def _without_modifiers(parsing: Parsing, key: Text, value: Source) -> Source:
+    """Leave out modifiers that were indented as if they were inputs, and say so."""
+    if not isinstance(value, Table):
+        return value
+    for name, _ in value.entries:
+        if name.text in NEVER_INPUTS:
+            message = f"{name.text!r} stands among the inputs of {key.text}"
+            parsing.reader.problem(name.position, message, [f"{name.text} indented like {key.text}"])
+    entries = tuple((name, item) for name, item in value.entries if name.text not in NEVER_INPUTS)
+    return Table(entries, value.position)
+
+
+LEAVES: dict[str, Maker] = {
+    "condition": _condition,
+    "fail": _fail,
+    "wait": _wait,
+    "set": _set,
+    "run": _call,
+}
+"""Kind key -> its parser; every other kind key is the name of a skill."""

@@ -1,0 +1,243 @@
+"""Controls of BehaviorTree.CPP as composites of the mission language."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.btcpp.convert import Converter, Node, put
+from florence_bt.trees.btcpp.key_uses import pointer
+from florence_bt.trees.btcpp.si_values import read_number
+from florence_bt.trees.btcpp.values_in import written_value
+from florence_bt.trees.btcpp.vocabulary import MARK
+from florence_bt.trees.btcpp.written import Quoted, read_flow
+from florence_bt.trees.btcpp.xml_source import Element
+
+
+def sequence(c: Converter, e: Element) -> Node:
+    """``Sequence``, ``AsyncSequence``."""
+    if e.get(MARK) == "keys" and len(e.children) == 2:
+        return c.node(e.children[1])
+    return {"sequence": c.children(e)}
+
+
+def reactive_sequence(c: Converter, e: Element) -> Node:
+    """``ReactiveSequence``; with our mark it is ``while`` round a node."""
+    if e.get(MARK) == "while" and len(e.children) == 2 and e.children[0].tag == "ScriptCondition":
+        asked = e.children[0]
+        text = c.condition(asked, asked.get("code"))
+        if text is not None:
+            return put(c.node(e.children[1]), "while", text)
+    return {"sequence": c.children(e), "memory": "false"}
+
+
+def sequence_with_memory(c: Converter, e: Element) -> Node:
+    """``SequenceWithMemory``: what has succeeded is not done again until all has."""
+    done = c.new_key("done", Kind.INTEGER, "0")
+    nodes: list[Node] = []
+    for number, child in enumerate(c.children(e), start=1):
+        step = {"sequence": [child, {"set": {done: str(number)}}], "unless": f"${done} >= {number}"}
+        nodes.append(step)
+    return {"sequence": [*nodes, {"set": {done: "0"}}]}
+
+
+def fallback(c: Converter, e: Element) -> Node:
+    """``Fallback``, ``AsyncFallback``."""
+    return {"selector": c.children(e)}
+
+
+def reactive_fallback(c: Converter, e: Element) -> Node:
+    """``ReactiveFallback``."""
+    return {"selector": c.children(e), "memory": "false"}
+
+
+def parallel(c: Converter, e: Element) -> Node:
+    """``Parallel``, of version 3 too."""
+    count = len(e.children)
+    old = e.get("threshold") or e.get("success_threshold")
+    succeed = _threshold(c, e, "success_count", old or "-1", count)
+    fail = _threshold(c, e, "failure_count", e.get("failure_threshold") or "1", count)
+    if e.get("threshold") and "failure_threshold" not in e.attributes:
+        fail = count - succeed + 1
+    node: Node = {"parallel": c.children(e)}
+    if (succeed, fail) == (count, 1):
+        return node
+    if (succeed, fail) == (1, count):
+        return {**node, "policy": "any"}
+    return {**node, "policy": {"succeed": str(succeed), "fail": str(fail)}}
+
+
+def _threshold(c: Converter, e: Element, attribute: str, default: str, count: int) -> int:
+    text = e.get(attribute) or default
+    number = read_number(text)
+    if not isinstance(number, int):
+        c.lost(e, f"{attribute}={text!r} cannot come from a key; all branches are taken")
+        number = count
+    if number < 0:
+        number += count + 1
+    return min(max(number, 1), count)
+
+
+def parallel_all(c: Converter, e: Element) -> Node:
+    """``ParallelAll``: all branches come to their end, then the failures are counted."""
+    failures = c.new_key("failures", Kind.INTEGER, "0")
+    limit = _threshold(c, e, "max_failures", "1", len(e.children))
+    count = {"set": {failures: f"${{${failures} + 1}}"}}
+    branches = [{"selector": [child, dict(count)]} for child in c.children(e)]
+    verdict = {"condition": f"${failures} < {limit}"}
+    return {"sequence": [{"set": {failures: "0"}}, {"parallel": branches}, verdict]}
+
+
+def if_then_else(c: Converter, e: Element) -> Node:
+    """``IfThenElse``: decided once."""
+    return _branches(c, e)
+
+
+def while_do_else(c: Converter, e: Element) -> Node:
+    """``WhileDoElse``: decided anew with every tick."""
+    node = _branches(c, e)
+    return {**node, "memory": "false"} if "if" in node else node
+
+
+def _branches(c: Converter, e: Element) -> Node:
+    if not 2 <= len(e.children) <= 3:
+        return c.stand_in(e, f"it needs 2 or 3 nodes below it, not {len(e.children)}")
+    node: Node = {"if": _question(c, e.children[0]), "then": c.node(e.children[1])}
+    if len(e.children) == 2:
+        return {**node, "else": {"fail": "the condition does not hold and there is no other branch"}}
+    last = e.children[2]
+    if last.tag == "AlwaysSuccess" and not last.attributes:
+        return node
+    return {**node, "else": c.node(last)}
+
+
+def _question(c: Converter, asked: Element) -> Any:
+    """The condition of an ``if``: an expression where it is one, else a node."""
+    if asked.tag in ("ScriptCondition", "FlorenceCondition") and set(asked.attributes) <= {"code", MARK}:
+        node = c.node(asked)
+        if set(node) == {"condition"}:
+            return node["condition"]
+        return node
+    return c.node(asked)
+
+
+def switch(c: Converter, e: Element) -> Node:
+    """``Switch2`` ... ``Switch6``: a ``switch`` where the variable cannot change while a branch runs."""
+    cases = int(e.tag.removeprefix("Switch"))
+    key = pointer(e.get("variable"), "variable")
+    if key is None or len(e.children) != cases + 1:
+        return c.stand_in(e, f"it needs a variable and {cases + 1} nodes below it")
+    kind = c.kind(key)
+    values = [_case(e.get(f"case_{number}"), kind) for number in range(1, cases + 1)]
+    nodes = c.children(e)
+    default = e.children[-1]
+    if e.get(MARK) != "once" and c.changes_below(e, key):
+        return _looked_at_anew(c.key_name(key), values, kind, nodes)
+    node: Node = {"switch": f"${c.key_name(key)}", "cases": dict(zip(values, nodes, strict=False))}
+    if len(node["cases"]) < cases:
+        return c.stand_in(e, "two of its cases are equal")
+    if default.tag == "AlwaysFailure" and default.get(MARK) == "no_case":
+        return node
+    return {**node, "default": nodes[-1]}
+
+
+def _case(text: str, kind: Kind | None) -> str:
+    value, _ = written_value(text, kind)
+    return value if isinstance(value, str) else text
+
+
+def _looked_at_anew(key: str, values: list[str], kind: Kind | None, nodes: list[Node]) -> Node:
+    """A switch whose variable may change while a branch runs: a chain of ``if`` without memory."""
+    chain = nodes[-1]
+    for value, node in reversed(list(zip(values, nodes, strict=False))):
+        is_text = kind in (None, Kind.TEXT) or isinstance(value, Quoted)
+        shown = f'"{value}"' if is_text else value
+        chain = {"if": f"${key} == {shown}", "then": node, "else": chain, "memory": "false"}
+    return chain
+
+
+def try_catch(c: Converter, e: Element) -> Node:
+    """``TryCatch``: the last child is done when one of the others fails."""
+    if len(e.children) < 2:
+        return c.stand_in(e, "it needs at least 2 nodes below it")
+    if e.get("catch_on_halt").lower() in ("true", "1"):
+        c.lost(e, "catch_on_halt: the last node is not done when the others are stopped")
+    *tried, caught = c.children(e)
+    body = tried[0] if len(tried) == 1 else {"sequence": tried}
+    after = {"sequence": [{"succeed": caught}, {"fail": "what was tried failed, and the last node was done"}]}
+    return {"selector": [body, after]}
+
+
+def recovery_node(c: Converter, e: Element) -> Node:
+    """Nav2's ``RecoveryNode``: after a failure of the first child the second, then the first again."""
+    if len(e.children) != 2:
+        return c.stand_in(e, "it needs exactly 2 nodes below it")
+    retries, _ = c.count(e, "number_of_retries", 1)
+    number = c.new_key("attempt", Kind.INTEGER, "0")
+    # A code of its own: a failure of the recovery must not count as one of the first child.
+    code = f"{number}_failed"
+    main, recovery = c.children(e)
+    failed = {"fail": f"{e.get('name') or e.tag} failed", "code": code}
+    again = {"sequence": [put(recovery, "when", f"${number} <= {retries}"), failed]}
+    attempts = f"${{{retries} + 1}}" if retries.startswith("$") else str(int(retries) + 1)
+    return {"retry": attempts, "on": [code], "attempt": number, "do": {"selector": [main, again]}}
+
+
+def round_robin(c: Converter, e: Element) -> Node:
+    """Nav2's ``RoundRobin``: each start goes on with the next child."""
+    count = len(e.children)
+    turn = c.new_key("turn", Kind.INTEGER, "0")
+    cases = {str(number): node for number, node in enumerate(c.children(e), start=1)}
+    steps = [
+        {"set": {turn: f"${{${turn} + 1}}"}},
+        {"set": {turn: "1"}, "when": f"${turn} > {count}"},
+        {"switch": f"${turn}", "cases": cases},
+    ]
+    return {"retry": str(count), "do": {"sequence": steps}}
+
+
+def pipeline_sequence(c: Converter, e: Element) -> Node:
+    """Nav2's ``PipelineSequence``."""
+    c.lost(e, "earlier nodes are not done again while a later one runs; imported as a sequence")
+    return {"sequence": c.children(e)}
+
+
+def unknown_control(c: Converter, e: Element) -> Node:
+    """A control or decorator of another project."""
+    name = e.get("ID") or e.tag
+    c.lost(
+        e,
+        "a node with nodes below it cannot be a skill; imported as a sequence: look at it before you run it",
+    )
+    return {"sequence": c.children(e), "name": e.get("name") or name}
+
+
+# ---- our own ------------------------------------------------------------------------------------------
+
+
+def own_finally(c: Converter, e: Element) -> Node:
+    """``FlorenceFinally``."""
+    if len(e.children) != 2:
+        return c.stand_in(e, "it needs exactly 2 nodes below it")
+    body, cleanup = c.children(e)
+    return put(body, "finally", cleanup)
+
+
+def own_parallel(c: Converter, e: Element) -> Node:
+    """``FlorenceParallel``."""
+    return {"parallel": c.children(e), "policy": [name.strip() for name in e.get("names").split(";")]}
+
+
+def own_switch(c: Converter, e: Element) -> Node:
+    """``FlorenceSwitch``."""
+    try:
+        cases = read_flow(f"[{e.get('cases')}]")
+    except ConfigError as error:
+        return c.stand_in(e, f"cases: {error.problem}")
+    nodes = c.children(e)
+    texts = [case for case in cases if isinstance(case, str)] if isinstance(cases, list) else []
+    if not texts or len(set(texts)) < len(cases) or len(nodes) - len(texts) not in (0, 1):
+        return c.stand_in(e, f"{len(nodes)} nodes do not fit the cases {e.get('cases')!r}")
+    node: Node = {"switch": c.value(e, "value", None), "cases": dict(zip(texts, nodes, strict=False))}
+    return {**node, "default": nodes[-1]} if len(nodes) > len(texts) else node

@@ -1,0 +1,222 @@
+"""XML files as a set of trees: includes followed, the rules of the format checked, old names renewed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.btcpp.notes import LossNotes
+from florence_bt.trees.btcpp.port_models import NodeModel, read_models
+from florence_bt.trees.btcpp.vocabulary import CATEGORIES, V3_NAMES, category_of
+from florence_bt.trees.btcpp.xml_source import Element, read_xml
+from florence_bt.trees.source import Position
+
+MAX_FILES = 100
+"""Most files that one import reads."""
+_ROOT_CHILDREN = ("BehaviorTree", "TreeNodesModel", "include", "Metadata", "metadata")
+_GROOT = ("_fullpath", "_uid", "_collapsed", "_position", "project_name")
+"""Attributes that Groot writes for itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """A ``<BehaviorTree>``.
+
+    Attributes:
+        name: Its ID.
+        file: Where it stands.
+        element: The element itself.
+        root: The node below.
+    """
+
+    name: str
+    file: Path
+    element: Element
+    root: Element
+
+
+@dataclass
+class Document:
+    """All trees of a file and of the files that it includes.
+
+    Attributes:
+        file: The file.
+        version: 3 or 4.
+        main: The name of the tree that is executed, None when the file does not say.
+        trees: The trees by name, in the order of the files.
+        models: What nodes declare.
+    """
+
+    file: Path
+    version: int
+    main: str | None = None
+    trees: dict[str, Tree] = field(default_factory=dict)
+    models: dict[str, NodeModel] = field(default_factory=dict)
+
+
+def load_document(path: Path, notes: LossNotes) -> Document:
+    """Read a file with everything that it includes.
+
+    Args:
+        path: The file.
+        notes: Receives what breaks the rules of the format, as errors, and what is left out.
+
+    Raises:
+        ConfigError: The file, or one that it includes, cannot be read or is no XML.
+    """
+    loader = _Loader(notes)
+    root = read_xml(path)
+    if root.tag != "root":
+        raise ConfigError(
+            f"the file begins with <{root.tag}>",
+            file=path,
+            line=root.position.line,
+            column=root.position.column,
+            valid=["<root>"],
+        )
+    document = Document(path, _version(root, path))
+    loader.add(root, path, document)
+    loader.check_main(root, document)
+    _name_compact_calls(document)
+    return document
+
+
+def _name_compact_calls(document: Document) -> None:
+    """``<MyTree/>``, which version 3 allows, is a call as ``<SubTree ID="MyTree"/>`` is."""
+    for tree in document.trees.values():
+        for node in tree.root.walk():
+            if node.tag in document.trees and category_of(node.tag) is None and not node.children:
+                node.tag, node.attributes = "SubTree", {"ID": node.tag, **node.attributes}
+
+
+def _version(root: Element, path: Path) -> int:
+    written = root.attributes.get("BTCPP_format")
+    if written not in (None, "3", "4"):
+        raise ConfigError(
+            f"the format {written!r} is not known",
+            file=path,
+            line=root.position.line,
+            column=root.position.column,
+            valid=['BTCPP_format="4"', 'BTCPP_format="3"'],
+        )
+    return 4 if written == "4" else 3
+
+
+class _Loader:
+    def __init__(self, notes: LossNotes) -> None:
+        self._notes = notes
+        self._seen: set[Path] = set()
+
+    def add(self, root: Element, path: Path, document: Document) -> None:
+        """Add the trees of a file."""
+        self._seen.add(path.resolve())
+        for name, model in read_models(root).items():
+            document.models.setdefault(name, model)
+        for element in root.children:
+            match element.tag:
+                case "include":
+                    self._include(element, path, document)
+                case "BehaviorTree":
+                    self._tree(element, path, document)
+                case tag if tag not in _ROOT_CHILDREN:
+                    self._notes.error(
+                        path, element.position, f"<{tag}> has no place in <root>", _ROOT_CHILDREN[:3]
+                    )
+        self._groot(root, path)
+
+    def check_main(self, root: Element, document: Document) -> None:
+        """Find the main tree."""
+        named = root.attributes.get("main_tree_to_execute")
+        if named is not None and named not in document.trees:
+            message = f"there is no tree {named!r} to execute"
+            self._notes.error(document.file, root.position, message, closest_first(named, document.trees))
+        elif named is None and len(document.trees) == 1:
+            named = next(iter(document.trees))
+        document.main = named if named in document.trees else None
+        if not document.trees and not document.models:
+            self._notes.error(
+                document.file, root.position, "the file has no tree", ['<BehaviorTree ID="...">']
+            )
+
+    def _include(self, element: Element, path: Path, document: Document) -> None:
+        written = element.get("path")
+        if element.get("ros_pkg"):
+            message = f"the package {element.get('ros_pkg')!r} is not looked for; its trees are missing here"
+            self._notes.lost(
+                path, element.position, message, ["a path relative to this file, without ros_pkg"]
+            )
+            return
+        if not written or Path(written).is_absolute() or "\0" in written:
+            message = f"the path {written!r} of the include is not followed"
+            self._notes.error(path, element.position, message, ["a path relative to this file"])
+            return
+        target = path.parent / written
+        if target.resolve() in self._seen:
+            return
+        if len(self._seen) >= MAX_FILES:
+            self._notes.error(path, element.position, f"more than {MAX_FILES} files are included")
+            return
+        if not target.is_file():
+            self._notes.error(path, element.position, f"there is no file {str(target)!r} to include")
+            return
+        root = read_xml(target)
+        if root.tag != "root":
+            self._notes.error(target, root.position, f"the file begins with <{root.tag}>", ["<root>"])
+            return
+        self.add(root, target, document)
+
+    def _tree(self, element: Element, path: Path, document: Document) -> None:
+        name = element.get("ID") or f"BehaviorTree{len(document.trees) + 1}"
+        if not element.get("ID") and document.version == 4:
+            self._notes.error(path, element.position, "a <BehaviorTree> needs an ID", ['ID="MainTree"'])
+        if name in document.trees:
+            first = document.trees[name]
+            message = f"the tree {name!r} stands twice (first in {first.file}:{first.element.position.line})"
+            self._notes.error(path, element.position, message)
+            return
+        if len(element.children) != 1:
+            message = f"the tree {name!r} must have exactly one node below it, not {len(element.children)}"
+            self._notes.error(path, element.position, message, ["<Sequence> around the nodes"])
+            return
+        document.trees[name] = Tree(name, path, element, element.children[0])
+        for node in element.children[0].walk():
+            self._renew(node, path)
+
+    def _renew(self, node: Element, path: Path) -> None:
+        """Give names of version 3 those of version 4, and check what an element needs."""
+        node.tag = V3_NAMES.get(node.tag, node.tag)
+        for old in ("__autoremap", "__shared_blackboard"):
+            if old in node.attributes:
+                node.attributes["_autoremap"] = node.attributes.pop(old)
+        if node.tag in CATEGORIES and not node.get("ID"):
+            self._notes.error(path, node.position, f"<{node.tag}> needs an ID", [f'<{node.tag} ID="..."/>'])
+        elif node.tag in CATEGORIES and node.tag != "SubTree":
+            known = V3_NAMES.get(node.get("ID"), node.get("ID"))
+            if category_of(known) is not None:
+                node.tag = known
+                del node.attributes["ID"]
+        self._check_children(node, path)
+
+    def _check_children(self, node: Element, path: Path) -> None:
+        category = category_of(node.tag) or node.tag
+        count = len(node.children)
+        if category in ("Action", "Condition", "SubTree") and count:
+            self._notes.error(path, node.position, f"<{node.tag}> cannot have nodes below it")
+        elif category == "Decorator" and count != 1:
+            message = f"<{node.tag}> must have exactly one node below it, not {count}"
+            self._notes.error(path, node.position, message, ["<Sequence> around the nodes"])
+        elif category == "Control" and not count:
+            self._notes.error(path, node.position, f"<{node.tag}> needs nodes below it")
+
+    def _groot(self, root: Element, path: Path) -> None:
+        found: list[Position] = []
+        for element in root.walk():
+            for name in _GROOT:
+                if element.attributes.pop(name, None) is not None:
+                    found.append(element.position)
+        found += [child.position for child in root.children if child.tag.lower() == "metadata"]
+        if found:
+            self._notes.notice(
+                path, min(found), f"what Groot keeps for itself is left out ({len(found)} places)"
+            )

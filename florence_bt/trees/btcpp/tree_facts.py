@@ -1,0 +1,295 @@
+"""What flows through the keys of all trees: inputs and outputs of each tree, and the kind of every key.
+
+A mission has keys of its own, and gets and gives values at its start and end. A tree of BehaviorTree.CPP
+shares entries of the blackboard with its caller. So for each tree it is found out what it reads before it
+writes it (inputs), and what it writes that its caller sees (outputs).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from florence_bt.core.declaration import Kind
+from florence_bt.trees.btcpp._places import Places
+from florence_bt.trees.btcpp._union import Classes
+from florence_bt.trees.btcpp.document import Document, Tree
+from florence_bt.trees.btcpp.key_uses import READ, UNKNOWN, WRITE, Ports, Use, pointer, uses_of
+from florence_bt.trees.btcpp.names import Names
+from florence_bt.trees.btcpp.si_values import guess_kind
+from florence_bt.trees.btcpp.xml_source import Element
+
+ROOT = "@"
+"""Before a key of the outermost blackboard."""
+
+
+@dataclass(frozen=True, slots=True)
+class SubTreeCall:
+    """A ``<SubTree>``.
+
+    Attributes:
+        element: The element.
+        tree: The ID that is called.
+        keys: Port -> key of the caller.
+        literals: Port -> value written out.
+        autoremap: Whether all further keys are those of the caller.
+    """
+
+    element: Element
+    tree: str
+    keys: dict[str, str]
+    literals: dict[str, str]
+    autoremap: bool
+
+
+@dataclass
+class TreeFacts:
+    """What is known about one tree.
+
+    Attributes:
+        tree: The tree.
+        events: Uses of keys and calls in the order of the file.
+        inputs: The keys that it reads before it writes them.
+        outputs: The keys that it writes and its callers see.
+        written: All keys that it writes.
+        guessed: The keys whose direction was guessed.
+        passed: The keys that trees called by it use without being told (see :meth:`Facts.mapping`).
+        names: Our names of its keys.
+    """
+
+    tree: Tree
+    events: list[Use | SubTreeCall]
+    inputs: list[str] = field(default_factory=list)
+    outputs: list[str] = field(default_factory=list)
+    written: dict[str, None] = field(default_factory=dict)
+    guessed: dict[str, Use] = field(default_factory=dict)
+    passed: dict[str, None] = field(default_factory=dict)
+    names: Names = field(default_factory=lambda: Names("key"))
+    _writers: dict[str, list[int]] = field(default_factory=dict)
+
+    @cached_property
+    def pointed(self) -> frozenset[str]:
+        """The keys that a port points to, so that they are certainly keys."""
+        used = {event.key for event in self.events if isinstance(event, Use) and event.pointed}
+        return frozenset(used | {key for call in self.calls for key in call.keys.values()})
+
+    @cached_property
+    def calls_by_element(self) -> dict[int, SubTreeCall]:
+        """The calls by the identity of their elements."""
+        return {id(call.element): call for call in self.calls}
+
+    @cached_property
+    def written_at(self) -> frozenset[tuple[int, str]]:
+        """The identity of each element that writes a key, with the key."""
+        return frozenset(
+            (id(event.element), event.key)
+            for event in self.events
+            if isinstance(event, Use) and event.access == WRITE
+        )
+
+    @cached_property
+    def _places(self) -> Places:
+        return Places(self.tree.root)
+
+    def local(self, key: str, main: str | None) -> str:
+        """A key as it is called in this tree: in the main tree the outermost blackboard is its own."""
+        return key.removeprefix(ROOT) if self.tree.name == main else key
+
+    def key_name(self, key: str, main: str | None) -> str:
+        """Our name of a key."""
+        return self.names.of(self.local(key, main))
+
+    def all_inputs(self, facts: Facts) -> list[str]:
+        """The keys that callers give: those that are declared, and those that are read first."""
+        declared = facts.declared(self.tree.name, "in")
+        return [*declared, *(key for key in self.inputs if key not in declared)]
+
+    def all_outputs(self, facts: Facts) -> list[str]:
+        """The keys that callers get: those that are declared and written, and those that they ask for."""
+        declared = facts.declared(self.tree.name, "out")
+        return [*declared, *(key for key in self.outputs if key not in declared)]
+
+    def input_name(self, key: str, facts: Facts) -> str:
+        """Our name of an input: a key that is written too needs another one."""
+        both = key in self.all_inputs(facts) and key in self.written
+        return self.names.of(f"before {key}" if both else key)
+
+    def may_change(self, element: Element, key: str, facts: Facts) -> bool:
+        """Whether something may write a key while a branch of an element runs: below it, or beside it."""
+        if key not in self._writers:
+            found = [event.element for event in self.events if key in facts.writes(self.tree.name, event)]
+            self._writers[key] = self._places.numbers(found)
+        beside = self._places.concurrent_above(element)
+        return any(
+            self._places.any_below(self._writers[key], each) for each in (element, beside) if each is not None
+        )
+
+    @property
+    def calls(self) -> Iterator[SubTreeCall]:
+        """The calls of other trees."""
+        return (event for event in self.events if isinstance(event, SubTreeCall))
+
+    @property
+    def keys(self) -> dict[str, None]:
+        """Every key that appears, in the order of the file."""
+        found: dict[str, None] = {}
+        for event in self.events:
+            for key in [event.key] if isinstance(event, Use) else event.keys.values():
+                found[key] = None
+        return found
+
+
+class Facts:
+    """What is known about all trees of a document.
+
+    Args:
+        document: The trees.
+        ports: The ports of the nodes.
+        order: The names of the trees, called ones before their callers.
+    """
+
+    def __init__(self, document: Document, ports: Ports, order: list[str]) -> None:
+        self._document = document
+        self.main = document.main
+        self._classes = Classes()
+        self.trees: dict[str, TreeFacts] = {}
+        for name, tree in document.trees.items():
+            events = list(_events(tree, ports, is_main=name == document.main))
+            self.trees[name] = TreeFacts(tree, _settled(events))
+            for event in events:
+                if isinstance(event, Use) and event.access == UNKNOWN:
+                    self.trees[name].guessed.setdefault(event.key, event)
+        for name in order:
+            self._flow(self.trees[name])
+        self._collect_kinds()
+
+    def kind(self, tree: str, key: str) -> Kind | None:
+        """The kind of a key, None when nothing tells it."""
+        return self._classes.kind(("key", tree, key))
+
+    def port_kind(self, node: str, port: str) -> Kind | None:
+        """The kind of a port that no model describes, None when nothing tells it."""
+        return self._classes.kind(("port", node, port))
+
+    def declared(self, tree: str, direction: str) -> list[str]:
+        """The ports of a tree that the file declares."""
+        model = self._document.models.get(tree)
+        ports = model.ports.items() if model is not None and model.category == "SubTree" else ()
+        return [port for port, about in ports if about.direction in (direction, "inout")]
+
+    def note_kind(self, node: str, port: str, kind: Kind) -> None:
+        """Note the kind of a literal that is given to such a port."""
+        self._classes.add(("port", node, port), kind)
+
+    def mapping(self, caller: str, call: SubTreeCall) -> dict[str, str]:
+        """Key of the called tree -> key of the caller, for all that the two share."""
+        called = self.trees.get(call.tree)
+        shared = dict(call.keys)
+        if called is None:
+            return shared
+        for key in called.keys | called.passed:
+            if key in shared or key in call.literals:
+                continue
+            if key.startswith(ROOT):
+                shared[key] = key.removeprefix(ROOT) if caller == self._document.main else key
+            elif call.autoremap and not key.startswith("_"):
+                shared[key] = key
+        return shared
+
+    def writes(self, name: str, event: Use | SubTreeCall) -> list[str]:
+        """The keys that an event of a tree writes."""
+        return self._effects(name, event)[1]
+
+    def _flow(self, facts: TreeFacts) -> None:
+        name = facts.tree.name
+        read: dict[str, None] = {}
+        for call in facts.calls:
+            facts.passed.update(dict.fromkeys(self.mapping(name, call).values()))
+        for event in facts.events:
+            reads, writes = self._effects(name, event)
+            read.update(dict.fromkeys(key for key in reads if key not in facts.written))
+            facts.written.update(dict.fromkeys(writes))
+        facts.inputs = list(read)
+        seen = self._seen_by_callers(name)
+        facts.outputs = [key for key in facts.written if key in seen]
+
+    def _effects(self, name: str, event: Use | SubTreeCall) -> tuple[list[str], list[str]]:
+        if isinstance(event, Use):
+            return ([event.key], []) if event.access == READ else ([], [event.key])
+        called = self.trees.get(event.tree)
+        if called is None:
+            return list(event.keys.values()), []
+        shared = self.mapping(name, event)
+        reads = [shared[key] for key in called.inputs if key in shared]
+        return reads, [shared[key] for key in called.outputs if key in shared]
+
+    def _seen_by_callers(self, name: str) -> set[str]:
+        model = self._document.models.get(name)
+        seen = {port for port, about in model.ports.items() if about.direction != "in"} if model else set()
+        for caller, facts in self.trees.items():
+            for call in facts.calls:
+                if call.tree == name:
+                    seen.update(self.mapping(caller, call))
+        return seen
+
+    def _collect_kinds(self) -> None:
+        for name, model in self._document.models.items():
+            if model.category == "SubTree" and name in self.trees:
+                for port, about in model.ports.items():
+                    if about.kind is not None:
+                        self._classes.add(("key", name, port), about.kind)
+        for name, facts in self.trees.items():
+            for event in facts.events:
+                if isinstance(event, SubTreeCall):
+                    for inner, outer in self.mapping(name, event).items():
+                        self._classes.join(("key", name, outer), ("key", event.tree, inner))
+                    for port, text in event.literals.items():
+                        self._classes.hint(("key", event.tree, port), guess_kind(text))
+                    continue
+                if event.kind is not None:
+                    self._classes.add(("key", name, event.key), event.kind)
+                if event.hint is not None:
+                    self._classes.hint(("key", name, event.key), event.hint)
+                if event.port is not None:
+                    self._classes.join(("key", name, event.key), ("port", *event.port))
+
+
+def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTreeCall]:
+    def local(key: str) -> str:
+        return key.removeprefix(ROOT) if is_main else key
+
+    for element in tree.root.walk():
+        for use in uses_of(element, ports):
+            yield replace(use, key=local(use.key))
+        if element.tag == "SubTree":
+            keys, literals = {}, {}
+            for name, value in element.attributes.items():
+                if name in ("ID", "name") or name.startswith("_"):
+                    continue
+                key = pointer(value, name)
+                if key is not None:
+                    keys[name] = local(key)
+                else:
+                    literals[name] = value
+            autoremap = element.get("_autoremap").lower() in ("true", "1")
+            yield SubTreeCall(element, element.get("ID"), keys, literals, autoremap)
+
+
+def _settled(events: list[Use | SubTreeCall]) -> list[Use | SubTreeCall]:
+    """Decide whether ports of unknown direction are read or written.
+
+    A key that nothing is known to write, and that several nodes use, must come from one of them: the first.
+    """
+    counts = Counter(event.key for event in events if isinstance(event, Use))
+    written = {event.key for event in events if isinstance(event, Use) and event.access == WRITE}
+    settled: list[Use | SubTreeCall] = []
+    for event in events:
+        if isinstance(event, Use) and event.access == UNKNOWN:
+            writes = event.key not in written and counts[event.key] > 1
+            if writes:
+                written.add(event.key)
+            event = replace(event, access=WRITE if writes else READ)
+        settled.append(event)
+    return settled

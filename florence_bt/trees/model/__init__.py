@@ -1,0 +1,67 @@
+"""A mission as written: frozen data with the position of every part. No behaviour and no checks live here."""
+
+from florence_bt.trees.expressions.syntax import Expression
+from florence_bt.trees.model.composites import If, Parallel, Policy, PolicyKind, Selector, Sequence, Switch
+from florence_bt.trees.model.decorators import (
+    Cooldown,
+    Delay,
+    Force,
+    Invert,
+    Once,
+    Repeat,
+    Retry,
+    Succeed,
+    Timeout,
+)
+from florence_bt.trees.model.leaves import Call, Condition, Fail, Set, Use, Wait
+from florence_bt.trees.model.mission import Mission, values_of
+from florence_bt.trees.model.node import Node, Wrapper, walk
+from florence_bt.trees.model.values import (
+    Literal,
+    PoseParts,
+    Reasons,
+    Reference,
+    Template,
+    Value,
+    references,
+    show,
+)
+
+__all__ = [
+    "Call",
+    "Condition",
+    "Cooldown",
+    "Delay",
+    "Expression",
+    "Fail",
+    "Force",
+    "If",
+    "Invert",
+    "Literal",
+    "Mission",
+    "Node",
+    "Once",
+    "Parallel",
+    "Policy",
+    "PolicyKind",
+    "PoseParts",
+    "Reasons",
+    "Reference",
+    "Repeat",
+    "Retry",
+    "Selector",
+    "Sequence",
+    "Set",
+    "Succeed",
+    "Switch",
+    "Template",
+    "Timeout",
+    "Use",
+    "Value",
+    "Wait",
+    "Wrapper",
+    "references",
+    "show",
+    "values_of",
+    "walk",
+]

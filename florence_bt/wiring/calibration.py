@@ -1,0 +1,140 @@
+"""``florence calibrate``: turns the base before a wall and tells, or writes, better factors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters
+from rclpy.context import Context
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.skills.calibrate.factors import GYRO_PARAMETER, ODOMETRY_PARAMETER, Factors
+from florence_bt.skills.calibrate.node import CalibrationNode
+from florence_bt.wiring.client import ACTIVE_STATES, MissionClient
+from florence_bt.wiring.config_edit import set_numbers
+
+BASE_NODE = "turtlebot_node"
+LONGEST_S = 3600.0
+"""Wall seconds for all rounds; the calibration's own limits are far below it."""
+_BOOLEAN, _DOUBLE = 1, 3
+"""Types of rcl_interfaces/ParameterValue."""
+
+
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """What came of it.
+
+    Attributes:
+        succeeded: Whether the factors became steady.
+        reason: Why not; empty on success.
+        values: Parameter of the base -> (old value, factor, new value).
+        rounds: The factors of each round.
+    """
+
+    succeeded: bool
+    reason: str
+    values: Mapping[str, tuple[float, float, float]]
+    rounds: Sequence[Factors]
+
+
+def calibrate(
+    say: Callable[[str], None],
+    *,
+    rounds: int = 5,
+    speeds: Sequence[float] = (),
+    rest_s: float | None = None,
+) -> Calibrated:
+    """Calibrate the robot of the running system.
+
+    Args:
+        say: Told what goes on, a line at a time.
+        rounds: How often to repeat at most.
+        speeds: Turning speeds in rad/s; the usual ones when empty.
+        rest_s: Seconds at rest for the gyro's drift; the usual ones when None.
+
+    Raises:
+        SystemNotThere: No running system answers.
+        ConfigError: A mission is running, or a value is wrong.
+        KeyboardInterrupt: Somebody asked for the end; by then the base was stopped.
+    """
+    with MissionClient("florence_calibrate") as client:
+        old = _parameters_of_base(client)
+        client.spin_until(lambda: bool(client.state.run_id), 1.0)
+        if client.state.state in ACTIVE_STATES:
+            raise ConfigError(f"{client.state.run_id} is running", valid=["florence stop, then calibrate"])
+        has_gyro = GYRO_PARAMETER in old
+        ended: list[bool] = []
+
+        def make(context: Context) -> CalibrationNode:
+            parameters = {
+                "use_sim_time": client.node.count_publishers("/clock") > 0,
+                "odom_scale": old[ODOMETRY_PARAMETER],
+                "has_gyro": has_gyro,
+                "rounds": rounds,
+                "speeds": tuple(speeds) or None,
+                "imu_calibrate_time": rest_s,
+            }
+            return CalibrationNode(say, lambda: ended.append(True), parameters=parameters, context=context)
+
+        with client.serving(make) as node:
+            assert isinstance(node, CalibrationNode)
+            client.spin_until(lambda: bool(ended), LONGEST_S)
+            measured = node.rounds
+    result = measured.result
+    factors = {ODOMETRY_PARAMETER: measured.odometry}
+    if measured.gyro is not None:
+        factors = {GYRO_PARAMETER: measured.gyro, **factors}
+    return Calibrated(
+        result is not None and result.succeeded,
+        "it was not done in time" if result is None else result.reason,
+        {name: (old[name], factor, old[name] * factor) for name, factor in factors.items()},
+        measured.rounds,
+    )
+
+
+def report_lines(calibrated: Calibrated) -> list[str]:
+    """What to tell a person, in the words of the document (section 7.2) where it has some."""
+    lines = []
+    for number, factors in enumerate(calibrated.rounds, 1):
+        found = ", ".join(f"{name} x {factor:.4f}" for name, factor in factors.by_parameter().items())
+        lines.append(f"round {number}: {found}")
+    if not calibrated.rounds:
+        return [*lines, f"no round was completed: {calibrated.reason}"]
+    for name, (old, factor, new) in calibrated.values.items():
+        lines.append(f"Multiply the '{BASE_NODE}/{name}' parameter with {factor:f} ({old:g} -> {new:.6g})")
+    if not calibrated.succeeded:
+        lines.append(f"not steady yet: {calibrated.reason}")
+    return lines
+
+
+def write_config(calibrated: Calibrated, file: Path) -> Path:
+    """Write the new values into a robot's configuration.
+
+    Returns:
+        The copy of the file as it was.
+
+    Raises:
+        ConfigError: The file cannot be read or written.
+    """
+    return set_numbers(file, BASE_NODE, {name: new for name, (_, _, new) in calibrated.values.items()})
+
+
+def _parameters_of_base(client: MissionClient) -> dict[str, float]:
+    """The scales that the base works with; the gyro's only when it has one."""
+    names = [ODOMETRY_PARAMETER, GYRO_PARAMETER, "has_gyro"]
+    answer = client.call(
+        GetParameters, f"{BASE_NODE}/get_parameters", GetParameters.Request(names=names), repeat=True
+    )
+    values = dict(zip(names, (_value(value) for value in answer.values), strict=False))
+    if values.pop("has_gyro", 0.0) != 1.0:
+        values.pop(GYRO_PARAMETER, None)
+    return values
+
+
+def _value(value: ParameterValue) -> float:
+    if value.type == _BOOLEAN:
+        return float(value.bool_value)
+    return float(value.double_value if value.type == _DOUBLE else value.integer_value)

@@ -1,0 +1,102 @@
+"""Changes single numbers in a robot's configuration; comments and everything else stay as they are."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import EmptyFile, Table, Text, parse_source, read_bytes
+
+
+def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
+    """Write parameters of one node into a configuration.
+
+    Args:
+        file: The configuration; a copy of it stays beside it, with ``.bak`` after its name.
+        node: The node, which gets a section when it has none.
+        values: Parameter -> value.
+
+    Returns:
+        The copy of the file as it was.
+
+    Raises:
+        ConfigError: The file cannot be read or written, or the node's section is no table.
+    """
+    text = read_bytes(file).decode("utf-8")
+    for name, value in values.items():
+        text = _with_number(text, file, node, name, f"{value:.6g}")
+    backup = file.with_name(file.name + ".bak")
+    try:
+        shutil.copy2(file, backup)
+        _replace(file, text)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot be written: {error.strerror}", file=file, valid=["a file in a folder you may write to"]
+        ) from error
+    return backup
+
+
+def _with_number(text: str, file: Path, node: str, name: str, number: str) -> str:
+    lines = text.splitlines(keepends=True)
+    try:
+        source = parse_source(text.encode(), file)
+    except EmptyFile:
+        return f"{_ended(text)}{node}:\n  {name}: {number}\n"
+    if not isinstance(source, Table):
+        raise ConfigError("must map node names to their parameters", file=file, valid=[f"{node}: {{...}}"])
+    for key, section in source.entries:
+        if key.text != node:
+            continue
+        if not isinstance(section, Table):
+            raise ConfigError(
+                f"{node} must map parameter names to values",
+                file=file,
+                line=key.position.line,
+                column=key.position.column,
+                valid=[f"{node}:\n  {name}: {number}"],
+            )
+        for parameter, value in section.entries:
+            if parameter.text == name and isinstance(value, Text):
+                line, start = value.position.line - 1, value.position.column - 1
+                width = len(value.text) + 2 * value.quoted
+                lines[line] = lines[line][:start] + number + lines[line][start + width :]
+                return "".join(lines)
+        return _inserted(lines, section, f"{name}: {number}")
+    return f"{_ended(text)}\n{node}:\n  {name}: {number}\n"
+
+
+def _inserted(lines: list[str], section: Table, entry: str) -> str:
+    """Add an entry before the first one of a section, which may be on one line in braces."""
+    place = section.entries[0][0].position if section.entries else section.position
+    line, start = place.line - 1, place.column - 1
+    in_braces = lines[line][:start].strip() != ""
+    if in_braces:
+        comma = ", " if section.entries else ""
+        inside = start if section.entries else start + 1
+        lines[line] = lines[line][:inside] + entry + comma + lines[line][inside:]
+    else:
+        lines.insert(line, " " * start + entry + "\n")
+    return "".join(lines)
+
+
+def _ended(text: str) -> str:
+    return text if not text or text.endswith("\n") else text + "\n"
+
+
+def _replace(file: Path, text: str) -> None:
+    """Write whole or not at all."""
+    handle, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as out:
+            out.write(text)
+            out.flush()
+            os.fsync(out.fileno())
+        shutil.copymode(file, name)
+        os.replace(name, file)
+    except OSError:
+        os.unlink(name)
+        raise

@@ -1,0 +1,105 @@
+"""The ROS graph of a running system: what is there, what is there twice, and what the drivers say."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from florence_bt.wiring.doctor.finding import Finding, Level, good, note, problem, warning
+from florence_bt.wiring.topology import NODES
+
+GROUP = "ROS"
+BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
+"""Share of the charge below which a warning or a problem is told (our choice)."""
+_LEVELS = {0: Level.OK, 1: Level.WARNING, 2: Level.PROBLEM, 3: Level.PROBLEM}
+
+
+@dataclass(frozen=True, slots=True)
+class GraphView:
+    """What was seen of ROS in a few seconds.
+
+    Attributes:
+        nodes: Full names, one entry per node.
+        clocks: How many nodes publish ``/clock``.
+        charge: Share of the battery's charge, 0 to 1; None when nobody tells.
+        diagnostics: Name -> (level of diagnostic_msgs, message), the newest of each.
+    """
+
+    nodes: tuple[str, ...] = ()
+    clocks: int = 0
+    charge: float | None = None
+    diagnostics: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+
+
+def check_settings(environment: Mapping[str, str]) -> Iterator[Finding]:
+    """The environment variables of ROS."""
+    domain = environment.get("ROS_DOMAIN_ID", "0") or "0"
+    if not domain.isdigit() or int(domain) > 232:
+        yield problem(GROUP, "ROS_DOMAIN_ID", f"{domain!r} is no domain", "export ROS_DOMAIN_ID=0 (0 to 101)")
+    else:
+        yield good(GROUP, "ROS_DOMAIN_ID", domain)
+    reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")
+    if reach in ("", "LOCALHOST"):
+        yield good(GROUP, "discovery", "this machine only")
+    else:
+        yield note(
+            GROUP,
+            "discovery",
+            f"range {reach}: other machines can see and command this robot",
+            "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, unless that is wanted",
+        )
+
+
+def check_graph(view: GraphView) -> Iterator[Finding]:
+    """What a view of the graph means."""
+    ours = {name.rsplit("/", 1)[-1] for name in view.nodes}
+    wanted = [name for group, names in NODES.items() if group != "simulator" for name in names]
+    missing = [name for name in wanted if name not in ours]
+    if len(missing) == len(wanted):
+        yield note(GROUP, "system", "is not running", "florence up --sim, or florence up --robot CONFIG")
+        return
+    if missing:
+        yield problem(
+            GROUP, "system", f"these nodes are missing: {', '.join(missing)}", "end it and start it again"
+        )
+    else:
+        yield good(GROUP, "system", f"all {len(wanted)} nodes are there")
+    yield from _twice(view)
+    yield from _battery(view.charge)
+    for name, (level, message) in sorted(view.diagnostics.items()):
+        severity = _LEVELS.get(level, Level.PROBLEM)
+        advice = (
+            "" if severity is Level.OK else "see the driver's README.md and its log in the folder of --out"
+        )
+        yield Finding("drivers", name, severity, message, advice)
+
+
+def _twice(view: GraphView) -> Iterator[Finding]:
+    for name, count in sorted(Counter(view.nodes).items()):
+        if count > 1:
+            yield problem(
+                GROUP,
+                name,
+                f"there are {count} nodes of this name",
+                "end one of the two systems, or give each its own ROS_DOMAIN_ID",
+            )
+    if view.clocks > 1:
+        yield problem(
+            GROUP, "/clock", f"{view.clocks} nodes set the simulated time", "end all simulators but one"
+        )
+
+
+def _battery(charge: float | None) -> Iterator[Finding]:
+    if charge is None:
+        yield warning(
+            "battery", "base", "nobody tells the charge", "look at the findings about turtlebot_node"
+        )
+        return
+    found = f"{charge:.0%} of its charge"
+    if charge < BATTERY_EMPTY:
+        yield problem("battery", "base", found, "charge the robot before the next mission")
+    elif charge < BATTERY_LOW:
+        yield warning("battery", "base", found, "charge the robot soon")
+    else:
+        yield good("battery", "base", found)

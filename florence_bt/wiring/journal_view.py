@@ -1,0 +1,104 @@
+"""Shows recorded runs without a running system: the list of runs, one run with its tree and its timeline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.runtime.events import seconds_text
+from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReader
+from florence_bt.runtime.journal.text import journal_text, timeline
+from florence_bt.runtime.run import RunStatus
+
+RUNS = Path("runs")
+"""Where the verbs leave their runs when no folder is given."""
+
+
+def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> list[str]:
+    """The latest runs, a line each, under a head line.
+
+    Args:
+        folder: The folder of the journal; the one used last below ``runs`` when not given.
+        mission: Only runs of this mission.
+        state: Only runs in this state.
+        limit: At most so many.
+
+    Raises:
+        ConfigError: There is no journal, no such state, or a limit below 1.
+    """
+    states = [status.value.lower() for status in RunStatus]
+    if state and state.lower() not in states:
+        raise ConfigError(f"there is no state {state!r}", valid=closest_first(state.lower(), states))
+    if limit < 1:
+        raise ConfigError(f"the limit must be at least 1, not {limit}", valid=["20"])
+    with JournalReader(journal_folder(folder)) as reader:
+        runs = reader.runs(limit, mission, state)
+        missions = {run.mission for run in reader.runs(10_000)} if mission and not runs else set()
+    if missions and mission not in missions:
+        raise ConfigError(f"no run of {mission!r} is recorded", valid=closest_first(mission, missions))
+    if not runs:
+        return ["no run is recorded that fits"]
+    return _columns([("accepted (UTC)", "state", "took", "run", "why"), *(_cells(run) for run in runs)])
+
+
+def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
+    """One recorded run: where it stands or how it ended, its tree, and what happened when.
+
+    Args:
+        folder: The folder of the journal; the one used last below ``runs`` when not given.
+        run_id: The run; the latest one when empty.
+        events: Whether to tell what happened when.
+
+    Raises:
+        ConfigError: There is no journal or no such run.
+    """
+    with JournalReader(journal_folder(folder)) as reader:
+        latest = reader.runs(1)
+        run = reader.run(run_id) if run_id else (latest[0] if latest else None)
+        if run is None:
+            known = [each.run_id for each in reader.runs(5)]
+            raise ConfigError(f"no run {run_id!r} is recorded in {reader.path}", valid=known)
+        happened = reader.events(run.run_id)
+    lines = [journal_text(run, happened)]
+    if run.lost:
+        lines.append(f"note: {run.lost} events of this run could not be kept")
+    if events:
+        lines += ["", *timeline(happened)]
+    return "\n".join(lines)
+
+
+def journal_folder(folder: Path | None) -> Path:
+    """The folder whose journal is meant.
+
+    Raises:
+        ConfigError: None was given and there is none below ``runs``.
+    """
+    if folder is not None:
+        return folder
+    found = [*RUNS.glob(f"*/{JOURNAL_FILE}"), *RUNS.glob(f"*/*/{JOURNAL_FILE}")]
+    found += [path for path in (RUNS / JOURNAL_FILE,) if path.is_file()]
+    if not found:
+        raise ConfigError(
+            f"there is no journal below {str(RUNS)!r}", valid=[f"--folder FOLDER with a file {JOURNAL_FILE}"]
+        )
+    return max(found, key=_last_written).parent
+
+
+def _last_written(path: Path) -> float:
+    files = [path, path.with_name(f"{path.name}-wal")]
+    return max(file.stat().st_mtime for file in files if file.exists())
+
+
+def _cells(run: JournaledRun) -> tuple[str, ...]:
+    accepted = run.accepted.replace("T", " ").partition(".")[0]
+    took = seconds_text(run.started, run.ended)
+    why = f"{run.code}: {run.reason}" if run.reason and run.code else run.reason
+    return accepted or "-", run.state, took or "-", run.run_id, why
+
+
+def _columns(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]) - 1)]
+    return [
+        "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[-1]]).rstrip()
+        for row in rows
+    ]

@@ -1,0 +1,151 @@
+"""Makes the robot stand still without any mission: cancels all goals, commands zero, waits until it stands.
+
+For the manual override, and for the first moment after a crash: the goals of the process that died may still
+be running on their servers (docs/runtime.md, restart).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.skill import Event, Phase, RunState
+from florence_bt.ros.cancel_all import CancelAll
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE, SENSOR
+
+MOVING_ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
+"""The actions of the shipped skills."""
+LIMIT_S = 15.0
+"""How long to wait for the answers and for the base to stand, in steady time."""
+SEARCH_S = 3.0
+"""How long to look for servers; one that comes into sight later has begun anew, without goals."""
+PERIOD_S = 0.1
+"""How often to look for servers, and to command zero."""
+STANDING_SPEED = 0.01
+"""Below this the base stands: m/s, and rad/s."""
+STANDING_READINGS = 3
+"""Odometry messages in a row that must say so."""
+
+
+class BaseSafety:
+    """Stops whatever moves the base.
+
+    Args:
+        node: The node that talks to the servers and to the base.
+        actions: The actions whose goals move the robot.
+        limit_s: How long :meth:`make_safe` takes at most, in steady time.
+    """
+
+    def __init__(
+        self, node: FlorenceNode, actions: Sequence[str] = MOVING_ACTIONS, limit_s: float = LIMIT_S
+    ) -> None:
+        self._node = node
+        self._limit_s = limit_s
+        self._goals = CancelAll(node, actions)
+        self._velocity = node.create_publisher(Twist, "cmd_vel", RELIABLE)
+
+    def stop_now(self) -> None:
+        """Cancel every goal and command zero once; whoever drives by hand is free to go on."""
+        for action in self._goals.actions:
+            if self._goals.there(action):
+                self._goals.ask(action)
+        self._velocity.publish(Twist())
+
+    def make_safe(self) -> StandStill:
+        """Stop everything and watch the base until it stands."""
+        return StandStill(self._node, self._goals, lambda: self._velocity.publish(Twist()), self._limit_s)
+
+
+class StandStill:
+    """A run that ends when all goals are cancelled and the base stands; in any case within its limit."""
+
+    def __init__(
+        self, node: FlorenceNode, goals: CancelAll, command_zero: Callable[[], None], limit_s: float
+    ) -> None:
+        self._node = node
+        self._goals = goals
+        self._command_zero = command_zero
+        self._state = RunState("waiting until the base stands")
+        self._unasked = list(goals.actions)
+        self._unanswered: list[str] = []
+        self._standing = 0
+        self._heard = False
+        self._limit_s = limit_s
+        now = node.steady.now()
+        self._search_until, self._end = now + min(SEARCH_S, limit_s), now + limit_s
+        self._odometry = node.create_subscription(Odometry, "odom", self._on_odometry, SENSOR)
+        self._step()
+
+    @property
+    def feedback(self) -> str:
+        """What the run does now."""
+        return self._state.feedback
+
+    def poll(self) -> Result | None:
+        """The result, or None while the base is not known to stand."""
+        return self._state.result
+
+    def on_change(self, callback: Callable[[], None]) -> None:
+        """Call back when there is a result."""
+        self._state.on_change(callback)
+
+    def cancel(self) -> None:
+        """Wait no longer; what was asked for stays asked for."""
+        self._finish(failure("cancelled", "nobody waited until the base stood"))
+
+    def _step(self) -> None:
+        """Ask the servers that have come into sight, and command zero again."""
+        if self._state.phase is Phase.DONE:
+            return
+        for action in tuple(self._unasked):
+            if self._goals.there(action):
+                self._unasked.remove(action)
+                self._unanswered.append(action)
+                self._goals.ask(action, lambda action=action: self._answered(action))  # type: ignore[misc]
+        self._command_zero()
+        now = self._node.steady.now()
+        if now >= self._search_until:
+            self._unasked.clear()
+            self._finish_if_safe()
+        if now >= self._end:
+            self._finish(failure("timed_out", self._what_is_not_known()))
+        else:
+            self._node.steady.call_at(now + PERIOD_S, self._step)
+
+    def _answered(self, action: str) -> None:
+        if action in self._unanswered:
+            self._unanswered.remove(action)
+        self._finish_if_safe()
+
+    def _on_odometry(self, message: Odometry) -> None:
+        twist = message.twist.twist
+        stands = abs(twist.linear.x) < STANDING_SPEED and abs(twist.angular.z) < STANDING_SPEED
+        self._heard = True
+        self._standing = self._standing + 1 if stands else 0
+        self._finish_if_safe()
+
+    def _finish_if_safe(self) -> None:
+        if self._standing >= STANDING_READINGS and not self._unasked and not self._unanswered:
+            self._finish(success())
+
+    def _what_is_not_known(self) -> str:
+        parts = [f"no answer of {', '.join(self._unanswered)}"] if self._unanswered else []
+        if not self._heard:
+            parts.append("no odometry")
+        elif self._standing < STANDING_READINGS:
+            parts.append("the base still moves")
+        return f"not known to be safe after {self._limit_s:g} s: {'; '.join(parts)}"
+
+    def _finish(self, result: Result) -> None:
+        if self._state.phase is Phase.DONE:
+            return
+        self._state.handle(Event.FINISHED, result)
+        # Perhaps this is a callback of that very subscription.
+        self._node.call_soon(self._forget_odometry)
+
+    def _forget_odometry(self) -> None:
+        self._node.destroy_subscription(self._odometry)

@@ -1,0 +1,197 @@
+"""``florence test``: reads scenario files, plays them, and reports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.testing.coverage import Coverage, coverage_text, total_of
+from florence_bt.testing.junit import junit_xml
+from florence_bt.testing.scenario import Result, Scenario
+from florence_bt.testing.scenario_file import Libraries, ScenarioFile, read_scenarios
+from florence_bt.testing.scenario_run import run_scenario
+from florence_bt.trees.report import Excerpts, report_full
+
+PASSED, FAILED = "[+]", "[x]"
+
+Say = Callable[[str, str], None]
+"""Takes a line and its style: ``good``, ``bad``, ``head`` or empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class TestOptions:
+    """What ``florence test`` was asked for.
+
+    Attributes:
+        files: Scenario files, and folders of them.
+        folders: More folders of missions.
+        keyword: Which scenarios; empty for all.
+        junit: Where the results go as JUnit XML, or None.
+        coverage: Whether to report what was seen of the missions.
+        min_coverage: The least share of outcomes in per cent, or None.
+        verbose: Whether to name each scenario, not only those that failed.
+    """
+
+    files: Sequence[Path]
+    folders: Sequence[Path] = ()
+    keyword: str = ""
+    junit: Path | None = None
+    coverage: bool = False
+    min_coverage: float | None = None
+    verbose: bool = True
+
+
+def run_scenarios(options: TestOptions, say: Say) -> bool:
+    """Play scenarios and say how they went.
+
+    Args:
+        options: What was asked for.
+        say: Takes each line of the report.
+
+    Returns:
+        Whether all passed, no file had an error and the coverage was enough.
+
+    Raises:
+        ConfigError: There is no such file, or nothing to play.
+    """
+    chosen = keyword_filter(options.keyword)
+    libraries = Libraries(tuple(options.folders))
+    reads = [read_scenarios(file, libraries) for file in scenario_files(options.files)]
+    results: list[Result] = []
+    coverage = Coverage()
+    for read in reads:
+        scenarios = [scenario for scenario in read.scenarios if chosen(scenario.id)]
+        played = [run_scenario(scenario, libraries, time.perf_counter) for scenario in scenarios]
+        _say_file(read, played, options, say)
+        for result in played:
+            scenario = result.scenario
+            coverage.add_mission(scenario.library.get(scenario.trigger.mission), scenario.library)
+            coverage.add_runs(result.plays)
+        results += played
+    findings = [finding for read in reads for finding in read.findings]
+    if not results and not findings:
+        raise ConfigError(f"no scenario is called like {options.keyword!r}", valid=_names(reads))
+    if options.junit is not None:
+        _write(options.junit, junit_xml(reads, results))
+    for result in results:
+        if not result.passed:
+            _say_problems(result, say)
+    enough = _say_coverage(coverage, libraries, options, say)
+    _say_summary(results, len(findings), say)
+    return enough and not findings and all(result.passed for result in results)
+
+
+def scenario_files(given: Iterable[Path]) -> list[Path]:
+    """The scenario files among some files and folders, in order.
+
+    Raises:
+        ConfigError: One does not exist, or a folder has none.
+    """
+    files: list[Path] = []
+    for path in given:
+        if path.is_dir():
+            found = sorted(path.rglob("*.yaml"))
+            if not found:
+                raise ConfigError(f"there is no scenario file in {str(path)!r}", valid=["a folder of *.yaml"])
+            files += found
+        elif path.exists():
+            files.append(path)
+        else:
+            raise ConfigError(f"there is no file {str(path)!r}")
+    return list(dict.fromkeys(files))
+
+
+def keyword_filter(keyword: str) -> Callable[[str], bool]:
+    """What ``-k`` means: words that must occur, with ``and``, ``or`` and ``not``; in any case.
+
+    Words without ``and`` or ``or`` between them are one piece of text.
+    """
+    ways = [
+        [_condition(part) for part in way.split(" and ")] for way in keyword.lower().strip().split(" or ")
+    ]
+    return lambda name: any(all(condition(name.lower()) for condition in way) for way in ways)
+
+
+def _condition(text: str) -> Callable[[str], bool]:
+    text = text.strip()
+    if text.startswith("not "):
+        wanted = text.removeprefix("not ").strip()
+        return lambda name: wanted not in name
+    return lambda name: text in name
+
+
+def _say_file(read: ScenarioFile, results: list[Result], options: TestOptions, say: Say) -> None:
+    if not results and not read.findings:
+        return
+    say(str(read.file), "head")
+    if read.findings:
+        for line in report_full(read.findings, Excerpts()).splitlines():
+            say(f"  {line}", "bad" if ": error:" in line else "")
+    for result in results:
+        if not result.passed:
+            say(f"  {FAILED} {result.scenario.name}", "bad")
+        elif options.verbose:
+            say(f"  {PASSED} {result.scenario.name}", "good")
+
+
+def _say_problems(result: Result, say: Say) -> None:
+    scenario = result.scenario
+    say("", "")
+    say(f"{FAILED} {scenario.name}", "bad")
+    for position, problem in result.problems:
+        first, *more = problem.splitlines() or [""]
+        say(f"{scenario.file}:{position.line}:{position.column}: {first}", "bad")
+        for line in more:
+            say(f"    {line}", "")
+    say("", "")
+    for line in result.report.splitlines():
+        say(f"    {line}".rstrip(), "")
+
+
+def _say_coverage(coverage: Coverage, libraries: Libraries, options: TestOptions, say: Say) -> bool:
+    """Say what was seen; whether it was enough."""
+    if not options.coverage and options.min_coverage is None:
+        return True
+    reports = coverage.report(libraries.declarations)
+    share = total_of(reports).percent
+    enough = options.min_coverage is None or share >= options.min_coverage
+    if options.coverage or not enough:
+        say("", "")
+        for line in coverage_text(reports, codes=options.coverage).splitlines():
+            say(line, "")
+    if not enough:
+        say(f"the coverage is {share:.1f} %, below the {options.min_coverage:g} % that are asked for", "bad")
+    return enough
+
+
+def _say_summary(results: list[Result], findings: int, say: Say) -> None:
+    failed = sum(not result.passed for result in results)
+    parts = [f"{len(results)} scenario{'s' * (len(results) != 1)}", f"{len(results) - failed} passed"]
+    if failed:
+        parts.append(f"{failed} failed")
+    if findings:
+        parts.append(f"{findings} error{'s' * (findings != 1)} in the files")
+    say("", "")
+    say(f"{parts[0]}: {', '.join(parts[1:])}", "bad" if failed or findings else "good")
+
+
+def _names(reads: Iterable[ScenarioFile]) -> list[str]:
+    return [scenario.name for scenario in _scenarios(reads)][:8]
+
+
+def _scenarios(reads: Iterable[ScenarioFile]) -> Iterator[Scenario]:
+    for read in reads:
+        yield from read.scenarios
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            f"cannot be written: {error.strerror}", file=file, valid=["a file in a folder that exists"]
+        ) from error

@@ -1,0 +1,336 @@
+"""The emulated Create's other commands against the manual: songs, scripts, demos, a Create 2."""
+
+import struct
+from typing import Any
+
+import pytest
+
+from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
+from florence_bt.simulation.emulators.create import CreateEmulator, CreateFaults, Mode
+
+
+def awake(base: Any, mode: int = 132, **how: Any) -> CreateEmulator:
+    create = CreateEmulator(base, BaseSensors(base, 0, PERFECT_BASE), **how)
+    create.receive(bytes([128, mode]), 0.0)
+    return create
+
+
+def roll(create: CreateEmulator, base: Any, start: float, seconds: float, until: Any = None) -> float:
+    """Let time pass in steps of 5 ms; gives the time at which a condition became so, or the end."""
+    now = start
+    while now < start + seconds - 1e-9:
+        base.step(0.005)
+        now += 0.005
+        create.poll(now)
+        if until is not None and until():
+            return now
+    return now
+
+
+# -- songs, lights, drivers ---------------------------------------------------------------------------------
+
+
+def test_a_song_plays_as_long_as_its_notes(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([140, 2, 2, 60, 32, 64, 32]), 0.0)
+    assert create.receive(bytes([149, 2, 36, 37]), 0.0) == bytes([0, 0])
+    create.receive(bytes([141, 2]), 0.0)
+    assert create.receive(bytes([149, 2, 36, 37]), 0.9) == bytes([2, 1])
+    create.receive(bytes([140, 3, 1, 70, 8, 141, 3]), 0.95)  # ignored: another one plays
+    assert create.receive(bytes([149, 2, 36, 37]), 1.0) == bytes([2, 0])
+    assert create.songs.played == [2]
+    assert create.unobeyed == {141: 1}
+
+
+def test_songs_need_a_number_and_a_drive_mode(base: Any) -> None:
+    create = awake(base, 128)
+    create.receive(bytes([140, 16, 1, 60, 8, 140, 1, 1, 60, 8, 141, 1]), 0.0)
+    assert create.songs.played == []
+    assert create.unobeyed == {140: 1, 141: 1}
+
+
+def test_low_side_drivers_and_infrared(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([138, 5]), 0.0)
+    assert create.low_side_drivers == (128, 0, 128)
+    create.receive(bytes([144, 10, 20, 30, 151, 135]), 0.0)
+    assert create.low_side_drivers == (30, 20, 10)  # driver 2 comes first
+    assert create.infrared_sent == [135]
+    create.receive(bytes([128]), 0.0)
+    assert create.low_side_drivers == (0, 0, 0)
+
+
+def test_baud(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([129, 7]), 0.0)
+    assert create.baud_rate == 19200
+    create.receive(bytes([129, 12]), 0.0)
+    assert (create.baud_rate, create.unobeyed) == (19200, {129: 1})
+
+
+def test_signals_inputs_and_buttons(base: Any) -> None:
+    create = awake(base)
+    faults = create.faults
+    faults.wall, faults.virtual_wall, faults.infrared, faults.buttons = True, True, 250, 5
+    faults.digital_inputs, faults.overcurrents = 6, 24
+    answer = create.receive(bytes([149, 7, 8, 13, 14, 17, 18, 32, 27]), 0.0)
+    assert answer == bytes([1, 1, 24, 250, 5, 0x16, 1, 44])
+
+
+# -- scripts -------------------------------------------------------------------------------------------------
+
+
+def test_a_script_is_stored_shown_and_cleared(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([152, 3, 155, 30, 153]), 0.0)
+    assert create.receive(bytes([154]), 0.0) == bytes([3, 155, 30, 153])
+    create.receive(bytes([152, 0]), 0.0)
+    assert create.receive(bytes([154]), 0.0) == bytes([0])
+
+
+def test_the_manuals_kind_of_script_drives_400_mm_and_stops(base: Any) -> None:
+    create = awake(base, 131)
+    drive, wait, stop = [137, 1, 44, 128, 0], [156, 1, 144], [145, 0, 0, 0, 0]
+    script = [*drive, *wait, *stop]
+    create.receive(bytes([152, len(script), *script, 153]), 0.0)
+    assert base.wheels == (0.3, 0.3)
+    # Nothing is heard while it waits.
+    create.receive(bytes([145, 0, 0, 0, 0]), 0.01)
+    assert base.wheels == (0.3, 0.3)
+    roll(create, base, 0.01, 2.0)
+    assert base.wheels == (0.0, 0.0)
+    assert base.advanced == pytest.approx(0.4, abs=0.003)
+    assert create.receive(bytes([142, 35]), 3.0) == bytes([2])  # it listens again
+
+
+def test_waits_for_angle_and_time(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([145, 0, 130, 255, 126, 157, 0, 90]), 0.0)  # 1 rad/s to the left
+    end = roll(create, base, 0.0, 5.0, lambda: create.receive(bytes([142, 35]), 0.0) != b"")
+    assert end == pytest.approx(1.5708, abs=0.006)
+    create.receive(bytes([155, 20]), 10.0)
+    assert create.receive(bytes([142, 35]), 11.9) == b""
+    assert create.receive(bytes([142, 35]), 12.0) == bytes([3])
+
+
+def test_a_negative_distance_waits_for_the_way_back(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([145, 255, 156, 255, 156, 156, 255, 206]), 0.0)  # 100 mm/s back, wait for -50 mm
+    assert roll(create, base, 0.0, 2.0, lambda: create.receive(bytes([142, 35]), 0.0) != b"") == (
+        pytest.approx(0.5, abs=0.006)
+    )
+
+
+@pytest.mark.parametrize(
+    ("event", "fault"),
+    [
+        (1, {"wheel_drops": 16}),
+        (2, {"wheel_drops": 16}),
+        (3, {"wheel_drops": 8}),
+        (4, {"wheel_drops": 4}),
+        (5, {"right_bumper": True}),
+        (6, {"left_bumper": True}),
+        (7, {"right_bumper": True}),
+        (8, {"virtual_wall": True}),
+        (9, {"wall": True}),
+        (10, {"cliffs": (False, False, False, True)}),
+        (11, {"cliffs": (True, False, False, False)}),
+        (12, {"cliffs": (False, True, False, False)}),
+        (13, {"cliffs": (False, False, True, False)}),
+        (14, {"cliffs": (False, False, False, True)}),
+        (15, {"dock": True}),
+        (16, {"buttons": 4}),
+        (17, {"buttons": 1}),
+        (18, {"digital_inputs": 1}),
+        (19, {"digital_inputs": 2}),
+        (20, {"digital_inputs": 4}),
+        (21, {"digital_inputs": 8}),
+    ],
+)
+def test_events_and_their_ends(base: Any, event: int, fault: dict[str, Any]) -> None:
+    create = awake(base)
+    create.receive(bytes([158, event]), 0.0)
+    assert create.receive(bytes([142, 35]), 1.0) == b""
+    for name, value in fault.items():
+        setattr(create.faults, name, value)
+    assert create.receive(bytes([142, 35]), 2.0) == bytes([3])
+    create.receive(bytes([158, 256 - event]), 3.0)
+    assert create.receive(bytes([142, 35]), 4.0) == b""
+    for name in fault:
+        setattr(create.faults, name, getattr(CreateFaults(), name))
+    assert create.receive(bytes([142, 35]), 5.0) == bytes([3])
+
+
+def test_a_script_that_goes_round_without_a_wait_does_not_hang(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([152, 6, 145, 0, 10, 0, 10, 153, 153]), 0.0)
+    create.poll(0.1)
+    assert base.wheels == (0.01, 0.01)
+    assert create.receive(bytes([128, 142, 35]), 0.2) == bytes([1])
+
+
+def test_a_reset_ends_a_script(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([152, 2, 155, 10, 7]), 0.0)
+    create.poll(4.0)
+    assert create.receive(bytes([128, 154]), 4.0) == bytes([0])
+
+
+# -- built-in behaviours -------------------------------------------------------------------------------------
+
+
+def test_cover_drives_in_passive_mode_and_turns_away_from_what_it_hits(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([135]), 0.0)
+    create.poll(0.1)
+    assert (create.mode, base.wheels) == (Mode.PASSIVE, (0.3, 0.3))
+    base.pressed = (True, False)
+    create.poll(0.2)
+    base.pressed = (False, False)
+    assert base.wheels[0] < 0.0
+    create.poll(1.0)
+    assert base.wheels == (-0.15, 0.15)
+    create.poll(3.0)
+    assert base.wheels == (0.3, 0.3)
+    create.receive(bytes([131]), 3.1)
+    assert (create.mode, base.wheels) == (Mode.SAFE, (0.0, 0.0))
+
+
+def test_demos_end(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([136, 4]), 0.0)
+    create.poll(1.0)
+    assert base.wheels == (0.12, 0.24)
+    create.receive(bytes([136, 255]), 1.1)
+    assert base.wheels == (0.0, 0.0)
+    create.receive(bytes([143]), 2.0)
+    create.poll(2.1)
+    create.faults.dock = True
+    create.poll(2.2)
+    assert base.wheels == (0.0, 0.0)
+    create.receive(bytes([134]), 3.0)
+    create.poll(3.1)
+    create.faults.wheel_drops = 8
+    create.poll(3.2)
+    assert base.wheels == (0.0, 0.0)
+    create.receive(bytes([136, 10]), 4.0)
+    assert create.unobeyed == {136: 1}
+
+
+# -- dock, charging, gyro, line ------------------------------------------------------------------------------
+
+
+def test_the_dock_ends_safe_mode_on_arrival_and_can_be_left(base: Any) -> None:
+    create = awake(base, 131)
+    create.receive(bytes([145, 0, 100, 0, 100]), 0.0)
+    create.faults.dock = True
+    create.poll(0.1)
+    assert (create.mode, base.wheels) == (Mode.PASSIVE, (0.0, 0.0))
+    assert create.receive(bytes([149, 3, 21, 34, 17]), 0.2) == bytes([2, 2, 254])
+    create.receive(bytes([131, 145, 255, 156, 255, 156]), 0.3)
+    create.poll(0.4)
+    assert (create.mode, base.wheels) == (Mode.SAFE, (-0.1, -0.1))
+
+
+def test_charging_states(base: Any) -> None:
+    create = awake(base, 128)
+    create.faults.dock = True
+
+    def state(now: float) -> int:
+        return create.receive(bytes([142, 21]), now)[0]
+
+    create.battery.charge_mah = 20.0
+    assert state(0.0) == 1  # reconditioning
+    create.battery.charge_mah = 2000.0
+    assert state(1.0) == 2
+    create.poll(2.0)
+    create.poll(3600.0)
+    assert (state(3600.0), create.battery.charge_mah) == (3, 2700.0)  # full: trickle
+    create.faults.charging_fault = True
+    assert state(3601.0) == 5
+    create.faults.charging_fault = False
+    create.battery.charge_mah = 2000.0
+    create.battery.temperature_c = 50.0
+    assert state(3602.0) == 4  # waits until it is cool
+    for minute in range(30):
+        create.poll(3602.0 + 60.0 * minute)
+    assert state(5500.0) == 2
+
+
+def test_gyro_faults(base: Any) -> None:
+    create = awake(base)
+    create.faults.gyro_drift = 2.0
+    create.poll(0.0)
+    create.poll(10.0)
+    assert struct.unpack(">H", create.receive(bytes([142, 33]), 10.0)) == (532,)
+    create.faults.gyro_dead = True
+    assert create.receive(bytes([142, 33]), 10.0) == bytes([0, 0])
+
+
+def test_deaf_and_cut_answers(base: Any) -> None:
+    create = awake(base)
+    create.faults.deaf = True
+    assert create.receive(bytes([142, 35]), 0.0) == b""
+    create.faults.deaf = False
+    create.faults.partial_frames = 1
+    assert len(create.receive(bytes([142, 6]), 0.0)) == 26
+    create.faults.noise = b"\xaa"
+    assert create.receive(bytes([142, 35]), 0.0) == b"\xaa\x03"
+
+
+def test_a_stream_longer_than_its_length_byte_is_cut(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([148, 6, 6, 6, 6, 6, 6, 7]), 0.0)
+    frame = create.poll(0.015)
+    assert frame[1] == 4 * 53 + 2
+    assert create.receive(bytes([142, 38]), 0.016) == bytes([5])
+
+
+# -- Create 2 ------------------------------------------------------------------------------------------------
+
+
+def test_create_2_groups(base: Any) -> None:
+    create = awake(base, model="create2")
+    sizes = [len(create.receive(bytes([142, group]), 0.0)) for group in (100, 101, 106, 107, 6)]
+    assert sizes == [80, 28, 12, 9, 52]
+    assert awake(type(base)()).receive(bytes([142, 100]), 0.0) == b""
+
+
+def test_create_2_counts_its_header(base: Any) -> None:
+    create = awake(base, model="create2")
+    create.receive(bytes([148, 2, 43, 44]), 0.0)
+    assert sum(create.poll(0.015)) % 256 == 0
+    assert create.baud_rate == 115200
+
+
+def test_create_2_encoders_wrap(base: Any) -> None:
+    create = awake(base, model="create2")
+    base.rolled = (0.444565, -0.000444565)
+    left, right = struct.unpack(">HH", create.receive(bytes([149, 2, 43, 44]), 0.0))
+    assert left in (999, 1000)
+    assert right == 65535
+
+
+def test_create_2_commands(base: Any) -> None:
+    create = awake(base, model="create2")
+    create.receive(bytes([146, 0, 255, 255, 1]), 0.0)
+    assert base.wheels == (-0.5, 0.5)
+    create.receive(bytes([164, 72, 69, 76, 80, 136]), 0.0)  # text is read over; 136 has no number here
+    assert create.mode is Mode.PASSIVE
+    create.receive(bytes([132, 133]), 0.0)
+    assert create.mode is Mode.PASSIVE
+    create.receive(bytes([148, 1, 7, 173]), 0.0)
+    assert create.mode is Mode.OFF
+    assert create.poll(1.0) == b""
+    assert create.receive(bytes([142, 35]), 1.0) == b""
+
+
+def test_create_2_light_bumpers_motors_and_odd_mode(base: Any) -> None:
+    create = awake(base, model="create2")
+    create.faults.light_bumps = (0, 50, 200, 0, 0, 4095)
+    create.faults.oi_mode_offset = 1
+    create.receive(bytes([145, 0, 100, 0, 200]), 0.0)
+    assert create.receive(bytes([142, 45]), 0.0) == bytes([0b100100])
+    assert struct.unpack(">6H", create.receive(bytes([142, 106]), 0.0)) == (0, 50, 200, 0, 0, 4095)
+    assert struct.unpack(">4hB", create.receive(bytes([142, 107]), 0.0)) == (120, 60, 0, 0, 1)
+    assert create.receive(bytes([142, 35]), 0.0) == bytes([4])

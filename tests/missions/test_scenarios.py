@@ -1,0 +1,50 @@
+"""The scenarios of the missions of the package: all hold, and they see every outcome of every node."""
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from florence_bt.testing.coverage import Coverage, coverage_text
+from florence_bt.testing.scenario_file import Libraries, read_scenarios
+from florence_bt.testing.scenario_run import run_scenario
+from florence_bt.trees.loader import BUILT_IN
+
+FOLDER = Path(__file__).parents[2] / "scenarios"
+LIBRARIES = Libraries()
+READS = [read_scenarios(file, LIBRARIES) for file in sorted(FOLDER.glob("*.yaml"))]
+SCENARIOS = [
+    pytest.param(scenario, id=f"{read.file.stem}: {scenario.name}")
+    for read in READS
+    for scenario in read.scenarios
+]
+
+
+def play(scenario):
+    seconds = itertools.count()
+    return run_scenario(scenario, LIBRARIES, lambda: next(seconds))
+
+
+def test_the_files_have_no_errors():
+    assert [finding for read in READS for finding in read.findings] == []
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_a_scenario(scenario):
+    result = play(scenario)
+    assert result.passed, "\n".join([*(problem for _, problem in result.problems), "", result.report])
+    assert all(call.ended is not None for run in result.plays for call in run.calls()), (
+        "a goal was left behind"
+    )
+
+
+def test_every_outcome_of_every_node_of_every_mission_is_seen():
+    coverage = Coverage()
+    for read in READS:
+        for scenario in read.scenarios:
+            coverage.add_mission(scenario.library.get(scenario.trigger.mission), scenario.library)
+            coverage.add_runs(play(scenario).plays)
+    reports = coverage.report(LIBRARIES.declarations)
+    assert {report.name for report in reports} >= {path.stem for path in BUILT_IN.glob("*.yaml")}
+    seen = [(report.outcomes_seen.percent, report.codes_seen.percent) for report in reports]
+    assert seen == [(100.0, 100.0)] * len(reports), coverage_text(reports, codes=True)

@@ -1,0 +1,173 @@
+"""The mission server: pause, resume, the manual override, reload, and what it answers to hostile callers."""
+
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.core.outcome import success
+from florence_bt.testing.mocks import Step
+
+pytestmark = pytest.mark.ros
+
+BRANCHES = (
+    "description: Reads and writes keys.\ninputs:\n  way: {type: length, default: 1 m, min: 0.5 m}\n"
+    "outputs:\n  far: {type: length, description: how far}\n"
+    "tree:\n  sequence:\n    - set: {far: $way}\n    - drive: {way: $far}\n"
+)
+
+
+def test_pause_and_resume(bench_of):
+    bench = bench_of(Step(None), Step(success(), after=0.1))
+    assert "no mission is running" in bench.pause().message and not bench.resume().success
+    run_id = bench.run("drive_once").run_id
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    assert not bench.pause("another").success and "'another'" in bench.pause("another").message
+    assert not bench.resume().success and "is not paused" in bench.resume().message
+    paused = bench.pause(run_id, "a visitor")
+    assert paused.success and paused.message == f"{run_id} is paused"
+    status = bench.wait("PAUSED")
+    assert status.reason == "a visitor" and bench.drive.runs[0].cancelled and not bench.drive.active
+    busy = bench.run("be_quick")
+    assert not busy.accepted
+    assert bench.resume().success
+    assert bench.wait("SUCCEEDED").run_id == run_id and len(bench.drive.calls) == 2
+
+
+def test_a_paused_mission_can_be_stopped(bench_of):
+    bench = bench_of()
+    bench.run("drive_once")
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    assert bench.pause().success
+    assert bench.stop().success
+    assert bench.wait("STOPPED").code == "stopped"
+
+
+def test_the_override_stops_everything_and_blocks_until_released(bench_of):
+    bench = bench_of()
+    current = bench.run("drive_once").run_id
+    waiting = bench.run("drive_once", policy="queue").run_id
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    assert bench.status().waiting == [waiting] and bench.status().blocked_by == ""
+    bench.override(True)
+    bench.ros.spin_until(lambda: bench.status().blocked_by, what="the override")
+    for each in (current, waiting):
+        assert "manual override" in bench.wait("STOPPED", each).reason
+    assert bench.safety.stops == 1 and bench.drive.runs[0].cancelled
+    refused = bench.run("be_quick", policy="preempt", priority=9)
+    assert not refused.accepted and "florence release" in refused.message
+    assert not bench.trigger("be_quick").success
+    bench.override(True)
+    bench.ros.spin_until(lambda: bench.safety.stops == 2, what="the second stop")
+    bench.override(False)
+    bench.ros.spin_until(lambda: not bench.status().blocked_by, what="the release")
+    assert bench.status().state == "STOPPED", "nothing resumes"
+    assert bench.run("be_quick").accepted
+
+
+def test_a_false_without_an_override_changes_nothing(bench_of):
+    bench = bench_of()
+    bench.run("drive_once")
+    bench.override(False)
+    bench.ros.spin_for(0.1)
+    assert bench.status().state == "RUNNING" and bench.safety.stops == 0
+
+
+def test_reload_takes_good_edits_and_keeps_what_worked(bench_of):
+    from florence_interfaces.srv import ListMissions, ReloadMissions
+
+    bench = bench_of()
+    assert bench.call(ReloadMissions, "reload_missions").report == "nothing has changed"
+    (bench.missions / "branches.yaml").write_text(f"mission: branches\n{BRANCHES}")
+    (bench.missions / "drive_once.yaml").write_text("mission: drive_once\ntree:\n  driv: {way: 1 m}\n")
+    (bench.missions / "drive_far.yaml").unlink()
+    answer = bench.call(ReloadMissions, "reload_missions")
+    assert not answer.success
+    for part in ("branches: taken over", "drive_far: removed", "drive_once", "driv"):
+        assert part in answer.report, answer.report
+    listed = bench.call(ListMissions, "list_missions")
+    assert "branches" in listed.names and "drive_far" not in listed.names
+    (branches,) = (mission for mission in listed.missions if mission.name == "branches")
+    (way,) = branches.inputs
+    assert (way.name, way.type, way.required, way.default_value) == ("way", "length", False, "1 m")
+    assert (way.minimum, way.maximum) == ("0.5 m", "") and branches.problem == ""
+    assert [port.name for port in branches.outputs] == ["far"] and branches.on_restart == "abort"
+    assert branches.file.endswith("branches.yaml")
+    (wrong,) = (mission for mission in listed.missions if mission.name == "wrong")
+    assert "driv" in wrong.problem
+    bench.ros.spin_until(
+        lambda: "/florence_bt/missions/branches" in dict(bench.node.get_service_names_and_types()),
+        what="the trigger of the new mission",
+    )
+    started = bench.run("drive_once")
+    assert started.accepted and "drive_once" in started.message and "driv" in started.message
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"mission": "x" * 5000}, "the name of the mission is too long"),
+        ({"mission": "drive_once", "input_names": ["way"] * 2, "input_values": ["1 m"] * 2}, "given twice"),
+        ({"mission": "drive_once", "input_names": ["w"] * 99, "input_values": ["1"] * 99}, "99 inputs"),
+        ({"mission": "drive_once", "caller": "a\x1b[31mb"}, "cannot be printed"),
+        (
+            {"mission": "drive_once", "input_names": ["way"], "input_values": ["1" * 10_000]},
+            "the value of the input 'way' is too long",
+        ),
+    ],
+)
+def test_a_hostile_caller_gets_one_clear_sentence(bench_of, fields, message):
+    from florence_interfaces.srv import RunMission
+
+    bench = bench_of()
+    answer = bench.call(RunMission, "run_mission", **fields)
+    assert not answer.accepted and message in answer.message and len(answer.message) < 500
+    assert not bench.drive.runs
+
+
+def test_reasons_are_bounded_too(bench_of):
+    bench = bench_of()
+    bench.run("drive_once")
+    assert "too long" in bench.pause(reason="x" * 5000).message
+    assert "too long" in bench.stop("y" * 5000).message
+    assert bench.status().state == "RUNNING"
+
+
+def test_the_action_tells_the_cause_and_the_outputs(bench_of):
+    from florence_interfaces.action import ExecuteMission
+    from rclpy.action import ActionClient
+
+    bench = bench_of(Step(success()))
+    (bench.missions / "branches.yaml").write_text(f"mission: branches\n{BRANCHES}")
+    bench.run("branches")  # new files count at the next trigger
+    bench.wait("SUCCEEDED")
+    client = ActionClient(bench.node, ExecuteMission, "florence_bt/execute_mission")
+    bench.node.on_close(client.destroy)
+    bench.ros.spin_until(client.server_is_ready, what="the action")
+    sent = client.send_goal_async(
+        ExecuteMission.Goal(mission="branches", input_names=["way"], input_values=["2.5 m"], caller="me")
+    )
+    bench.ros.spin_until(sent.done, what="the acceptance")
+    ended = sent.result().get_result_async()
+    bench.ros.spin_until(ended.done, what="the result")
+    result = ended.result().result
+    assert dict(zip(result.output_names, result.output_values, strict=True)) == {"far": "2.5 m"}
+    assert bench.status(result.run_id).caller == "me"
+
+
+def test_a_crashed_run_is_taken_up_when_the_base_is_safe(bench_of, ros, tmp_path):
+    """The process before died on a run: the journal says so, and the base is made safe first."""
+    from florence_bt.core.clock import ManualClock
+    from florence_bt.runtime.events import Event, EventKind
+    from florence_bt.runtime.journal import Journal
+    from florence_bt.runtime.run import MissionRun, Request, RunStatus
+
+    journal = Journal(tmp_path / "runs")
+    run = MissionRun("20200101T000000Z-001-drive_once", Request("drive_once"), {"way": 1.0})
+    run.status, run.started = RunStatus.RUNNING, 1.0
+    journal.write(run, Event(ManualClock(1.0).now(), run.run_id, EventKind.STARTED, {}))
+    journal.close()
+    bench = bench_of()
+    assert bench.safety.made_safe == 1
+    status = bench.status(run.run_id)
+    assert (status.state, status.code) == ("ABORTED", "crashed"), status
+    assert bench.run("be_quick").accepted

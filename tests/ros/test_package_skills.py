@@ -1,0 +1,42 @@
+"""Skills of installed packages on the robot: they join ours, and a broken package takes nothing away."""
+
+import sys
+
+import pytest
+
+SKILLS = """
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.outcome import success
+from florence_bt.core.skill import InstantSkill
+
+ACT = SkillDeclaration("act", "Act")
+
+
+def make_skills(node):
+    return {"act": InstantSkill(lambda inputs: success()), "turn": None}
+"""
+
+
+@pytest.mark.ros
+def test_skills_of_packages_join_ours(ros, tmp_path, monkeypatch, capfd):
+    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.wiring.skills_ros import make_skills
+
+    sources = {"good_pkg": SKILLS, "bad_pkg": "def make_skills(node):\n    raise ValueError('no voice')\n"}
+    for name, text in sources.items():
+        (tmp_path / f"{name}.py").write_text(text)
+        info = tmp_path / f"{name}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[florence_bt.skills]\n{name} = {name}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    try:
+        skills = make_skills(ros.add(FlorenceNode("package_skills")))
+    finally:
+        for name in sources:
+            sys.modules.pop(name, None)
+    assert skills["act"].start({}).poll().succeeded
+    assert skills["turn"] is not None
+    said = capfd.readouterr().err
+    assert "package bad_pkg: make_skills of bad_pkg failed: ValueError: no voice" in said
+    assert "package good_pkg: its skill 'turn' does not count: there is one of that name" in said

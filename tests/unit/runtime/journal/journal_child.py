@@ -1,0 +1,46 @@
+"""A process that runs missions as fast as it can and says what it has acknowledged, until it is killed."""
+
+import sys
+from pathlib import Path
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.runtime.events import EventKind
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import Journal
+from florence_bt.runtime.run import Policy, Request, RunIds
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.trees.loader import MissionLibrary
+
+
+def say(*words):
+    print(*words, flush=True)
+
+
+def main(folder: Path, mode: str) -> None:
+    clock = ManualClock()
+    work = SkillDeclaration("work", "Work")
+    library = MissionLibrary.load([folder], built_in=False)
+    journal = Journal(
+        folder / "runs", background=mode == "background", on_trouble=lambda text: say("trouble", text)
+    )
+    skills = {"work": ScriptedSkill(work, clock, [Step(after=1.0)])}
+    executor = Executor(library, skills, {"work": work}, clock, RunIds("K"), log=journal)
+
+    def told(run, event):
+        if event.kind in (EventKind.STARTED, EventKind.PAUSED, EventKind.ENDED):
+            say(event.kind.value, run.run_id)
+
+    executor.add_listener(told)
+    while True:
+        run = executor.trigger(Request("toil"))
+        say("accepted", run.run_id)
+        say("accepted", executor.trigger(Request("toil", policy=Policy.QUEUE)).run_id)
+        clock.advance(0.5)
+        executor.pause("a rest")
+        executor.resume()
+        clock.advance(60.0)
+        skills["work"].runs.clear()
+
+
+main(Path(sys.argv[1]), sys.argv[2])

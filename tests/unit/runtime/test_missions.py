@@ -1,0 +1,196 @@
+"""Mission files that are edited while the executor runs."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import pytest
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.missions import MissionFolders
+from florence_bt.runtime.run import Policy, Request, RunIds, RunStatus
+from florence_bt.testing.mocks import ScriptedSkill, Step
+
+SPEAK = SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})
+
+
+class Home:
+    """A folder of missions and an executor that looks at it."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.stamp = 1_000_000_000
+        self.write("greet", "speak: {text: hello}")
+        self.write("visit", "sequence:\n    - run: greet\n    - speak: {text: bye}")
+        self.clock = ManualClock()
+        self.speak = ScriptedSkill(SPEAK, self.clock, [Step(after=1.0)])
+        self.missions = MissionFolders.of([folder], {"speak": SPEAK}, built_in=False)
+        self.executor = Executor(
+            self.missions, {"speak": self.speak}, {"speak": SPEAK}, self.clock, RunIds("T")
+        )
+
+    def write(self, name, tree, *, inputs=""):
+        file = self.folder / f"{name}.yaml"
+        text = f"mission: {name}\ndescription: A test.\n{inputs}tree:\n  {tree}\n"
+        file.write_text(text)
+        self.touch(file)
+
+    def touch(self, file):
+        self.stamp += 1  # edits within one tick of the file system's clock count too
+        os.utime(file, ns=(self.stamp, self.stamp))
+
+    def run(self, mission="greet", **options):
+        run = self.executor.trigger(Request(mission, **options))
+        self.clock.advance(30.0)
+        return run
+
+    @property
+    def said(self):
+        return [call["text"] for call in self.speak.calls]
+
+
+@pytest.fixture
+def home(tmp_path):
+    return Home(tmp_path)
+
+
+def test_a_good_edit_counts_from_the_next_trigger_on(home):
+    home.run()
+    home.write("greet", "speak: {text: good morning}")
+    home.run("visit")
+    assert home.said == ["hello", "good morning", "bye"]
+
+
+def test_a_running_run_keeps_its_version(home):
+    run = home.executor.trigger(Request("visit"))
+    home.clock.advance(0.5)
+    home.write("visit", "speak: {text: never}")
+    home.executor.reload()
+    home.clock.advance(10.0)
+    assert run.status is RunStatus.SUCCEEDED and home.said == ["hello", "bye"]
+
+
+@pytest.mark.parametrize(
+    ("tree", "told"),
+    [
+        ("speek: {text: hello}", r"greet\.yaml:4:3: .*speek.*speak"),
+        ("speak: {text: hello", r"greet\.yaml:"),
+        ("speak: {}", "text"),
+        ("run: visit", "itself"),
+    ],
+)
+def test_a_broken_edit_keeps_the_version_of_before_and_says_so(home, tree, told):
+    home.write("greet", tree)
+    run = home.run()
+    assert run.status is RunStatus.SUCCEEDED and home.said == ["hello"]
+    assert "greet: its edit does not count, the version of before stays in force" in run.note
+    assert re.search(told, run.note), run.note
+    report = home.executor.reload()
+    assert not report.ok and "greet" in report.held and "stays in force" in report.text()
+    assert any("stays in force" in warning for warning in home.executor.warnings())
+    # The mission that calls it says so too; once the file is right again, nobody says anything.
+    assert home.executor.note_about("visit")
+    home.write("greet", "speak: {text: hi}")
+    assert home.run().note == "" and home.said[-1] == "hi"
+    assert home.executor.warnings() == []
+
+
+def test_an_edit_that_breaks_a_caller_does_not_count(home):
+    home.write("greet", "speak: {text: $name}", inputs="inputs:\n  name: {type: text}\n")
+    report = home.executor.reload()
+    assert "it breaks visit" in report.held["greet"]
+    assert home.run("visit").status is RunStatus.SUCCEEDED
+    assert home.said == ["hello", "bye"]
+    # With the caller edited to fit, both count.
+    home.write("visit", "sequence:\n    - run: greet\n      with: {name: Anna}")
+    report = home.executor.reload()
+    assert report.ok and set(report.changed) == {"greet", "visit"}
+    home.run("visit")
+    assert home.said[-1] == "Anna"
+
+
+def test_new_files_appear_and_deleted_ones_go(home):
+    home.write("sing", "speak: {text: la}")
+    assert home.run("sing").status is RunStatus.SUCCEEDED
+    (home.folder / "sing.yaml").unlink()
+    with pytest.raises(ConfigError, match="no mission 'sing'"):
+        home.executor.trigger(Request("sing"))
+
+
+def test_a_deleted_file_that_somebody_calls_stays_in_force(home):
+    (home.folder / "greet.yaml").unlink()
+    assert home.run("visit").status is RunStatus.SUCCEEDED and home.said == ["hello", "bye"]
+    assert "visit" in home.executor.reload().text() and "greet" in home.missions.held
+    (home.folder / "visit.yaml").unlink()
+    home.executor.reload()
+    with pytest.raises(ConfigError, match="no mission 'visit'"):
+        home.executor.trigger(Request("visit"))
+
+
+def test_a_new_file_with_errors_is_refused_and_disturbs_nobody(home):
+    home.write("wrong", "speek: {text: x}")
+    report = home.executor.reload()
+    assert not report.ok and "speek" in report.broken["wrong"]
+    with pytest.raises(ConfigError, match="speek"):
+        home.executor.trigger(Request("wrong"))
+    assert home.run().status is RunStatus.SUCCEEDED
+
+
+def test_a_queued_run_whose_mission_goes_meanwhile_fails_and_lets_the_next_one_start(home):
+    home.write("sing", "speak: {text: la}")
+    home.executor.trigger(Request("greet"))
+    gone = home.executor.trigger(Request("sing", policy=Policy.QUEUE))
+    after = home.executor.trigger(Request("greet", policy=Policy.QUEUE))
+    (home.folder / "sing.yaml").unlink()
+    home.executor.reload()
+    home.clock.advance(30.0)
+    assert (
+        gone.status is RunStatus.FAILED and gone.code == "bad_mission" and "no mission 'sing'" in gone.reason
+    )
+    assert after.status is RunStatus.SUCCEEDED
+
+
+def test_nothing_is_read_again_when_nothing_was_edited(home, monkeypatch):
+    home.run()
+    loads = []
+    monkeypatch.setattr(home.missions, "_load", lambda: loads.append(1))
+    home.run("visit")
+    assert home.executor.reload().text() == "nothing has changed" and not loads
+
+
+def test_an_edit_that_changes_only_the_inode_is_seen(home):
+    # As editors do: write beside, rename over; same size, same date.
+    file = home.folder / "greet.yaml"
+    date = file.stat().st_mtime_ns
+    beside = home.folder / "greet.tmp"
+    beside.write_text(file.read_text().replace("hello", "howdy"))
+    os.utime(beside, ns=(date, date))
+    beside.rename(file)
+    home.run()
+    assert home.said == ["howdy"]
+
+
+def test_the_version_is_that_of_the_texts_of_all_missions_concerned(home):
+    before = {name: home.missions.version_of(name) for name in ("greet", "visit")}
+    home.write("visit", "sequence:\n    - run: greet\n    - speak: {text: ciao}")
+    home.executor.reload()
+    assert home.missions.version_of("greet") == before["greet"]
+    assert home.missions.version_of("visit") != before["visit"]
+    between = home.missions.version_of("visit")
+    home.write("greet", "speak: {text: hey}")
+    home.executor.reload()
+    assert home.missions.version_of("visit") != between
+    again = MissionFolders.of([home.folder], {"speak": SPEAK}, built_in=False)
+    assert again.version_of("visit") == home.missions.version_of("visit")
+
+
+def test_a_folder_that_is_gone_changes_nothing_and_is_said(home):
+    home.folder.rename(home.folder.with_name("elsewhere"))
+    report = home.executor.reload()
+    assert home.run().status is RunStatus.SUCCEEDED
+    home.folder.with_name("elsewhere").rename(home.folder)
+    assert not report.ok

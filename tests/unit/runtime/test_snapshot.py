@@ -1,0 +1,162 @@
+"""A tree as plain data: ids, types, the path of the last tick, statistics, streams."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+
+import py_trees
+import pytest
+from py_trees.behaviours import Failure, Running, Success, TickCounter
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel, Selector, Sequence
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.runtime.snapshot import NodeType, detail_of, snapshot_of, statuses, type_of
+from florence_bt.runtime.streams import StreamParameters, checked_variables, keys_text, topic_of
+from florence_bt.runtime.tick_statistics import WINDOW, TickStatisticsWindow
+from florence_bt.runtime.variables import Activity, changes, lookup
+
+
+def tree() -> Selector:
+    return Selector(
+        "root",
+        False,
+        [
+            Sequence(
+                "steps", True, [Success("first"), TickCounter("second", 1, Status.SUCCESS), Success("third")]
+            ),
+            py_trees.decorators.Inverter("not", Failure("fails")),
+        ],
+    )
+
+
+def test_the_ids_describe_the_tree() -> None:
+    root = tree()
+    root.tick_once()
+    nodes = snapshot_of(root, {}, {})
+    by_id = {node.own_id: node for node in nodes}
+    assert [node.name for node in nodes] == [
+        "root",
+        "steps",
+        "first",
+        "second",
+        "third",
+        "not",
+        "fails",
+    ]
+    assert nodes[0].parent_id is None and len(by_id) == len(nodes)
+    for node in nodes:
+        for child in node.child_ids:
+            assert by_id[child].parent_id == node.own_id
+    assert by_id[nodes[0].tip_id].name == "second"  # type: ignore[index]
+    assert nodes[2].tip_id is None and by_id[nodes[1].current_child_id].name == "second"  # type: ignore[index]
+    assert [node.type for node in nodes] == [3, 2, 1, 1, 1, 6, 1]
+    assert [node.additional_detail for node in nodes[:3]] == ["", "WithMemory", ""]
+    assert [node.status for node in nodes] == [2, 2, 3, 2, 1, 1, 1]
+    assert nodes[1].class_name == "py_trees.composites.Sequence" and nodes[1].blackbox_level == 4
+
+
+def test_the_active_path_is_that_of_the_last_tick() -> None:
+    """First tick: first, second (running). Second tick: only second, because the sequence remembers."""
+    root = tree()
+    root.tick_once()
+    active = [node.name for node in snapshot_of(root, {}, {}) if node.is_active]
+    assert active == ["root", "steps", "first", "second"]
+    known = statuses(root)
+    root.tick_once()
+    active = [node.name for node in snapshot_of(root, {}, known) if node.is_active]
+    assert active == ["root", "steps", "second", "third"]
+    root.stop(Status.INVALID)
+    assert not any(node.is_active for node in snapshot_of(root, {}, {}))
+
+
+def test_what_a_stock_visitor_calls_visited_is_active_without_memory() -> None:
+    root = Selector(
+        "root", False, [Sequence("a", False, [Success("b"), Failure("c"), Success("d")]), Running("e")]
+    )
+    visitor = py_trees.visitors.SnapshotVisitor()
+    stock = py_trees.trees.BehaviourTree(root)
+    stock.visitors.append(visitor)
+    known: dict[object, Status] = {}
+    for _ in range(3):
+        stock.tick()
+        active = {node.own_id for node in snapshot_of(root, {}, known) if node.is_active}  # type: ignore[arg-type]
+        assert active == set(visitor.visited)
+        known = dict(statuses(root))
+
+
+def test_a_parallel_tells_its_policy() -> None:
+    children = [Success("a"), Success("b")]
+    parallel = Parallel("p", ParallelPolicy.SuccessOnSelected([children[1]]), children)
+    assert type_of(parallel) is NodeType.PARALLEL and detail_of(parallel) == "OnSelected(1)"
+    assert detail_of(Parallel("q", ParallelPolicy.SuccessOnAll(), [Success("c")])) == "OnAll"
+
+
+def test_statistics_of_the_last_ten_ticks() -> None:
+    window = TickStatisticsWindow()
+    assert window.as_of(0).stamp == 0.0
+    stamps = [1.0, 1.5, 2.5, 2.6, *(3.0 + i for i in range(10))]
+    durations = [0.01 * i for i in range(len(stamps))]
+    for stamp, duration in zip(stamps, durations, strict=True):
+        window.add(stamp, duration)
+    told = window.as_of(14)
+    intervals = [b - a for a, b in itertools.pairwise(stamps)][-WINDOW:]
+    assert (told.count, told.stamp, told.duration) == (14, 12.0, durations[-1])
+    assert told.duration_average == pytest.approx(statistics.fmean(durations[-WINDOW:]))
+    assert told.duration_variance == pytest.approx(statistics.variance(durations[-WINDOW:]))
+    assert told.interval == pytest.approx(1.0)
+    assert told.interval_average == pytest.approx(statistics.fmean(intervals))
+    assert told.interval_variance == pytest.approx(statistics.variance(intervals))
+
+
+def test_when_a_snapshot_is_due() -> None:
+    only_changes, every_tick, now_and_then = StreamParameters(), StreamParameters(0.0), StreamParameters(2.0)
+    assert only_changes.due(changed=True, since_last=0.0)
+    assert not only_changes.due(changed=False, since_last=1e9)
+    assert every_tick.due(changed=False, since_last=0.0)
+    assert not now_and_then.due(changed=False, since_last=1.9)
+    assert now_and_then.due(changed=False, since_last=1.97)
+    for period in (math.nan, -1.0):
+        with pytest.raises(ConfigError, match="inf for changes only"):
+            StreamParameters(period)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "topic"),
+    [
+        ("", "~/snapshot_streams/_snapshots_7"),
+        ("foo", "~/snapshot_streams/foo"),
+        ("~/foo", "~/foo"),
+        ("/bar/foo", "/bar/foo"),
+    ],
+)
+def test_names_of_streams(wanted: str, topic: str) -> None:
+    assert topic_of(wanted, 7, folder="snapshot_streams", automatic="_snapshots_") == topic
+
+
+def test_keys_as_text() -> None:
+    values = {"/room": "kitchen", "/user": Pose2(1.0, 2.0, 0.5)}
+    assert checked_variables(["room", "/room", "user.x"]) == ("/room", "/user.x")
+    assert lookup(values, "room") == "kitchen" and lookup(values, "/user.x") == "1"
+    assert lookup(values, "/user.z") == "-" and lookup(values, "/nobody") == "-"
+    told = keys_text(values, ["/room"], [Activity("/room", "get room", "WRITE", "study", "kitchen")])
+    assert told.splitlines() == [
+        "Blackboard Data",
+        "    /room : kitchen",
+        "Blackboard Activity Stream",
+        "    /room : WRITE study -> kitchen by get room",
+    ]
+    with pytest.raises(ConfigError, match="too many"):
+        checked_variables(["a"] * 2000)
+
+
+def test_changes_of_keys() -> None:
+    writer = Success("get room")
+    writer.status = Status.SUCCESS
+    before = {"/a": 1, "/b": 2, "/room": "hall"}
+    now = {"/a": 1.0, "/c": 3, "/room": "hall"}
+    found = [(i.key, i.kind, i.client) for i in changes(before, now, {"/c": [writer]})]
+    assert found == [("/a", "WRITE", ""), ("/b", "UNSET", ""), ("/c", "INITIALISED", "get room")]

@@ -1,0 +1,215 @@
+"""Our ticker against py_trees itself: the same calls in the same order, statuses, tips and messages."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+from collections.abc import Callable
+
+import py_trees
+import pytest
+from py_trees import behaviours, composites, decorators
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+from py_trees.visitors import VisitorBase
+
+from florence_bt.runtime.ticking import BehaviourTree, Ticker
+from tests.unit.runtime.ticking import random_trees
+
+CHUNK = 200
+
+
+@pytest.fixture(autouse=True)
+def restart_time(monkeypatch) -> Callable[[], None]:
+    """The time-out of py_trees reads the clock of the operating system; here each look takes a second."""
+
+    def restart() -> None:
+        monkeypatch.setattr(decorators.time, "monotonic", itertools.count().__next__)
+
+    return restart
+
+
+class Witness(VisitorBase):
+    """Writes down what it meets, with the status of the parent at that moment."""
+
+    def __init__(self, full: bool, seen: list) -> None:
+        super().__init__(full)
+        self.seen = seen
+
+    def initialise(self) -> None:
+        self.seen.append("initialise")
+
+    def run(self, behaviour: Behaviour) -> None:
+        parent = behaviour.parent
+        above = (parent.status, getattr(parent, "current_child", None)) if parent else None
+        self.seen.append(
+            (behaviour.name, behaviour.status, behaviour.feedback_message, str(above and above[0]))
+        )
+
+    def finalise(self) -> None:
+        self.seen.append("finalise")
+
+
+def watched(make_tree, seen: list):
+    """A tree whose visitors and handlers write down what they see."""
+
+    def make(root: Behaviour) -> py_trees.trees.BehaviourTree:
+        tree = make_tree(root)
+        tree.add_visitor(Witness(False, seen))
+        tree.add_visitor(Witness(True, seen))
+        tree.add_pre_tick_handler(lambda t: seen.append(("before", t.count)))
+        tree.add_post_tick_handler(lambda t: seen.append(("after", t.count, t.root.status)))
+        return tree
+
+    return make
+
+
+@pytest.mark.parametrize("first", range(0, 1200, CHUNK))
+def test_random_trees(first, restart_time):
+    for seed in range(first, first + CHUNK):
+        restart_time()
+        stock = random_trees.play(seed, py_trees.trees.BehaviourTree, depth=4)
+        restart_time()
+        assert random_trees.play(seed, BehaviourTree, depth=4) == stock, f"seed {seed}"
+
+
+@pytest.mark.parametrize("first", range(5000, 5400, CHUNK))
+def test_random_trees_with_leaves_that_answer_nonsense(first, restart_time, capsys):
+    for seed in range(first, first + CHUNK):
+        restart_time()
+        stock = random_trees.play(seed, py_trees.trees.BehaviourTree, odd=True)
+        complaints = capsys.readouterr().out
+        restart_time()
+        assert random_trees.play(seed, BehaviourTree, odd=True) == stock, f"seed {seed}"
+        assert capsys.readouterr().out == complaints
+
+
+def test_visitors_and_handlers_see_the_same_at_the_same_moment(restart_time):
+    for seed in range(7000, 7200):
+        stock_seen: list = []
+        seen: list = []
+        restart_time()
+        random_trees.play(seed, watched(py_trees.trees.BehaviourTree, stock_seen))
+        restart_time()
+        random_trees.play(seed, watched(BehaviourTree, seen))
+        assert seen == stock_seen, f"seed {seed}"
+
+
+def test_every_decorator_of_py_trees_is_among_them():
+    stock = {
+        cls
+        for _, cls in inspect.getmembers(decorators, inspect.isclass)
+        if issubclass(cls, decorators.Decorator) and cls is not decorators.Decorator
+    }
+    script = random_trees.Script(1)
+    made = [make(script, behaviours.Running("leaf")) for make in random_trees.DECORATORS]
+    assert stock <= {type(node) for node in made}
+    # None of them, nor any composite, is left to py_trees' slow way.
+    from florence_bt.runtime.ticking import _dispatch
+    from florence_bt.runtime.ticking._leaves import make_unknown
+
+    known = set(_dispatch.KNOWN_WAYS)
+    assert all((cls.tick, cls.stop) in known for cls in stock)
+    assert make_unknown not in _dispatch.KNOWN_WAYS.values()
+
+
+def test_debug_logging_of_py_trees_says_what_py_trees_says(monkeypatch, capsys):
+    def tree() -> Behaviour:
+        return composites.Sequence("root", True, [behaviours.Success("a"), behaviours.Running("b")])
+
+    monkeypatch.setattr(py_trees.logging, "level", py_trees.logging.Level.DEBUG)
+    stock = tree()
+    stock.tick_once()
+    said = capsys.readouterr().out
+    assert "Sequence.tick()" in said
+    ticker = Ticker(tree(), record=True)
+    ticker.tick()
+    assert capsys.readouterr().out == said
+    assert [(node.name, old, new) for node, old, new in ticker.changes] == [
+        ("a", Status.INVALID, Status.SUCCESS),
+        ("b", Status.INVALID, Status.RUNNING),
+        ("root", Status.INVALID, Status.RUNNING),
+    ]
+
+
+def test_an_exception_comes_through_and_leaves_the_same_statuses():
+    class Broken(Behaviour):
+        def update(self) -> Status:
+            raise RuntimeError("a bug")
+
+    def tree() -> Behaviour:
+        inner = composites.Sequence(
+            "inner", False, [behaviours.Success("a"), Broken("b"), behaviours.Success("c")]
+        )
+        return composites.Parallel("root", ParallelPolicy.SuccessOnAll(), [behaviours.Running("r"), inner])
+
+    stock, ours = tree(), tree()
+    with pytest.raises(RuntimeError, match="a bug"):
+        stock.tick_once()
+    with pytest.raises(RuntimeError, match="a bug"):
+        Ticker(ours).tick()
+    assert random_trees.state_of(ours) == random_trees.state_of(stock)
+
+
+def test_the_same_errors_for_a_policy_that_cannot_work():
+    stranger = behaviours.Success("stranger")
+    policies = [ParallelPolicy.SuccessOnSelected([stranger]), ParallelPolicy.SuccessOnSelected([])]
+    for policy in (*policies, ParallelPolicy.Base()):
+        messages = []
+        for make in (lambda root: root.tick_once, lambda root: Ticker(root).tick):
+            tick = make(composites.Parallel("root", policy, [behaviours.Success("a")]))
+            with pytest.raises(RuntimeError) as caught:
+                tick()
+            messages.append(str(caught.value))
+        assert messages[0] == messages[1]
+
+
+def test_a_method_that_is_replaced_on_one_node_is_respected():
+    leaf = behaviours.Success("leaf")
+    leaf.update = lambda: Status.FAILURE
+    own = behaviours.Success("own tick")
+    ticked = []
+
+    def tick():
+        ticked.append(own.name)
+        own.status = Status.SUCCESS
+        yield own
+
+    own.tick = tick
+    root = composites.Selector("root", False, [leaf, own])
+    assert Ticker(root).tick() is Status.SUCCESS
+    assert leaf.status is Status.FAILURE and ticked == ["own tick"]
+
+
+def test_nodes_with_an_equality_of_their_own_are_told_apart():
+    class Alike(Behaviour):
+        def __init__(self, name: str, answer: Status) -> None:
+            super().__init__(name)
+            self.answer = answer
+
+        def __eq__(self, other: object) -> bool:
+            return isinstance(other, Alike)
+
+        def update(self) -> Status:
+            return self.answer
+
+    root = composites.Parallel(
+        "root",
+        ParallelPolicy.SuccessOnOne(),
+        [Alike("a", Status.RUNNING), Alike("b", Status.SUCCESS)],
+    )
+    ticker = Ticker(root, record=True)
+    assert ticker.tick() is Status.SUCCESS
+    assert [child.status for child in root.children] == [Status.INVALID, Status.SUCCESS]
+
+
+@pytest.mark.parametrize("depth", [150, 5000])
+def test_very_deep_trees(depth):
+    node: Behaviour = behaviours.Running("leaf")
+    for level in range(depth):
+        node = composites.Sequence(f"level {level}", False, [node])
+    ticker = Ticker(node, record=True)
+    assert ticker.tick() is Status.RUNNING and len(ticker.changes) == depth + 1
+    assert ticker.tick() is Status.RUNNING and not ticker.changes
+    ticker.stop()
+    assert node.status is Status.INVALID and len(ticker.changes) == depth + 1

@@ -1,0 +1,106 @@
+"""The record of changes: following it gives the status of every node after every tick."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from py_trees import behaviours, composites, decorators
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from florence_bt.runtime.ticking import Ticker
+from tests.unit.runtime.ticking import random_reactive, random_trees
+
+
+class Follower:
+    """Ticks with a recording ticker and keeps the statuses by the record alone."""
+
+    def __init__(self, root: Behaviour, incremental: bool) -> None:
+        self.root = root
+        self.ticker = Ticker(root, record=True, incremental=incremental)
+        self.known = {node: node.status for node in root.iterate()}
+
+    def tick(self) -> None:
+        self.ticker.tick()
+        self.follow()
+
+    def follow(self) -> None:
+        for node, old, new in self.ticker.changes:
+            assert old is not new
+            assert self.known.get(node, Status.INVALID) is old, node.name
+            self.known[node] = new
+        for node in self.root.iterate():
+            assert self.known.get(node, Status.INVALID) is node.status, node.name
+
+
+@pytest.mark.parametrize("incremental", [False, True])
+def test_random_trees_with_nodes_of_every_kind(incremental, monkeypatch):
+    for seed in range(200):
+        monkeypatch.setattr(decorators.time, "monotonic", itertools.count().__next__)
+        random_trees.blackboard.Blackboard.clear()
+        script = random_reactive.ReactiveScript(seed, quiet=False)
+        follower = Follower(script.tree(3), incremental)
+        for _ in range(15):
+            follower.tick()
+            script.clock.advance(0.3)
+            script.keys.write(script.random.choice(random_reactive.KEYS), script.random.randrange(4))
+            for job in script.jobs[::2]:
+                job.finish(script.random.choice(random_trees.ENDS))
+            if script.random.random() < 0.1:
+                follower.ticker.stop()
+                follower.follow()
+
+
+def test_changes_come_in_their_order_and_only_for_one_tick():
+    # tick 1: a SUCCESS, b RUNNING. tick 2: nothing. tick 3: b SUCCESS, the root too. tick 4: all anew.
+    counter = behaviours.TickCounter("b", 2, Status.SUCCESS)
+    root = composites.Sequence("root", True, [behaviours.Success("a"), counter])
+    ticker = Ticker(root, record=True)
+
+    def told() -> list[tuple[str, str, str]]:
+        ticker.tick()
+        return [(node.name, old.name, new.name) for node, old, new in ticker.changes]
+
+    assert told() == [
+        ("a", "INVALID", "SUCCESS"),
+        ("b", "INVALID", "RUNNING"),
+        ("root", "INVALID", "RUNNING"),
+    ]
+    assert told() == []
+    assert told() == [("b", "RUNNING", "SUCCESS"), ("root", "RUNNING", "SUCCESS")]
+    assert told() == [
+        ("a", "SUCCESS", "INVALID"),
+        ("b", "SUCCESS", "INVALID"),
+        ("a", "INVALID", "SUCCESS"),
+        ("b", "INVALID", "RUNNING"),
+        ("root", "SUCCESS", "RUNNING"),
+    ]
+
+
+def test_the_record_is_a_sequence():
+    root = composites.Sequence("root", True, [behaviours.Success("a"), behaviours.Running("b")])
+    ticker = Ticker(root, record=True)
+    ticker.tick()
+    changes = ticker.changes
+    assert len(changes) == 3 and changes[-1] == (root, Status.INVALID, Status.RUNNING)
+    assert changes[:1] == [(root.children[0], Status.INVALID, Status.SUCCESS)] == list(changes)[:1]
+    with pytest.raises(IndexError):
+        changes[3]
+    kept = iter(changes)
+    ticker.tick()
+    assert len(changes) == 0 and len(list(kept)) == 3
+    plain = Ticker(root)
+    plain.stop()
+    assert not plain.changes
+
+
+def test_a_tree_that_changes_for_ever_does_not_fill_the_ticker():
+    root = composites.Sequence("root", False, [behaviours.Success("first")])
+    ticker = Ticker(root, record=True, incremental=True)
+    for n in range(1000):
+        root.insert_child(behaviours.Success(f"new {n}"), 1)
+        ticker.rebuild()
+        ticker.tick()
+        root.remove_child(root.children[1])
+    assert len(ticker._table.records) == 3

@@ -1,0 +1,59 @@
+"""The JSON Schema of scenario files: good files fit it, broken ones do not."""
+
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from florence_bt.core.plain_yaml import parse_source, read_source
+from florence_bt.testing.known import all_declarations
+from florence_bt.testing.scenario_schema import scenario_schema
+from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.schema import as_data
+
+FILES = sorted((Path(__file__).parents[3] / "scenarios").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def validator():
+    schema = scenario_schema(MissionLibrary.load(), all_declarations())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_our_own_scenarios_fit(validator, file):
+    assert list(validator.iter_errors(as_data(read_source(file)))) == []
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        "{name: x, then: {statsu: FAILED}}",
+        "{name: x, then: {status: DONE}}",
+        "{name: x, then: {}}",
+        "{name: x}",
+        "{then: {status: FAILED}}",
+        "{name: x, whne: [], then: {code: ok}}",
+        "{name: x, when: [stopp], then: {code: ok}}",
+        "{name: x, when: [{stop: x, advance: 3 s}], then: {code: ok}}",
+        "{name: x, when: [{advance: 3}], then: {code: ok}}",
+        "{name: x, when: [{until: y, is: DONE}], then: {code: ok}}",
+        "{name: x, given: {skill: {}}, then: {code: ok}}",
+        "{name: x, given: {skills: {turn: {sucess: }}}, then: {code: ok}}",
+        "{name: x, given: {skills: {turn: {success: , failure: }}}, then: {code: ok}}",
+        "{name: x, given: {skills: {turn: []}}, then: {code: ok}}",
+        "{name: x, then: {duration: 3 apples}}",
+        "{name: x, then: {called: {turn: -1}}}",
+        "{name: x, given: {policy: maybe}, then: {code: ok}}",
+    ],
+)
+def test_broken_scenarios_do_not(validator, scenario):
+    text = f"mission: goto_room\nscenarios:\n  - {scenario}\n"
+    assert list(validator.iter_errors(as_data(parse_source(text.encode(), Path("x")))))
+
+
+def test_the_schema_knows_skills_and_missions(validator):
+    schema = validator.schema["$defs"]
+    assert "no_user_seen" in schema["skills"]["properties"]["look_for_user"]["description"]
+    assert "goto_user" in [item.get("const") for item in schema["mission"]["anyOf"]]

@@ -1,0 +1,37 @@
+"""docs/checking.md is true: every example is said to be what the comment in front of it says."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from florence_bt.skills.locate.hotspots import load_hotspots
+from florence_bt.trees._lint_structure import MAX_NODES, MAX_TREE_DEPTH
+from florence_bt.trees.declarations import collect_declarations
+from florence_bt.trees.findings import MAX_FINDINGS
+from florence_bt.trees.lint import check
+from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.source import MAX_BYTES, MAX_DEPTH, MAX_PARTS, MAX_TEXT
+
+ROOT = Path(__file__).parents[3]
+TEXT = (ROOT / "docs" / "checking.md").read_text()
+BLOCKS = re.findall(r"```yaml bad\n# (.*?)\n(.*?)```", TEXT, re.DOTALL)
+
+
+@pytest.mark.parametrize(("says", "example"), BLOCKS, ids=[says for says, _ in BLOCKS])
+def test_every_finding_in_the_document(says, example, tmp_path):
+    if not example.startswith("mission:"):
+        example = "mission: example\ntree:\n" + "".join(f"  {line}\n" for line in example.splitlines())
+    (tmp_path / "example.yaml").write_text(example)
+    library = MissionLibrary.load([tmp_path])
+    labels = load_hotspots(ROOT / "hotspots" / "flat.yaml").labels()
+    findings = check(library.get("example"), library, collect_declarations(), labels)
+    assert any(f"{f.severity}: {f.message}".find(says) >= 0 for f in findings), findings
+    # Nothing but what the example is there for.
+    serious = [f for f in findings if f.severity == "error"]
+    assert len(serious) <= 1, findings
+
+
+def test_the_limits_in_the_document():
+    for limit in (MAX_BYTES, MAX_PARTS, MAX_DEPTH, MAX_TEXT, MAX_FINDINGS, MAX_NODES, MAX_TREE_DEPTH):
+        assert re.search(rf"\b{limit:,}\b", TEXT), limit

@@ -1,0 +1,92 @@
+"""Files of declared skills: what they say comes back, and what is wrong with them is told."""
+
+import pytest
+
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.btcpp.written import write_yaml
+from florence_bt.trees.declarations import collect_declarations
+from florence_bt.trees.declared_skills import is_skills_file, read_skills_file, skills_document
+from florence_bt.trees.lint import check
+from florence_bt.trees.loader import MissionLibrary
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text, name="mine.skills.yaml"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_declarations_come_back(written):
+    skill = SkillDeclaration(
+        "grab",
+        "Grab: a thing.",
+        {"force": Port(Kind.NUMBER, "how hard", 0.5, 0.0, 1.0), "what": Port(Kind.TEXT, "", "")},
+        {"weight": Port(Kind.NUMBER, "in kilograms")},
+        {"slipped": "it fell"},
+        frozenset({"arm", "base"}),
+        12.5,
+        True,
+    )
+    read = read_skills_file(written(write_yaml(skills_document([skill, SkillDeclaration("wave", "")]))))
+    assert read.findings == ()
+    assert read.declarations == {"grab": skill, "wave": SkillDeclaration("wave", "")}
+
+
+def test_our_own_skills_come_back_as_far_as_a_file_can_say(written):
+    own = collect_declarations()
+    read = read_skills_file(written(write_yaml(skills_document(own.values()))))
+    assert read.findings == () and list(read.declarations) == list(own)
+    for name, skill in own.items():
+        assert set(read.declarations[name].inputs) == set(skill.inputs)
+        assert read.declarations[name].resources == skill.resources
+
+
+def test_what_is_wrong_is_told(written):
+    path = written(
+        "skils: 1\nskills:\n  Grab: {}\n  wait: {}\n  grab:\n    sumary: x\n    deadline: soon\n"
+        "    instant: maybe\n    inputs: {a: {type: lenght}}\n  wave: {deadline: 0 s}\n"
+    )
+    found = [f"{f.line}:{f.column} {f.message}" for f in read_skills_file(path).findings]
+    assert len(found) == 8
+    for text in (
+        "1:1 unknown key of a file of skills 'skils'",
+        "4:3 a skill cannot be called 'wait'",
+        "unknown key of the skill 'grab' 'sumary'",
+    ):
+        assert any(text in line for line in found), found
+    assert set(read_skills_file(path).declarations) == {"grab", "wave"}
+    for text in ("[]", "skills: []", "mission: x"):
+        assert read_skills_file(written(text)).findings
+    with pytest.raises(ConfigError, match="not YAML"):
+        read_skills_file(written("skills: {"))
+
+
+def test_the_library_reads_them_and_the_check_says_which_are_lacking(written, tmp_path):
+    written("skills: {grab: {inputs: {what: {type: text}}}, turn: {}}")
+    written(
+        "mission: m\ntree: {sequence: [{grab: {what: cup}}, {grab: {what: jar}}, {turn: {angle: 1 rad}}]}\n",
+        "m.yaml",
+    )
+    assert is_skills_file(tmp_path / "mine.skills.yaml") and not is_skills_file(tmp_path / "skills.yaml")
+    library = MissionLibrary.load([tmp_path], built_in=False)
+    assert library.names() == ["m"] and library.findings == []
+    found = check(library.missions(), library, collect_declarations())
+    assert [(f.severity, f.line, f.message) for f in found] == [
+        ("warning", 2, "the skill 'grab' is declared but not implemented on this robot (no_skill)")
+    ]
+    alone = MissionLibrary()
+    alone.add_file(tmp_path / "m.yaml")
+    assert set(alone.declarations) == {"grab", "turn"}
+
+
+def test_a_broken_file_of_skills_does_not_take_the_missions_away(written, tmp_path):
+    written("skills: {")
+    written("mission: m\ntree: {wait: 1 s}\n", "m.yaml")
+    library = MissionLibrary.load([tmp_path], built_in=False)
+    assert library.names() == ["m"]
+    assert [f.file for f in library.findings] == [str(tmp_path / "mine.skills.yaml")]

@@ -1,0 +1,170 @@
+"""Files that would hurt: each is refused with a clear message, within a second and within bounded memory.
+
+One child process with a limit on its memory checks them all, as ``florence check`` does; what it used is
+measured in processor time, so that a busy machine changes nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+MEMORY = 400_000_000
+"""Bytes of address space that the child may have; Python with the checks takes about 100 MB."""
+SECONDS = 1.0
+
+HEAD = "mission: {name}\ndescription: A hostile file.\ntree:\n"
+
+
+def leaves(count: int, leaf: str) -> str:
+    return HEAD + "  sequence:\n" + f"    - {leaf}\n" * count
+
+
+def billion_laughs() -> str:
+    rows = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    rows += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 12)]
+    return "\n".join(rows) + "\n"
+
+
+HOSTILE: dict[str, tuple[str | bytes, str]] = {
+    # name -> (content, part of the message)
+    "bomb": (billion_laughs(), "anchors and aliases are not allowed"),
+    "self": ("a: &a [*a]\n", "anchors and aliases are not allowed"),
+    "merge": ("a: {b: 1}\nc: {<<: {b: 2}}\n", "merges (<<) are not allowed"),
+    "tag": ("tree: !!python/object/apply:os.system ['touch /tmp/pwned']\n", "the tag"),
+    "tag2": ("tree: !!python/name:os.system\n", "the tag"),
+    "flow": ("[" * 10_000 + "]" * 10_000, "nested more than 100 deep"),
+    "flow_maps": ("{a: " * 10_000 + "}" * 10_000, "nested more than 100 deep"),
+    "block": ("".join(" " * n + "a:\n" for n in range(1300)), "nested more than 100 deep"),
+    "dashes": ("- " * 400_000, "nested more than 100 deep"),
+    "questions": ("? " * 400_000, "nested more than 100 deep"),
+    "invert": (HEAD + "  " + "{invert: " * 5000 + "{wait: 1 s}" + "}" * 5000, "nested more than 100 deep"),
+    "nodes": (leaves(70_000, "wait: 1"), "more than 60000 keys and values"),
+    "flow_list": ("[" + "a," * 450_000 + "a]", "more than 60000 keys and values"),
+    "skills": (leaves(19_900, "fly_away:"), "there is no skill"),
+    "calls": (leaves(19_900, "run: nowhere"), "there is no mission 'nowhere'"),
+    "modifiers": (leaves(11_900, "becaus: x\n      wait: 1 s"), "unknown modifier"),
+    "many_keys": (
+        HEAD + "  set:\n" + "".join(f"    k{n}: 1\n" for n in range(29_900)),
+        "nothing reads the key",
+    ),
+    "many_inputs": (
+        "mission: {name}\ninputs:\n" + "".join(f"  i{n}: {{type: txt}}\n" for n in range(14_900)),
+        "txt",
+    ),
+    "sections": (
+        "mission: sections\n" + "".join(f"inpts{n}: 1\n" for n in range(29_000)),
+        "unknown key of a mission",
+    ),
+    "close_names": (leaves(11_900, "turn: {angel: 5}"), "turn has no input 'angel'"),
+    "codes": (leaves(8_500, "{fail: x, because: {flyin: y}}"), "cannot fail with 'flyin'"),
+    "tall": (HEAD + "  " + "{invert: " * 99 + "{wait: 1 s}" + "}" * 99, "nested more than"),
+    "tall_enough": (HEAD + "  " + "{invert: " * 97 + "{wait: 1}" + "}" * 97, "a duration needs a unit"),
+    "twins": (HEAD + "  set: {" + "a: 1, " * 100_000 + "}\n", "the key 'a' stands here twice"),
+    "scalar": (HEAD + "  fail: " + "x" * 900_000 + "\n", "at most 10000 are read"),
+    "key": (HEAD + "  " + "x" * 900_000 + ": 1\n", "at most 10000 are read"),
+    "number": (HEAD + "  wait: " + "1" * 9000 + " x y\n", "a duration is needed"),
+    "numbers": (leaves(80, "wait: " + "1" * 9000 + " x y"), "a duration is needed"),
+    "dollars": (leaves(80, "fail: " + "$a" * 4500), "no node writes a key"),
+    "expression": (HEAD + "  condition: " + "(" * 4000 + "1" + ")" * 4000 + "\n", "expression"),
+    "expressions": (leaves(90, "condition: " + "1 + " * 2400 + "1 > 2"), "expression"),
+    "nots": (HEAD + "  condition: " + "not " * 2000 + "true\n", "expression"),
+    "lines": ("\n" * 999_000, "the file is empty"),
+    "comments": ("#\n" * 499_000, "the file is empty"),
+    "open_quote": (HEAD + '  fail: "' + "a\n   " * 150_000, "not YAML"),
+    "loops": (
+        HEAD
+        + "  "
+        + "".join(f"{{retry: 2, attempt: a{n}, do: {{repeat: 3, do: " for n in range(20))
+        + "{sequence: [{fail: $a1}, {wait: 1 s}]}"
+        + "}}" * 20,
+        "there is never a second round",
+    ),
+    "documents": ("a: 1\n" + "---\na: 1\n" * 90_000, "a second document"),
+    "utf16": (HEAD.encode("utf-16"), "UTF-16"),
+    "latin1": (HEAD.encode() + "  fail: f\xfcr\n".encode("latin-1"), "byte 0xfc is not UTF-8"),
+    "nul": (HEAD.encode() + b"  fail: a\x00b\n", "the character U+0000 is not allowed"),
+    "escape": (HEAD.encode() + b"  fail: a\x1b[31mb\n", "the character U+001B is not allowed"),
+    "separator": (HEAD + "  fail: a\u2028b\n", "the character U+2028 is not allowed"),
+    "tabs": (HEAD + "\tfail: x\n", "a tab in the indentation"),
+    "empty": ("", "the file is empty"),
+    "null": ("~\n", "the file is empty"),
+    "word": ("hello\n", "a mission file must be a table"),
+    "list": ("- a\n", "a mission file must be a table"),
+}
+
+PROGRAM = """
+import json, resource, sys, time
+from pathlib import Path
+limit = int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+from florence_bt.wiring.checking import CheckOptions, check_files
+for file in sys.argv[2:]:
+    begin = time.process_time()
+    report, errors = check_files([Path(file)])
+    used = time.process_time() - begin
+    print(json.dumps([Path(file).stem, errors, used, len(report), report[:600]]), flush=True)
+print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))
+"""
+
+
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hostile")
+    files = []
+    for name, (content, _) in HOSTILE.items():
+        file = folder / f"{name}.yaml"
+        data = content.encode() if isinstance(content, str) else content
+        file.write_bytes(data.replace(b"{name}", name.encode()))
+        files.append(file)
+    huge = folder / "huge.yaml"
+    with huge.open("wb") as stream:
+        stream.truncate(100_000_000)
+    os.mkfifo(folder / "pipe.yaml")
+    (folder / "folder.yaml").mkdir()
+    (folder / "folder.yaml" / "inside.yaml").write_text("- a\n")
+    (folder / "device.yaml").symlink_to("/dev/zero")
+    files += [huge, folder / "pipe.yaml", folder / "device.yaml", folder / "folder.yaml"]
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(MEMORY), *map(str, files)],
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    return {line[0]: line[1:] for line in lines[:-1]} | {"peak": lines[-1]}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_file_is_refused_soon_and_clearly(checked, name):
+    errors, used, length, report = checked[name]
+    assert HOSTILE[name][1] in report, report
+    assert errors or "warning" in report
+    assert used < SECONDS, f"{used:.2f} s"
+    assert length < 400_000
+    assert "Traceback" not in report and "RecursionError" not in report
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("huge", "more than 1000000 bytes"),
+        ("pipe", "it is a pipe"),
+        ("device", "it is a device"),
+        ("folder", "a mission file must be a table"),
+    ],
+)
+def test_what_is_no_file_is_refused(checked, name, problem):
+    errors, used, _, report = checked[name]
+    assert errors and problem in report
+    assert used < SECONDS
+
+
+def test_all_together_stay_within_the_memory(checked):
+    assert checked["peak"] * 1024 < MEMORY
+    print(f"peak {checked['peak'] // 1024} MB")

@@ -1,0 +1,206 @@
+"""What can never happen is said: nodes never reached, retries without effect, missions without end."""
+
+import pytest
+
+from florence_bt.trees.lint import check
+
+TURN = "{turn: {angle: 5 deg}}"
+
+
+def place_of(tree, at):
+    """The line and column at which a text stands for the last time."""
+    line = f"tree: {tree.replace('TURN', TURN)}"
+    return f"2:{line.rindex(at) + 1}"
+
+
+def only(workshop, tree, text):
+    """The findings of a tree whose lines hold a text."""
+    return [line for line in workshop.lines(f"tree: {tree}\n") if text in line]
+
+
+@pytest.mark.parametrize(
+    ("tree", "at", "problem"),
+    [
+        (
+            "{sequence: [{fail: x}, {wait: 1 s}]}",
+            "wait",
+            "'wait 1 s' is never reached: 'fail' before it never",
+        ),
+        ("{sequence: [{invert: {wait: 1 s}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        ("{sequence: [{force: failure, do: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        ("{sequence: [{condition: 1 > 2}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        ("{sequence: [{retry: 3, do: {fail: x}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        (
+            "{sequence: [{selector: [{fail: x}, {fail: y}]}, {wait: 2 s}]}",
+            "wait",
+            "'wait 2 s' is never reached",
+        ),
+        ("{sequence: [{parallel: [{fail: x}, TURN]}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        ("{sequence: [{run: hopeless}, {wait: 2 s}]}", "wait", "'wait 2 s' is never reached"),
+        (
+            "{selector: [{wait: 1 s}, TURN]}",
+            "turn",
+            "'turn' is never tried: 'wait 1 s' before it never fails",
+        ),
+        ("{selector: [{succeed: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
+        ("{selector: [{force: success, do: TURN}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
+        ("{selector: [{set: {a: 1}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
+        ("{selector: [{run: sure}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
+        ("{selector: [{invert: {fail: x}}, {wait: 2 s}]}", "wait", "'wait 2 s' is never tried"),
+        ("{if: 1 < 2, then: TURN, else: {wait: 2 s}}", "wait", "'wait 2 s' is never reached: '1 < 2' always"),
+        (
+            "{if: false, then: TURN, else: {wait: 2 s}}",
+            "turn",
+            "'turn' is never reached: 'false' never holds",
+        ),
+        ("{if: {wait: 1 s}, then: TURN, else: {wait: 2 s}}", "wait", "'wait 1 s' always holds"),
+        ("{if: {fail: x}, then: TURN}", "turn", "'turn' is never reached: 'fail' never holds"),
+        ("{retry: 3, do: {wait: 1 s}}", "retry", "the retry has no effect: 'wait 1 s' never fails"),
+        ("{retry: 3, do: {succeed: TURN}}", "retry", "the retry has no effect: 'try turn' never fails"),
+        ("{retry: 3, do: {run: sure}}", "retry", "the retry has no effect: 'run sure' never fails"),
+        ("{retry: 3, do: {once: TURN}}", "retry", "keeps its first result"),
+        ("{retry: 3, on: [no_path], do: TURN}", "no_path", "what is retried cannot fail with 'no_path'"),
+        (
+            "{sequence: [{switch: $b, cases: {true: TURN, false: TURN}, default: {wait: 1 s}}]}",
+            "wait",
+            "the default is never reached",
+        ),
+    ],
+)
+def test_errors(workshop, tree, at, problem):
+    workshop.write("tree: {fail: x}\n", "hopeless")
+    workshop.write("tree: {sequence: [{wait: 1 s}, {set: {a: 1}}]}\n", "sure")
+    head = "inputs: {b: {type: boolean}}\n"
+    found = workshop.lines(f"tree: {tree.replace('TURN', TURN)}\n" + head)
+    (line,) = [line for line in found if problem in line]
+    assert line.startswith(f"{place_of(tree, at)} error ")
+
+
+@pytest.mark.parametrize(
+    ("tree", "at", "problem"),
+    [
+        ("{if: true, then: TURN}", "true", "if: 'true' always holds"),
+        ("{wait: 1 s, when: 1 > 2}", "1 > 2", "when: '1 > 2' never holds"),
+        ("{wait: 1 s, unless: 1 m > 50 cm}", "1 m >", "unless: '1 m > 50 cm' always holds"),
+        ("{wait: 1 s, while: true or $x}", "true or", "while: 'true or $x' always holds"),
+        ("{repeat: 3, do: {fail: x}}", "repeat", "there is never a second round"),
+        ("{repeat: 3, do: {once: TURN}}", "repeat", "the repeat has no effect"),
+        ("{repeat: 3, do: {cooldown: 5 s, do: TURN}}", "repeat", "fails at once with 'cooling_down'"),
+        ("{wait: 1 s, finally: {fail: x}}", "fail", "finally: 'fail' never succeeds"),
+        ("{parallel: [{fail: x}, TURN]}", "fail", "the parallel never succeeds, because 'fail' never does"),
+        ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and begins again"),
+        ("{sequence: [{wait: 2 s}, TURN], memory: false}", "wait", "'wait 2 s' takes time and begins again"),
+        ("{fail: x, because: {no_path: y}}", "{no_path", "because: 'fail' cannot fail with 'no_path'"),
+    ],
+)
+def test_warnings(workshop, tree, at, problem):
+    found = workshop.lines(f"tree: {tree.replace('TURN', TURN)}\n")
+    (line,) = [line for line in found if problem in line]
+    assert line.startswith(f"{place_of(tree, at)} warning ")
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        "{sequence: [TURN, {fail: x}]}",
+        "{sequence: [{once: TURN}, {condition: $b}, TURN], memory: false}",
+        "{selector: [TURN, {wait: 1 s}]}",
+        "{sequence: [{succeed: {fail: x}}, {wait: 1 s}]}",
+        "{sequence: [{fail: x, when: $b}, {wait: 1 s}]}",  # skipped counts as success here
+        "{selector: [{wait: 1 s, when: $b}, {wait: 2 s}]}",  # and as failure here
+        "{selector: [{delay: 1 s, do: {wait: 1 s, unless: $b}}, {wait: 2 s}]}",
+        "{selector: [{wait: 1 s, while: $b}, {wait: 2 s}]}",
+        "{selector: [{wait: $d}, {wait: 2 s}]}",  # nothing says that d is not below zero
+        "{selector: [{timeout: 1 s, do: {wait: 2 s}}, {wait: 2 s}]}",
+        "{selector: [{cooldown: 1 s, do: {wait: 2 s}}, {wait: 2 s}]}",
+        "{selector: [{if: $b, then: TURN}, {wait: 2 s}]}",
+        "{selector: [{condition: $b}, {wait: 2 s}]}",
+        "{selector: [{switch: $b, cases: {true: {wait: 1 s}}}, {wait: 2 s}]}",
+        "{sequence: [{parallel: [{fail: x}, TURN], policy: any}, {wait: 2 s}]}",
+        "{sequence: [{parallel: [{fail: x}, TURN], policy: {succeed: 1}}, {wait: 2 s}]}",
+        "{retry: 3, do: {parallel: [TURN, {wait: 1 s}]}}",
+        "{retry: 3, on: [inverted], do: {invert: TURN}}",
+        "{retry: 3, on: [forced, blocked], do: {force: failure, do: TURN}}",
+        "{retry: 3, on: [guard_failed], do: {wait: 1 s, while: $b}}",
+        "{retry: 3, on: [no_case], do: {switch: $b, cases: {true: TURN}}}",
+        "{retry: 3, on: [not_so], do: {condition: $b}}",
+        "{retry: 3, on: [skipped], do: {selector: [TURN, {wait: 1 s, when: $b}]}}",
+    ],
+)
+def test_what_can_happen_is_not_said_to_be_impossible(workshop, tree):
+    head = "inputs: {b: {type: boolean}, d: {type: duration}}\n"
+    found = workshop.lines(f"tree: {tree.replace('TURN', TURN)}\n" + head)
+    assert [line for line in found if "reads" not in line] == []
+
+
+def test_a_skill_that_does_not_exist_brings_no_claims_about_its_ends(workshop):
+    tree = "{sequence: [{retry: 2, on: [odd], do: {sing: }}, {run: nowhere, because: {odd: x}}]}"
+    found = workshop.lines(f"tree: {tree}\n")
+    assert ["there is no" in line for line in found] == [True, True]
+
+
+def test_a_chain_of_a_thousand_missions_and_a_tree_that_doubles_itself(workshop):
+    for number in range(1000):
+        workshop.write(f"tree: {{run: c{number + 1}}}\n", f"c{number}")
+    workshop.write("tree: {wait: 1 s}\n", "c1000")
+    for number in range(60):
+        run = f"{{run: d{number + 1}}}"
+        workshop.write(f"tree: {{sequence: [{run}, {run}]}}\n", f"d{number}")
+    workshop.write("tree: {wait: 1 s}\n", "d60")
+    library = workshop.library()
+    (deep,) = check(library.get("c0"), library, workshop.declarations)
+    assert "1001 nodes stand one above the other" in deep.message
+    (wide,) = check(library.get("d0"), library, workshop.declarations)
+    assert "the mission has more than a billion nodes" in wide.message
+    assert check(library.get("d50"), library, workshop.declarations) == []
+    assert len(check(library, library, workshop.declarations)) > 100
+
+
+def test_resources_are_found_wherever_they_are(workshop):
+    workshop.write(f"tree: {TURN}\n", "turns")
+    workshop.write("tree: {sequence: [{wait: 1 s}, {run: turns}]}\n", "calls")
+    uses = [
+        "{run: calls}",
+        "{retry: 2, do: {run: turns}}",
+        "{if: $b, then: {wait: 1 s}, else: TURN}",
+        "{if: TURN, then: {wait: 1 s}}",
+        "{switch: $b, cases: {true: {wait: 1 s}}, default: TURN}",
+        "{wait: 1 s, finally: TURN}",
+        "{wait: 1 s, finally: {run: calls}}",
+        "{once: {delay: 1 s, do: TURN}}",
+    ]
+    for use in uses:
+        tree = f"{{parallel: [{use}, {{navigate_to: {{goal: $g}}}}]}}".replace("TURN", TURN)
+        found = workshop.lines(f"tree: {tree}\ninputs: {{b: {{type: boolean}}, g: {{type: pose}}}}\n")
+        (line,) = [line for line in found if "both need the base at the same time" in line]
+        assert line.endswith("| sequence: one after the other")
+    (line,) = only(
+        workshop, f"{{parallel: [{{sequence: [{{wait: 1 s}}, {TURN}]}}, {{run: calls}}]}}", "both need"
+    )
+    assert "'sequence' (in 'turn') and 'run calls' both need the base" in line
+
+
+def test_names_of_a_policy(workshop):
+    branches = "{wait: 1 s, name: a}, {wait: 2 s, name: b}, {wait: 3 s, name: b}"
+    assert only(workshop, f"{{parallel: [{branches}], policy: [aa]}}", "the policy names 'aa'")[0].endswith(
+        "| a"
+    )
+    assert (
+        "but 2 branches have this name"
+        in only(workshop, f"{{parallel: [{branches}], policy: [b]}}", "error")[0]
+    )
+    assert only(workshop, f"{{parallel: [{branches}], policy: [a]}}", "error") == []
+    (line,) = only(workshop, f"{{parallel: [{branches}], policy: {{succeed: 4}}}}", "error")
+    assert "succeed: 4 branches are asked for, but there are 3 | succeed: 1 to 3" in line
+    assert only(workshop, f"{{parallel: [{branches}], policy: {{succeed: 2, fail: 3}}}}", "error") == []
+
+
+def test_a_skill_on_its_way_out(workshop):
+    from dataclasses import replace
+
+    workshop.declarations = {
+        **workshop.declarations,
+        "turn": replace(workshop.declarations["turn"], deprecated="spin: {angle: ...}"),
+    }
+    (line,) = only(workshop, TURN, "warning")
+    assert line.startswith("2:8 warning turn is on its way out: use spin: {angle: ...}")

@@ -1,0 +1,188 @@
+"""The JSON Schema: it lets through what the check lets through, and refuses what it can see to be wrong."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from florence_bt.core.declaration import Kind
+from florence_bt.trees.declarations import collect_declarations
+from florence_bt.trees.kinds import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
+from florence_bt.trees.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.quantities import UNITS, example_of
+from florence_bt.trees.schema import as_data, make_schema
+from florence_bt.trees.schema._nodes import KIND_VALUES, MODIFIER_TEXTS
+from florence_bt.trees.source import parse_source
+
+DOCS = Path(__file__).parents[3] / "docs"
+LABELS = {"hotspot": ["kitchen", "tv"], "room": ["kitchen"]}
+SCHEMA = make_schema(collect_declarations(), MissionLibrary.load().missions())
+STRICT = make_schema(collect_declarations(), MissionLibrary.load().missions(), LABELS)
+BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", (DOCS / "missions.md").read_text(), re.DOTALL)
+
+
+def problems(text: str, schema=SCHEMA) -> list[str]:
+    data = as_data(parse_source(text.encode(), Path("m.yaml")))
+    return [error.message for error in Draft202012Validator(schema).iter_errors(data)]
+
+
+def in_mission(tree: str) -> str:
+    return f"mission: m\ndescription: A test.\ntree: {tree}\n"
+
+
+def test_the_schema_is_a_schema():
+    Draft202012Validator.check_schema(SCHEMA)
+    Draft202012Validator.check_schema(STRICT)
+    Draft202012Validator.check_schema(make_schema({}))
+
+
+@pytest.mark.parametrize("file", sorted(BUILT_IN.glob("*.yaml")), ids=lambda file: file.stem)
+def test_the_missions_that_come_with_florence(file):
+    assert problems(file.read_text()) == []
+
+
+@pytest.mark.parametrize("block", [text for kind, text in BLOCKS if kind])
+def test_every_node_in_the_document(block):
+    tree = "".join(f"  {line}\n" for line in block.splitlines())
+    assert problems(f"mission: example\ntree:\n{tree}") == []
+
+
+@pytest.mark.parametrize("block", [text for kind, text in BLOCKS if not kind])
+def test_every_mission_in_the_document(block):
+    assert problems(block) == []
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        "{turn: {angle: 45 deg}}",
+        "{turn: {angle: $step}}",
+        '{turn: {angle: "${$step * 2}"}}',
+        "{turn: {angle: 0}}",
+        "{stop_tracker: }",
+        "{look_for_user: , out: {user: $user}}",
+        "{retry: 3, on: no_user_seen, do: {look_for_user: {}}}",
+        "{run: my_own_mission, with: {anything: 5}}",
+        "{navigate_to: {goal: {x: 1 m, y: $y, yaw: 90 deg}}}",
+        "{get_hotspot: {label: anywhere}}",
+        "{fail: 5}",
+        "{wait: 1 s, when: true}",
+    ],
+)
+def test_what_is_right(tree):
+    assert problems(in_mission(tree)) == []
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        "{}",
+        "wait",
+        "{seqence: [{wait: 1 s}]}",
+        "{sequence: []}",
+        "{sequence: {wait: 1 s}}",
+        "{sequence: [wait]}",
+        "{wait: 1 s, turn: {angle: 45 deg}}",
+        "{wait: 5}",
+        "{wait: 5 m}",
+        "{wait: , name: x}",
+        "{wait: 1 s, memory: false}",
+        "{wait: 1 s, becaus: x}",
+        "{turn: {angel: 45 deg}}",
+        "{turn: {}}",
+        "{turn: }",
+        "{turn: {angle: 45}}",
+        "{turn: {angle: 45 m}}",
+        "{turn: 45 deg}",
+        "{look_for_user: , out: {usr: user}}",
+        "{look_for_user: , out: {user: User}}",
+        "{stop_tracker: , out: {user: user}}",
+        "{propose_approach_pose: {user: $u, robot: $r, trial: 4}}",
+        "{retry: 0, do: {wait: 1 s}}",
+        "{retry: 3}",
+        "{retry: 3, do: [{wait: 1 s}]}",
+        "{retry: 3, do: {wait: 1 s}, on: No}",
+        "{force: perhaps, do: {wait: 1 s}}",
+        "{force: success}",
+        "{if: $x < 3}",
+        "{switch: $x}",
+        "{switch: $x, cases: {}}",
+        "{parallel: [{wait: 1 s}], policy: some}",
+        "{parallel: [{wait: 1 s}], policy: {succeeed: 1}}",
+        "{parallel: [{wait: 1 s}], policy: {fail: 1}}",
+        "{run: goto_room}",
+        "{run: goto_room, with: {rom: kitchen}}",
+        "{run: goto_room, with: {room: kitchen}, out: {pose: p}}",
+        "{run: Goto}",
+        "{set: {}}",
+        "{set: {Key: 1}}",
+        "{navigate_to: {goal: {x: 1 m, y: 2 m}}}",
+        "{navigate_to: {goal: kitchen}}",
+        "{fail: [a]}",
+    ],
+)
+def test_what_is_wrong(tree):
+    assert problems(in_mission(tree)) != []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "description: no name\ntree: {wait: 1 s}\n",
+        "mission: Big\ntree: {wait: 1 s}\n",
+        "mission: m\n",
+        "mission: m\ntree: {wait: 1 s}\ntre: x\n",
+        "mission: m\non_restart: again\ntree: {wait: 1 s}\n",
+        "mission: m\ninputs: {a: {type: len}}\ntree: {wait: 1 s}\n",
+        "mission: m\ninputs: {a: {default: 5}}\ntree: {wait: 1 s}\n",
+        "mission: m\ninputs: {a: {type: length, default: 5}}\ntree: {wait: 1 s}\n",
+        "mission: m\ninputs: {a: {type: text, min: 5}}\ntree: {wait: 1 s}\n",
+        "mission: m\ninputs: {A: {type: text}}\ntree: {wait: 1 s}\n",
+        "mission: m\noutputs: {a: {type: text, default: x}}\ntree: {wait: 1 s}\n",
+        "- mission: m\n",
+    ],
+)
+def test_files_that_are_wrong(text):
+    assert problems(text) != []
+
+
+def test_labels_are_known_when_they_are_given():
+    assert problems(in_mission("{get_hotspot: {label: tv}}"), STRICT) == []
+    assert problems(in_mission("{get_hotspot: {label: $where}}"), STRICT) == []
+    assert problems(in_mission("{get_hotspot: {label: sofa}}"), STRICT) != []
+    assert problems(in_mission("{robot_in_room: {room: tv}}"), STRICT) != []
+
+
+@pytest.mark.parametrize("kind", [kind for kind in Kind if kind is not Kind.POSE])
+def test_a_value_of_each_kind(kind):
+    def declared(value):
+        return f"mission: m\ninputs: {{a: {{type: {kind.value}, default: {value}}}}}\ntree: {{wait: 1 s}}\n"
+
+    assert problems(declared(example_of(kind))) == []
+    for unit in UNITS.get(kind, ()):
+        assert problems(declared(f"1.5 {unit}")) == []
+        assert problems(declared(f"1.5{unit}")) == []
+        assert problems(declared(f"1.5 {unit}x")) != []
+
+
+def test_editors_are_told_what_everything_is():
+    node = SCHEMA["$defs"]["node"]["properties"]
+    assert set(node) == {*NODE_KINDS, *ANYWHERE, *MODIFIERS, *collect_declarations()}
+    assert all(schema["description"] for schema in node.values())
+    assert {*KIND_VALUES, "run"} == set(NODE_KINDS)
+    assert set(MODIFIER_TEXTS) == {*ANYWHERE, *MODIFIERS}
+    assert list(SCHEMA["properties"]) == list(MISSION_KEYS)
+    window = node["look_for_user"]["properties"]["window"]
+    assert window["default"] == "5 s" and "at least 0.5 s, at most 15 s" in window["description"]
+    assert "goto_room" in node["run"]["anyOf"][0]["enum"]
+
+
+def test_data_is_typed_as_yaml_1_2_types_it():
+    text = "a: [no, on, yes, true, 12, 1.5, 1e3, '7', ~, null, 12:30, 0x1f, '']\nb: {on: 5}\n"
+    assert as_data(parse_source(text.encode(), Path("m.yaml"))) == {
+        "a": ["no", "on", "yes", True, 12, 1.5, 1000.0, "7", None, None, "12:30", "0x1f", ""],
+        "b": {"on": 5},
+    }

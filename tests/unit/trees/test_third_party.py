@@ -1,0 +1,157 @@
+"""Skills and missions of installed packages: what they bring, and what becomes of broken ones."""
+
+import sys
+
+import pytest
+
+from florence_bt.trees.declarations import collect_declarations
+from florence_bt.trees.lint import check
+from florence_bt.trees.loader import BUILT_IN, MissionLibrary
+
+SKILL = "from florence_bt.core.declaration import SkillDeclaration\n{}\n"
+TREE = "tree: {{{}: {{}}}}\n"
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Puts packages on the path as an installer leaves them; forgets their modules afterwards."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(str(site))
+    before = set(sys.modules)
+
+    def installer(name, files, skills=None, missions=None):
+        for path, text in files.items():
+            file = site / name / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        info = site / f"{name}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+        points = [f"[florence_bt.skills]\n{name} = {skills}\n"] if skills else []
+        points += [f"[florence_bt.missions]\n{name} = {missions}\n"] if missions else []
+        (info / "entry_points.txt").write_text("\n".join(points))
+
+    yield installer
+    for module in set(sys.modules) - before:
+        del sys.modules[module]
+
+
+def wave(code):
+    return SKILL.format(code)
+
+
+def test_a_package_brings_skills_and_missions(install):
+    install(
+        "waver",
+        {
+            "__init__.py": "",
+            "skills.py": wave("WAVE = SkillDeclaration('wave_hand', 'Wave')"),
+            "missions/greet.yaml": "mission: greet\ntree: {wave_hand: }\n",
+        },
+        skills="waver.skills",
+        missions="waver.missions",
+    )
+    declarations, library = collect_declarations(), MissionLibrary.load()
+    assert declarations["wave_hand"].summary == "Wave"
+    assert declarations.owners == {"wave_hand": "package waver"}
+    assert list(declarations) == sorted(declarations)
+    assert check(library.get("greet"), library, declarations) == []
+    assert (declarations.findings, library.findings) == ((), [])
+    assert "wave_hand" not in collect_declarations(third_party=False)
+    assert "greet" not in MissionLibrary.load(built_in=False)
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        (
+            "1 / 0",
+            "'waver.skills' (entry point 'waver' of florence_bt.skills) cannot be imported: ZeroDivision",
+        ),
+        ("import sys; sys.exit(3)", "cannot be imported: SystemExit: 3"),
+        (
+            "import no_such_module",
+            "cannot be imported: ModuleNotFoundError: No module named 'no_such_module'",
+        ),
+        ("def broken(:", "cannot be imported: SyntaxError"),
+        (
+            "TURN = SkillDeclaration('turn', 'Turn')",
+            "its skill 'turn' does not count: Florence BT itself has one",
+        ),
+        ("IF = SkillDeclaration('if', 'If')", "a skill cannot be called 'if'"),
+        ("IF = SkillDeclaration('Wave-Hand', 'Wave')", "a skill cannot be called 'Wave-Hand'"),
+    ],
+)
+def test_a_broken_package_takes_nothing_else_away(install, code, message):
+    install("waver", {"__init__.py": "", "skills.py": wave(code)}, skills="waver.skills")
+    install(
+        "zebra",
+        {"__init__.py": "", "skills.py": wave("A = SkillDeclaration('act', 'Act')")},
+        skills="zebra.skills",
+    )
+    declarations = collect_declarations()
+    assert "act" in declarations and "turn" in declarations
+    (finding,) = declarations.findings
+    assert (finding.file, finding.severity) == ("package waver", "warning")
+    assert message in finding.message
+
+
+def test_two_packages_with_one_skill(install):
+    for name in ("apple", "berry"):
+        files = {"__init__.py": "", "skills.py": wave(f"A = SkillDeclaration('act', '{name}')")}
+        install(name, files, skills=f"{name}.skills")
+    declarations = collect_declarations()
+    assert declarations["act"].summary == "apple"
+    (finding,) = declarations.findings
+    assert finding.file == "package berry" and "package apple has one of that name" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("missions", "message"),
+    [("waver.gone", "is no package folder"), ("waver", None), ("nowhere.missions", "cannot be found")],
+)
+def test_folders_of_missions(install, missions, message):
+    install(
+        "waver", {"__init__.py": "", "hello.yaml": "mission: hello\ntree: {fail: x}\n"}, missions=missions
+    )
+    library = MissionLibrary.load()
+    if message is None:
+        assert "hello" in library
+    else:
+        (finding,) = library.findings
+        assert finding.file == "package waver" and message in finding.message
+    assert "goto_user" in library
+
+
+def test_shadowing_is_said_with_both_files(install, tmp_path):
+    install(
+        "waver",
+        {"__init__.py": "", "missions/goto_room.yaml": "mission: goto_room\ntree: {fail: x}\n"},
+        missions="waver.missions",
+    )
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (folder / "goto_room.yaml").write_text("mission: goto_room\ntree: {fail: y}\n")
+    library = MissionLibrary.load([folder])
+    theirs = tmp_path / "site" / "waver" / "missions" / "goto_room.yaml"
+    said = [(f.file, f.severity, f.message) for f in library.findings]
+    assert said == [
+        (
+            str(folder / "goto_room.yaml"),
+            "warning",
+            f"this mission shadows the one of the same name in {theirs}",
+        ),
+        (
+            str(theirs),
+            "warning",
+            f"this mission shadows the one of the same name in {BUILT_IN / 'goto_room.yaml'}",
+        ),
+    ]
+    assert library.get("goto_room").file == folder / "goto_room.yaml"
+
+
+def test_a_plain_copy_shadows_nothing(tmp_path):
+    (tmp_path / "goto_room.yaml").write_bytes((BUILT_IN / "goto_room.yaml").read_bytes())
+    library = MissionLibrary.load([tmp_path, tmp_path])
+    assert library.findings == []
