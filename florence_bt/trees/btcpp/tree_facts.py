@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp._places import Places
 from florence_bt.trees.btcpp._union import Classes
 from florence_bt.trees.btcpp.document import Document, Tree
@@ -21,6 +22,8 @@ from florence_bt.trees.btcpp.names import Names
 from florence_bt.trees.btcpp.si_values import guess_kind
 from florence_bt.trees.btcpp.xml_source import Element
 
+MAX_SHARED = 20_000
+"""Most keys that all calls of trees together share."""
 ROOT = "@"
 """Before a key of the outermost blackboard."""
 
@@ -148,12 +151,18 @@ class Facts:
         document: The trees.
         ports: The ports of the nodes.
         order: The names of the trees, called ones before their callers.
+
+    Raises:
+        ConfigError: The trees share too many keys.
     """
 
     def __init__(self, document: Document, ports: Ports, order: list[str]) -> None:
         self._document = document
         self.main = document.main
         self._classes = Classes()
+        self._callers: dict[str, list[tuple[str, SubTreeCall]]] = {}
+        self._mappings: dict[int, dict[str, str]] = {}
+        self._shared = 0
         self.trees: dict[str, TreeFacts] = {}
         for name, tree in document.trees.items():
             events = list(_events(tree, ports, is_main=name == document.main))
@@ -161,6 +170,8 @@ class Facts:
             for event in events:
                 if isinstance(event, Use) and event.access == UNKNOWN:
                     self.trees[name].guessed.setdefault(event.key, event)
+            for call in self.trees[name].calls:
+                self._callers.setdefault(call.tree, []).append((name, call))
         for name in order:
             self._flow(self.trees[name])
         self._collect_kinds()
@@ -184,7 +195,27 @@ class Facts:
         self._classes.add(("port", node, port), kind)
 
     def mapping(self, caller: str, call: SubTreeCall) -> dict[str, str]:
-        """Key of the called tree -> key of the caller, for all that the two share."""
+        """Key of the called tree -> key of the caller, for all that the two share.
+
+        Raises:
+            ConfigError: All trees together share more keys than any program needs.
+        """
+        known = self._mappings.get(id(call))
+        if known is None:
+            known = self._mappings[id(call)] = self._mapped(caller, call)
+            self._shared += len(known)
+            if self._shared > MAX_SHARED:
+                place = call.element.position
+                raise ConfigError(
+                    f"the trees share more than {MAX_SHARED} keys",
+                    file=self.trees[caller].tree.file,
+                    line=place.line,
+                    column=place.column,
+                    valid=["ports in place of _autoremap"],
+                )
+        return known
+
+    def _mapped(self, caller: str, call: SubTreeCall) -> dict[str, str]:
         called = self.trees.get(call.tree)
         shared = dict(call.keys)
         if called is None:
@@ -228,10 +259,8 @@ class Facts:
     def _seen_by_callers(self, name: str) -> set[str]:
         model = self._document.models.get(name)
         seen = {port for port, about in model.ports.items() if about.direction != "in"} if model else set()
-        for caller, facts in self.trees.items():
-            for call in facts.calls:
-                if call.tree == name:
-                    seen.update(self.mapping(caller, call))
+        for caller, call in self._callers.get(name, ()):
+            seen.update(self.mapping(caller, call))
         return seen
 
     def _collect_kinds(self) -> None:

@@ -13,7 +13,7 @@ from florence_bt.trees.source import Position
 
 MAX_BYTES = 4_000_000
 """Largest file that is read."""
-MAX_ELEMENTS = 20_000
+MAX_ELEMENTS = 10_000
 """Most elements in a file."""
 MAX_DEPTH = 256
 """Deepest nesting of nodes, which is BehaviorTree.CPP's own limit."""

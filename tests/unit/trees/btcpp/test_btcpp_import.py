@@ -5,6 +5,7 @@
 import pytest
 
 from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees.declarations import collect_declarations
 from florence_bt.trees.declared_skills import read_skills_file
 from florence_bt.trees.lint import check
@@ -331,3 +332,15 @@ def test_compare_with_enumerations(exchange):
         tree('<Sequence><Go _onSuccess="result:=OK"/><ScriptCondition code="result == OK"/></Sequence>')
     ).files["main_tree.yaml"]
     assert "set: {result: OK}" in text and 'condition: $result == "OK"' in text
+
+
+def test_trees_that_share_more_keys_than_any_program_needs(exchange):
+    leaf = "".join(f'<A p="{{k{number}}}"/>' for number in range(300))
+    calls = '<SubTree ID="S" _autoremap="true"/>' * 100
+    xml = tree(
+        f"<Sequence>{calls}</Sequence>",
+        more=f'<BehaviorTree ID="S"><Sequence>{leaf}</Sequence></BehaviorTree>',
+    )
+    with pytest.raises(ConfigError, match="the trees share more than 20000 keys") as caught:
+        exchange.imported(xml)
+    assert caught.value.line == 3
