@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -47,8 +48,7 @@ def make_stop(table: Table, example: Behaviour) -> Stop:
 def halt_from(table: Table, children: list[Behaviour], first: int) -> None:
     """Stop the children from an index on, except those that stand at INVALID."""
     halts = table.halts
-    for index in range(first, len(children)):
-        child = children[index]
+    for child in islice(children, first, None):
         if child.status is not INVALID:
             try:
                 halt = halts[child.__class__]
@@ -125,11 +125,8 @@ def starts_with_reset(node: Any) -> bool:
     return getattr(node.initialise, "__func__", None) is OwnSelector.initialise
 
 
-def make_selector(table: Table, example: Behaviour) -> Functions:
-    """``py_trees.composites.Selector`` and its subclasses that tick and stop as it does."""
-    note, visit, ticks = table.note, table.visit, table.ticks
-    begins, stop = overrides(example, "initialise"), make_stop(table, example)
-    resets = starts_with_reset(example)
+def _make_selector_start(table: Table, example: Behaviour) -> Callable[[Any], None]:
+    begins, resets = overrides(example, "initialise"), starts_with_reset(example)
 
     def start(node: Any) -> None:
         children = node.children
@@ -139,13 +136,23 @@ def make_selector(table: Table, example: Behaviour) -> Functions:
         elif begins:
             begin(table, node)
 
-    def resume_at(node: Any) -> int:
-        assert node.current_child is not None  # as in py_trees: the running child was taken away
-        index = place_of_current(table, node)
-        for early in node.children[:index]:
-            if early.status is not INVALID:
-                table.halt_of(early)(early)
-        return index
+    return start
+
+
+def _resume_selector(table: Table, node: Any) -> int:
+    """Where a selector with memory goes on; the children before are reset, as py_trees does."""
+    assert node.current_child is not None  # as in py_trees: the running child was taken away
+    index = place_of_current(table, node)
+    for early in node.children[:index]:
+        if early.status is not INVALID:
+            table.halt_of(early)(early)
+    return index
+
+
+def make_selector(table: Table, example: Behaviour) -> Functions:
+    """``py_trees.composites.Selector`` and its subclasses that tick and stop as it does."""
+    note, visit, ticks = table.note, table.visit, table.ticks
+    start, stop = _make_selector_start(table, example), make_stop(table, example)
 
     def tick(node: Any) -> Status:
         if node.status is not RUNNING:
@@ -155,7 +162,7 @@ def make_selector(table: Table, example: Behaviour) -> Functions:
         if not children:
             node.current_child = None
         elif node.memory:
-            index = resume_at(node)
+            index = _resume_selector(table, node)
         previous = node.current_child
         new = FAILURE
         while index < len(children):

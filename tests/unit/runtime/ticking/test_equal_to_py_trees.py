@@ -213,3 +213,28 @@ def test_very_deep_trees(depth):
     assert ticker.tick() is Status.RUNNING and not ticker.changes
     ticker.stop()
     assert node.status is Status.INVALID and len(ticker.changes) == depth + 1
+
+
+def test_a_child_that_does_not_stop_at_the_first_time_is_stopped_twice():
+    class Stubborn(Behaviour):
+        stops = 0
+
+        def update(self) -> Status:
+            return Status.RUNNING
+
+        def stop(self, new_status: Status) -> None:
+            self.stops += 1
+            if self.stops > 1:
+                super().stop(new_status)
+
+    def tree() -> Behaviour:
+        return decorators.PassThrough("pass", Stubborn("stubborn"))
+
+    stock, ours = tree(), tree()
+    ticker = Ticker(ours)
+    stock.tick_once()
+    ticker.tick()
+    stock.stop(Status.INVALID)
+    ticker.stop()
+    assert (ours.decorated.stops, ours.decorated.status) == (2, Status.INVALID)
+    assert (stock.decorated.stops, stock.decorated.status) == (2, Status.INVALID)

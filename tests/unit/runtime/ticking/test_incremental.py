@@ -9,10 +9,11 @@ from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
+from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.reactive import Reactive, takes_part
 from florence_bt.runtime.ticking import Ticker
-from tests.unit.runtime.ticking import random_reactive
+from tests.unit.runtime.ticking import random_reactive, random_trees
 from tests.unit.runtime.ticking.random_reactive import Asks, Job
 
 CHUNK = 250
@@ -201,3 +202,39 @@ def test_after_an_exception_everything_is_looked_at_again():
     assert ticker.tick() is Status.FAILURE
     keys.write("a", 2)
     assert ticker.tick() is Status.RUNNING
+
+
+def test_what_comes_in_the_middle_of_its_own_tick_is_not_lost():
+    class Hears(Reactive, Behaviour):
+        updates = 0
+
+        def update(self) -> Status:
+            self.updates += 1
+            if self.updates == 1:
+                self.touch()  # it has looked already, and now there is something new
+                return Status.RUNNING
+            return Status.SUCCESS
+
+    ticker = Ticker(Hears("hears"), incremental=True)
+    assert [ticker.tick(), ticker.tick()] == [Status.RUNNING, Status.SUCCESS]
+
+
+def test_what_a_reset_by_the_parent_would_clear_is_not_settled():
+    # tick 1: a and b fail, c runs. tick 2: a holds, b still shows FAILURE, c is stopped. tick 3: the root
+    # starts anew and resets everything, so b is INVALID.
+    def tree(keys: KeyStore) -> Behaviour:
+        first = composites.Selector("first", False, [Asks("a", keys, "a", 0), Asks("b", keys, "b", 0)])
+        return Selector("root", False, [first, Job("c", [])])
+
+    stock_keys, keys = KeyStore({"a": 0, "b": 0}), KeyStore({"a": 0, "b": 0})
+    stock, ours = tree(stock_keys), tree(keys)
+    ticker = Ticker(ours, incremental=True)
+    seen = []
+    for _ in range(3):
+        stock.tick_once()
+        ticker.tick()
+        assert random_trees.state_of(ours) == random_trees.state_of(stock)
+        seen.append(stock.children[0].children[1].status)
+        stock_keys.write("a", 1)
+        keys.write("a", 1)
+    assert seen == [Status.FAILURE, Status.FAILURE, Status.INVALID]

@@ -104,3 +104,18 @@ def test_a_tree_that_changes_for_ever_does_not_fill_the_ticker():
         ticker.tick()
         root.remove_child(root.children[1])
     assert len(ticker._table.records) == 3
+
+
+@pytest.mark.parametrize("incremental", [False, True])
+def test_a_composite_that_stops_children_when_it_begins(incremental):
+    class Fresh(composites.Selector):
+        def initialise(self) -> None:
+            for child in self.children:
+                child.stop(Status.INVALID)
+
+    # tick 1: a fails, b succeeds. tick 2: both are reset first; a runs, b stays INVALID.
+    fails = behaviours.StatusQueue("a", [Status.FAILURE, Status.RUNNING], Status.RUNNING)
+    follower = Follower(Fresh("fresh", False, [fails, behaviours.Success("b")]), incremental)
+    follower.tick()
+    follower.tick()
+    assert [child.status for child in follower.root.children] == [Status.RUNNING, Status.INVALID]
