@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import statistics
@@ -192,3 +193,200 @@ def test_turtlebot_latency(benchmark: Any, figures: Any, ros: Bench, tmp_path: P
         f"99th percentile {slowest:.1f} ms, {len(latencies)} frames",
     )
     assert median < 3.0
+
+
+@pytest.fixture
+def laser(tmp_path: Path) -> Iterator[Emulator]:
+    emulator = Emulator("scip", tmp_path / "laser")
+    yield emulator
+    emulator.end()
+
+
+def test_hokuyo_cpu(benchmark: Any, figures: Any, ros: Bench, laser: Emulator) -> None:
+    from florence_bt.drivers.hokuyo.node import HokuyoNode
+
+    node = ros.add(HokuyoNode(parameters={"port": str(laser.link)}))
+    ros.spin(READY_S, lambda: node._driver.status.scans > 5)
+    scans = node._driver.status.scans
+
+    def measure() -> tuple[float, float]:
+        wall, cpu = time.perf_counter(), cpu_seconds()
+        ros.spin(MEASURED_S)
+        return time.perf_counter() - wall, cpu_seconds() - cpu
+
+    wall, cpu = benchmark.pedantic(measure, rounds=1)
+    rate = (node._driver.status.scans - scans) / wall
+    figures.add(
+        "hokuyo node at full rate", f"{100 * cpu / wall:.1f} % of a core", f"{rate:.1f} scans/s of 682 values"
+    )
+    assert rate > 9.0
+    assert cpu / wall < 0.15
+
+
+class ScanScript:
+    """A scanner's end of a line: answers the start-up, then sends 682 values ten times a second."""
+
+    def __init__(self, link: Path) -> None:
+        import numpy as np
+
+        from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+        from florence_bt.simulation.emulators.scip import ScipEmulator
+
+        class Counter:
+            """The scan's number goes as its first distance, so that each can be told from the others."""
+
+            number = 0
+
+            def measure(self, first_step: int, last_step: int) -> Any:
+                self.number += 1
+                values = np.full(last_step - first_step + 1, 1000, np.int32)
+                values[0] = 100 + self.number
+                return values
+
+        self._line = PseudoTerminal(link)
+        self._world = Counter()
+        self._scanner = ScipEmulator(self._world)
+        self._end = threading.Event()
+        self.sent: dict[int, float] = {}
+        self._thread = threading.Thread(target=self._run)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def _run(self) -> None:
+        start = time.perf_counter()
+        while not self._end.wait(0.002):
+            now = time.perf_counter() - start
+            if data := self._line.read():
+                self._line.write(self._scanner.receive(data, now))
+            if scan := self._scanner.poll(now):
+                self._line.write(scan[:-1])
+                self.sent[self._world.number] = time.perf_counter()
+                self._line.write(scan[-1:])
+
+    def close(self) -> None:
+        self._end.set()
+        self._thread.join()
+        self._line.close()
+
+
+def test_hokuyo_latency(benchmark: Any, figures: Any, ros: Bench, tmp_path: Path) -> None:
+    from sensor_msgs.msg import LaserScan
+
+    from florence_bt.drivers.hokuyo.node import HokuyoNode
+    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.ros.qos import SENSOR
+
+    script = ScanScript(tmp_path / "laser")
+    latencies: list[float] = []
+
+    def on_scan(message: Any) -> None:
+        number = round(1000.0 * message.ranges[0]) - 100
+        latencies.append(time.perf_counter() - script.sent[number])
+
+    listener = ros.add(FlorenceNode("listener"))
+    listener.create_subscription(LaserScan, "scan", on_scan, SENSOR)
+    ros.add(HokuyoNode(parameters={"port": str(tmp_path / "laser"), "calibrate_time": False}))
+    script.start()
+    try:
+        ros.spin(READY_S, lambda: len(latencies) > 10)
+        latencies.clear()
+        benchmark.pedantic(lambda: ros.spin(MEASURED_S), rounds=1)
+    finally:
+        script.close()
+    median = 1000.0 * statistics.median(latencies)
+    slowest = 1000.0 * max(latencies)
+    figures.add(
+        "hokuyo node: last byte to message received",
+        f"{median:.2f} ms",
+        f"slowest {slowest:.1f} ms, {len(latencies)} scans",
+    )
+    assert median < 3.0
+
+
+class KinectPeer:
+    """Sends frames to the Kinect's node and listens to it, in a process of its own."""
+
+    def __init__(self, path: str, seconds: float, *, colour: bool) -> None:
+        script = Path(__file__).with_name("kinect_peer.py")
+        self.process = subprocess.Popen(
+            [sys.executable, script, path, str(seconds), "colour" if colour else "depth"],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        assert self.process.stdout.readline().strip() == "ready"
+
+    def result(self) -> Any:
+        """What it printed at its end."""
+        text, _ = self.process.communicate(timeout=60)
+        return json.loads(text.splitlines()[-1])
+
+
+def kinect_cpu(ros: Bench, node: Any) -> tuple[float, float]:
+    """Share of a core, and depth pictures a second, while a node works for ten seconds."""
+    ros.spin(READY_S, lambda: node._driver.depth_pictures > 30)
+    pictures, wall, cpu = node._driver.depth_pictures, time.perf_counter(), cpu_seconds()
+    ros.spin(MEASURED_S)
+    wall = time.perf_counter() - wall
+    return (cpu_seconds() - cpu) / wall, (node._driver.depth_pictures - pictures) / wall
+
+
+@pytest.mark.parametrize("colour", [False, True], ids=["depth", "depth and colour"])
+def test_kinect(benchmark: Any, figures: Any, ros: Bench, tmp_path: Path, colour: bool) -> None:
+    from florence_bt.drivers.kinect.node import KinectNode
+
+    socket = str(tmp_path / "kinect.sock")
+    peer = KinectPeer(socket, MEASURED_S + 5.0, colour=colour)
+    node = ros.add(KinectNode(parameters={"source": socket, "reconnect_delay_s": 0.1}))
+    share, rate = benchmark.pedantic(lambda: kinect_cpu(ros, node), rounds=1)
+    ros.spin(READY_S, lambda: peer.process.poll() is not None)
+    latencies = [1000.0 * latency for latency in peer.result()[30:] if latency == latency]
+    median, slowest = statistics.median(latencies), statistics.quantiles(latencies, n=100)[-1]
+    what = "depth and colour" if colour else "depth"
+    figures.add(f"Kinect node, {what} 320x240", f"{100 * share:.1f} % of a core", f"{rate:.1f} depth/s")
+    figures.add(
+        f"Kinect node, {what}: last byte to depth picture in another process",
+        f"{median:.2f} ms",
+        f"99th percentile {slowest:.1f} ms, {len(latencies)} pictures",
+    )
+    assert rate > 28.0
+    assert share < 0.40
+    assert median < 3.0
+
+
+def test_kinect_through_libfreenect(
+    benchmark: Any, figures: Any, ros: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from florence_bt.core.errors import DeviceLost
+    from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, find_fakenect
+    from florence_bt.drivers.kinect.node import KinectNode
+    from florence_bt.drivers.kinect.recording import COLOUR_HEAD, DEPTH_HEAD, INDEX
+
+    try:
+        find_fakenect()
+    except DeviceLost as missing:
+        pytest.skip(str(missing))
+    monkeypatch.setenv(FOLDER_VARIABLE, "")
+    (tmp_path / "depth").write_bytes(DEPTH_HEAD + b"\x20\x03" * (640 * 480))
+    (tmp_path / "colour").write_bytes(COLOUR_HEAD + bytes(640 * 480 * 3))
+    names = []
+    for number in range(round(30 * (MEASURED_S + 8.0))):
+        for name, target in (
+            (f"d-{number / 30:.6f}-0.pgm", "depth"),
+            (f"r-{number / 30:.6f}-0.ppm", "colour"),
+        ):
+            (tmp_path / name).symlink_to(target)
+            names.append(name)
+    (tmp_path / INDEX).write_text("\n".join(names) + "\n")
+    peer = KinectPeer("-", MEASURED_S + 5.0, colour=True)
+    node = ros.add(KinectNode(parameters={"source": f"recording:{tmp_path}"}))
+    share, rate = benchmark.pedantic(lambda: kinect_cpu(ros, node), rounds=1)
+    peer.result()
+    figures.add(
+        "Kinect node over libfreenect (fakenect), depth and colour 640x480",
+        f"{100 * share:.1f} % of a core",
+        f"{rate:.1f} depth/s; reading the recording included; published at 320x240",
+    )
+    assert rate > 25.0, "fakenect's own pauses are a little too long"
+    assert share < 0.40

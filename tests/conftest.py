@@ -12,7 +12,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="append",
         default=[],
         metavar="KIND=PATH",
-        help="test the device at PATH, e.g. create=/dev/ttyUSB0 (or create2=...); may be given several times",
+        help="test the device at PATH: create=/dev/ttyUSB0 (or create2=...), hokuyo=/dev/ttyACM0 "
+        "(or hokuyo=HOST:PORT); may be given several times",
     )
     group.addoption(
         "--may-drive",

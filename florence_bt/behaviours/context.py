@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from florence_bt.behaviours.keys import KeyStore
@@ -24,6 +25,10 @@ EndedHook = Callable[[str, str, Result], None]
 
 def _ignore(*_: Any) -> None:
     """Nobody wants to know."""
+
+
+def _at_once(callback: Callable[[], None]) -> None:
+    callback()
 
 
 @dataclass(eq=False, slots=True)
@@ -84,6 +89,7 @@ class TreeContext:
         on_skill_ended: Called once when a run has reported its end, also after a cancel; by then the run has
             left ``runs``, unless it will be started again after a pause.
         pause: Whether the run is paused.
+        later: Does what is not urgent: during a tick when it is over, at once otherwise.
     """
 
     clock: Clock
@@ -95,6 +101,7 @@ class TreeContext:
     on_skill_started: StartedHook = _ignore
     on_skill_ended: EndedHook = _ignore
     pause: Pause = field(default_factory=Pause)
+    later: Callable[[Callable[[], None]], None] = _at_once
 
     def with_keys(self, keys: KeyStore) -> TreeContext:
         """The same context for a called mission, which has its own keys."""
@@ -117,14 +124,16 @@ class TreeContext:
         """Keep a run that was started elsewhere, until it reports its end."""
         entry = OpenRun(path, skill, run, self.wake)
         self.runs.append(entry)
-        run.on_change(lambda: self._on_change(entry, run))
+        run.on_change(partial(self._on_change, entry, run))
         return entry
 
     def poll(self, entry: OpenRun) -> Result | None:
         """The result of a run, or None; the first time there is one the run is no longer kept."""
-        result = entry.run.poll()
+        result = _result_of(entry)
         if result is not None and entry in self.runs:
-            self.drop(entry)
+            self.runs.remove(entry)
+            if entry.deadline is not None:
+                self.later(partial(_end_limit, entry))
             self.on_skill_ended(entry.path, entry.skill, result)
         return result
 
@@ -166,7 +175,7 @@ class TreeContext:
             if entry.suspended and entry.inputs is not None:
                 entry.suspended = False
                 run = entry.run = self._begin(entry.path, entry.skill, entry.inputs)
-                run.on_change(lambda entry=entry, run=run: self._on_change(entry, run))  # type: ignore[misc]
+                run.on_change(partial(self._on_change, entry, run))
                 self._limit(entry)
                 _tell(entry)
 
@@ -192,11 +201,12 @@ class TreeContext:
             self._look_at_suspended(entry)
         elif entry.left:
             self.poll(entry)
-        _tell(entry)
+        entry.touched()
+        entry.wake()
 
     def _look_at_suspended(self, entry: OpenRun) -> None:
         """Note the end of a run that was cancelled for a pause; one that succeeded after all is done."""
-        result = None if entry.told else entry.run.poll()
+        result = None if entry.told else _result_of(entry)
         if result is None:
             return
         entry.told = True
@@ -205,6 +215,15 @@ class TreeContext:
             self.drop(entry)
         self.on_skill_ended(entry.path, entry.skill, result)
         _tell(entry)
+
+
+def _result_of(entry: OpenRun) -> Result | None:
+    result = entry.run.poll()
+    if result is not None and not isinstance(result, Result):
+        raise TypeError(
+            f"the skill {entry.skill!r} gave {result!r} as its result, which must be a Result or None"
+        )
+    return result
 
 
 def _tell(entry: OpenRun) -> None:

@@ -14,6 +14,8 @@ from py_trees.composites import Selector
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem
 from florence_bt.core.outcome import Result
 
+EARLIER = " (before that, "
+"""What stands between the reason of the last branch of a selector and those of the others."""
 SHORT_REASON = 80
 """Characters of a reason that stands beside others."""
 
@@ -164,7 +166,7 @@ def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) ->
         other = explain(child, known) or remembered_failure(child)
         if other is not None:
             others.append(f"{child.name}: {_short(other.reason)}")
-    return replace(why, reason=f"{why.reason} (before that, {'; '.join(others)})") if others else why
+    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(others)})") if others else why
 
 
 def _why(child: Behaviour, known: dict[Behaviour, Why]) -> Why:

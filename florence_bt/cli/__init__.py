@@ -5,7 +5,7 @@ One module per group of verbs; importing it adds its verbs to the application.
 
 from __future__ import annotations
 
-from florence_bt.cli import draw, exchange, journal, missions, robot, runs, schema, system, testing
+from florence_bt.cli import draw, exchange, journal, kinect, missions, robot, runs, schema, system, testing
 from florence_bt.cli._common import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE, app
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "draw",
     "exchange",
     "journal",
+    "kinect",
     "main",
     "missions",
     "robot",

@@ -10,6 +10,7 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from florence_bt.core.geometry import Pose2
@@ -33,7 +34,7 @@ class Kind(enum.Enum):
     POSE = "pose"
     """:class:`Pose2` in the map frame"""
 
-    @property
+    @cached_property
     def python_types(self) -> tuple[type, ...]:
         """The types that a value of this kind may have."""
         match self:

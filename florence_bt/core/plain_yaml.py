@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from florence_bt.core._plain_bytes import LINE_BREAK, MAX_BYTES, decode, read_bytes
+from florence_bt.core._yaml_hints import explain
 from florence_bt.core.errors import ConfigError
 
 MAX_DEPTH = 100
@@ -146,21 +147,20 @@ def parse_source(data: bytes, path: Path) -> Source:
     try:
         return _Composer(text, path).document()
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        position = min(_position(mark) if mark is not None else Position(), _end_of(text))
-        problem = ": ".join(part for part in (error.context, error.problem) if part)
-        begun = error.context_mark.line + 1 if error.context_mark is not None else position.line
-        if begun != position.line:
-            problem += f" (begun in line {begun})"
-        raise ConfigError(
-            f"not YAML: {problem}",
-            file=path,
-            line=position.line,
-            column=position.column,
-            valid=_missing_quotes(text, position),
-        ) from error
+        raise _not_yaml(error, text, path) from error
     except yaml.YAMLError as error:
         raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
+
+
+def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path) -> ConfigError:
+    mark = error.problem_mark or error.context_mark
+    position = min(_position(mark) if mark is not None else Position(), _end_of(text))
+    begun = error.context_mark.line + 1 if error.context_mark is not None else position.line
+    hint = explain(LINE_BREAK.split(text), position.line, position.column, error.problem or str(error))
+    problem = hint.problem + (f" (begun in line {begun})" if begun != position.line else "")
+    return ConfigError(
+        f"not YAML: {problem}", file=path, line=position.line, column=position.column, valid=hint.valid
+    )
 
 
 def _end_of(text: str) -> Position:
@@ -171,22 +171,6 @@ def _end_of(text: str) -> Position:
 
 def _position(mark: Any) -> Position:
     return Position(mark.line + 1, mark.column + 1)
-
-
-def _missing_quotes(text: str, position: Position) -> tuple[str, ...]:
-    """What to write where a value only lacks quotes: ``{y: ${...}}``, or a text in quotes that goes on."""
-    lines = text.splitlines()
-    if position.line > len(lines):
-        return ()
-    line = lines[position.line - 1]
-    before, after = line[: position.column - 1], line[position.column - 1 :]
-    if before.endswith("$") and after.startswith("{"):
-        return ('quotes round it: "${...}"',)
-    _, colon, value = before.partition(": ")
-    if colon and value.strip()[:1] in ("'", '"') and value.rstrip().endswith(value.strip()[0]):
-        quote = "'" if value.strip()[0] == '"' else '"'
-        return (f"quotes round the whole value: {quote}{(value + after).strip()}{quote}",)
-    return ()
 
 
 def _first_column(event: Any, position: Position, quoted: bool) -> int | None:

@@ -28,6 +28,9 @@ class TopicRun:
     """A run that ends with the first message that says so, a deadline or a cancel.
 
     A cancel ends it at once, with the stop command on its way: on a topic nobody can confirm it.
+
+    Attributes:
+        sent: Whether the command is out, so that messages of the other side may be about this run.
     """
 
     def __init__(
@@ -55,19 +58,18 @@ class TopicRun:
         self._label = label
         self._state = RunState(f"commanding {label}")
         self._deadline: Timer | None = None
-        self._give_up_at = self._steady.now() + deadlines.accept_s
-        self._sent = False
-        self._search()
+        self._give_up_at = 0.0
+        self.sent = False
+        if channel.listener_is_there():
+            self._send()
+        else:
+            self._give_up_at = self._steady.now() + deadlines.accept_s
+            self._search()
 
     @property
     def feedback(self) -> str:
         """What the run does now."""
         return self._state.feedback
-
-    @property
-    def sent(self) -> bool:
-        """Whether the command is out, so that messages of the other side may be about this run."""
-        return self._sent
 
     def poll(self) -> Result | None:
         """The result, or None while the run goes on."""
@@ -87,25 +89,29 @@ class TopicRun:
 
     def finished(self, result: Result) -> None:
         """The other side told the end."""
+        self._state.handle(Event.FINISHED, result)
         if self._deadline is not None:
             self._deadline.cancel()
             self._deadline = None
-        self._state.handle(Event.FINISHED, result)
 
     def _search(self) -> None:
         if self._state.phase is Phase.DONE:
             return
         if self._channel.listener_is_there():
-            self._sent = True
-            when = self._clock.now() + self._deadlines.result_s
-            self._deadline = self._clock.call_at(when, self._too_late)
-            self._channel.send_command()
+            self._send()
         elif self._steady.now() >= self._give_up_at:
             limit = f"within {self._deadlines.accept_s:g} s"
             reason = f"nobody listens to {self._label}, looked {limit}; start the node that does"
             self.finished(failure("server_lost", reason))
         else:
             self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
+
+    def _send(self) -> None:
+        self.sent = True
+        self._channel.send_command()
+        # Nothing stands between the end of one run and the command of the next.
+        when = self._clock.now() + self._deadlines.result_s
+        self._deadline = self._clock.call_at(when, self._too_late)
 
     def _too_late(self) -> None:
         limit = f"within {self._deadlines.result_s:g} s"
@@ -114,6 +120,6 @@ class TopicRun:
     def _stop_with(self, result: Result) -> None:
         if self._state.phase is Phase.DONE:
             return
-        if self._sent:
+        if self.sent:
             self._channel.send_stop()
         self.finished(result)

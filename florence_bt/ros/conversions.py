@@ -28,6 +28,7 @@ from florence_bt.ros._convert_geometry import (
     twist_to_ros,
     yaw_from_quaternion,
 )
+from florence_bt.ros._convert_points import millimetres_to_ros, points_to_ros
 from florence_bt.ros._convert_sensors import (
     camera_info_to_ros,
     camera_model_from_ros,
@@ -54,10 +55,12 @@ __all__ = [
     "grid_from_ros",
     "grid_to_ros",
     "header_to_ros",
+    "millimetres_to_ros",
     "odometry_from_ros",
     "odometry_to_ros",
     "path_from_ros",
     "path_to_ros",
+    "points_to_ros",
     "pose_array_to_ros",
     "pose_from_ros",
     "pose_stamped_from_ros",

@@ -94,7 +94,7 @@ class FlorenceNode(Node):
 
         An exception of the callback ends the process as one of a subscription would.
         """
-        self._soon.append(self.guarded(callback))
+        self._soon.append(callback)
         if self.served_by == threading.get_ident():
             return  # within a callback: the loop looks when it is over, which a task would do much later
         executor = self.executor
@@ -180,9 +180,13 @@ class FlorenceNode(Node):
         Returns:
             Whether more has come meanwhile.
         """
-        for _ in range(len(self._soon)):
-            self._soon.popleft()()
-        return bool(self._soon)
+        soon = self._soon
+        for _ in range(len(soon)):
+            try:
+                soon.popleft()()
+            except Exception as error:
+                self.failures.append(error)
+        return bool(soon)
 
     def _read_parameter(self, name: str, default: Any) -> Any:
         descriptor = ParameterDescriptor(dynamic_typing=True, read_only=True)

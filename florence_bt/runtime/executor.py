@@ -269,7 +269,8 @@ class Executor(RunsInSight):
         self._start_next()
 
     def close_past(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
-        """End a run of the process before."""
+        """End a run of the process before; it is the last one that people are shown."""
+        self.last = run
         self._close(run, status, why)
 
     def world(self) -> World:

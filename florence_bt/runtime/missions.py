@@ -7,6 +7,7 @@ version of before stays in force and everybody who asks is told. Runs that go on
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -138,9 +139,11 @@ class MissionFolders:
     def _look(self) -> dict[Path, Stamp]:
         stamps = {}
         for folder in self.library.folders:
-            for path in folder.glob("*.yaml"):
-                stat = path.stat()
-                stamps[path] = (stat.st_mtime_ns, stat.st_size, stat.st_ino)
+            with os.scandir(folder) as entries:
+                for entry in entries:
+                    if entry.name.endswith(".yaml"):
+                        stat = entry.stat()
+                        stamps[folder / entry.name] = (stat.st_mtime_ns, stat.st_size, stat.st_ino)
         return stamps
 
     def _reload(self, stamps: dict[Path, Stamp]) -> ReloadReport:

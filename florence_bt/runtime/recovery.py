@@ -217,6 +217,10 @@ class Recovery:
         except FlorenceError as error:
             self._abort(past, f"its mission cannot be built: {error}")
             return
+        except Exception as error:
+            # The server must come up, whatever an older version or somebody's node left in the journal.
+            self._abort(past, f"it cannot be resumed: {type(error).__name__}: {error}")
+            return
         if done.over is not None:
             self._executor.close_past(done.tree.run, *done.over)
             return

@@ -26,6 +26,9 @@ class RunStatus(enum.Enum):
     ABORTED = "ABORTED"
     """The process that ran it died, and it was given up at the next start."""
 
+    # Asked for in sets at every event; that of Enum is computed in Python.
+    __hash__ = object.__hash__
+
     @property
     def final(self) -> bool:
         """Whether nothing can change any more."""

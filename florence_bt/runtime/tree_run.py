@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import py_trees
@@ -89,6 +90,7 @@ class TreeRun:
             declarations=world.declarations,
             on_skill_started=self._on_skill_started,
             on_skill_ended=self._on_skill_ended,
+            later=self._after_tick,
         )
         self.tree: CompiledTree = compile_mission(
             world.library.get(run.mission), world.library, run.inputs, self._context
@@ -96,6 +98,7 @@ class TreeRun:
         self._ticks = TreeTicks(self.root, self.clock)
         self._end: tuple[RunStatus, Why | None] | None = None
         self._limit: Timer | None = None
+        self._held: list[Callable[[], None]] | None = None
         self._resume_wanted = False
         self._resume_kind = EventKind.RESUMED
 
@@ -129,18 +132,23 @@ class TreeRun:
 
     def _tick(self) -> None:
         root = self.root
-        if self._ticks.spin(self._world.clock.now()):
+        if self._ticks.spins(self._world.clock):
             self.end(
                 RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
             )
             return
         self.run.ticks += 1
+        self._held = []
         try:
             self._ticks.tick()
         except Exception as error:
             # A bug in a behaviour or a skill must not take the mission server, and its stop service, away.
             self._break_down(error)
             return
+        finally:
+            self._do_held()
+            self._held = None
+        self._ticks.note(self._world.clock.now())
         for change in self._ticks.changes():
             self._world.announcer.tell(self.run, EventKind.NODE, **change)
         self.on_tick(self.run)
@@ -150,11 +158,25 @@ class TreeRun:
         elif root.status is Status.FAILURE:
             self.end(RunStatus.FAILED, explain(root))
 
+    def _after_tick(self, callback: Callable[[], None]) -> None:
+        """Do what is not urgent when the tick is over, now when none goes on: the next skill starts first."""
+        if self._held is None:
+            callback()
+        else:
+            self._held.append(callback)
+
+    def _do_held(self) -> None:
+        while self._held:
+            held, self._held = self._held, []
+            for callback in held:
+                callback()
+
     # ---- pausing --------------------------------------------------------------------------------------
 
     def pause(self, reason: str) -> None:
         """Stop the robot and the time of a running run, or take the resume of a paused one back."""
         run = self.run
+        self._do_held()
         self._resume_wanted = False
         self._cancel_limit()
         run.paused = reason
@@ -216,6 +238,7 @@ class TreeRun:
         run = self.run
         if run.status is RunStatus.ENDING:
             return
+        self._do_held()
         tip = self.tip()
         at = Why(run.mission, "stopped", f"{reason} (was at {tip!r})" if tip else reason)
         with self._world.announcer.telling(run, EventKind.STOP_ASKED, reason=reason):
@@ -251,6 +274,7 @@ class TreeRun:
         self._end_anyway([entry.skill for entry in self._context.runs])
 
     def _break_down(self, error: Exception) -> None:
+        self._do_held()
         self._world.announcer.tell_broken(self.run, error)
         why = Why(self.root.name, "internal_error", f"{type(error).__name__}: {error}")
         self.end(RunStatus.FAILED, why)
@@ -328,11 +352,17 @@ class TreeRun:
         self._world.wake()
 
     def _on_skill_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
+        self._after_tick(partial(self._tell_started, path, skill, inputs))
+
+    def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
+        self._after_tick(partial(self._tell_ended, path, skill, result, self._context.pause.active))
+
+    def _tell_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
         self._world.announcer.tell(
             self.run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs)
         )
 
-    def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
+    def _tell_ended(self, path: str, skill: str, result: Result, paused: bool) -> None:
         self._world.announcer.tell(
             self.run,
             EventKind.SKILL_ENDED,
@@ -342,7 +372,7 @@ class TreeRun:
             code=result.code,
             reason=result.reason,
             outputs=dict(result.outputs),
-            **({"paused": True} if self._context.pause.active else {}),
+            **({"paused": True} if paused else {}),
         )
         # In a run that is ending, the last skill's end is what the executor waits for.
         self._world.wake()

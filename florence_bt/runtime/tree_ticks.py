@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -27,15 +26,19 @@ class TreeTicks:
     def __init__(self, root: Behaviour, clock: Clock) -> None:
         self._ticker = Ticker(root, record=True, incremental=True)
         self._clock = clock
-        self._times: dict[Any, tuple[float, float | None]] = {}
+        self._times: dict[Behaviour, tuple[float, float | None]] = {}
+        self._paths: dict[Behaviour, str] = {}
         self._count = 0
         self._moment = -1.0
 
-    def spin(self, now: float) -> bool:
-        """Count a tick at a moment of the real clock; whether there are too many of them at that moment."""
+    def note(self, now: float) -> None:
+        """Count a tick at a moment of the real clock."""
         self._count = self._count + 1 if now == self._moment else 1
         self._moment = now
-        return self._count > MAX_TICKS_AT_ONE_MOMENT
+
+    def spins(self, clock: Clock) -> bool:
+        """Whether one more tick at this moment of the real clock would be too much."""
+        return self._count >= MAX_TICKS_AT_ONE_MOMENT and clock.now() == self._moment
 
     def tick(self) -> None:
         """Tick the tree once."""
@@ -50,22 +53,26 @@ class TreeTicks:
             why = explain(node, known) if new is Status.FAILURE else None
             if new is not Status.INVALID:
                 remember_failure(node, why)
-            change = {"node": path_of(node), "old": old.name, "new": new.name}
+            path = self._paths.get(node)
+            if path is None:
+                path = self._paths[node] = path_of(node)
+            change = {"node": path, "old": old.name, "new": new.name}
             if why is None:
-                yield {**change, "reason": node.feedback_message}
+                change["reason"] = node.feedback_message
             else:
-                yield {**change, "code": why.code, "reason": why.reason, "cause": why.path}
+                change.update(code=why.code, reason=why.reason, cause=why.path)
+            yield change
 
     def seconds(self, node: Behaviour) -> float | None:
         """How long a node took, or has been running; None when it was not reached."""
-        if node.status is Status.INVALID or node.id not in self._times:
+        if node.status is Status.INVALID or node not in self._times:
             return None
-        began, ended = self._times[node.id]
+        began, ended = self._times[node]
         return (self._clock.now() if ended is None else ended) - began
 
     def _note_time(self, node: Behaviour, status: Status, now: float) -> None:
         if status is Status.RUNNING:
-            self._times[node.id] = (now, None)
+            self._times[node] = (now, None)
         elif status is not Status.INVALID:
-            began, ended = self._times.get(node.id, (now, None))
-            self._times[node.id] = (began if ended is None else now, now)
+            began, ended = self._times.get(node, (now, None))
+            self._times[node] = (began if ended is None else now, now)

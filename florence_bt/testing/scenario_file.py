@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
@@ -190,7 +191,10 @@ class _FileReader:
                 )
             else:
                 runs[key.text] = read_expectation(reading, value, others[key.text], "then")
-        if then is None or (isinstance(then, Table) and not then.entries and not runs and refused is None):
+        empty = isinstance(then, Table) and not then.entries and not runs and refused is None
+        if empty or (
+            then is None and not any(get_close_matches(key.text, ["then"]) for key, _ in item.entries)
+        ):
             reading.problem(item.position, "the scenario expects nothing", ["then: {status: SUCCEEDED}"])
         if len(reading.findings) > before or trigger is None or trigger.mission in self._not_playable:
             return

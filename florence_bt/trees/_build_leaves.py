@@ -11,7 +11,7 @@ from py_trees.behaviour import Behaviour
 from florence_bt.behaviours.conditions import Condition
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import Formula
-from florence_bt.behaviours.keys import ValueSource, readable
+from florence_bt.behaviours.keys import is_source, readable
 from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.behaviours.run_skill import RunSkill
@@ -80,7 +80,7 @@ class LeafBuilder:
 
     def titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""
-        if node.name is None and isinstance(value, ValueSource):
+        if node.name is None and is_source(value):
             shown = partial(format_value, kind=kind) if kind is not None else readable
             written = show(next(values_of(node))).replace("/", "\N{DIVISION SLASH}")
             give_title(behaviour, Title(written, value, self.context.keys, shown))
@@ -91,7 +91,7 @@ class LeafBuilder:
     @cached_property
     def kinds(self) -> Mapping[str, Kind]:
         """The kinds of the mission's keys, as far as they are known."""
-        return self.facts.of(self.mission).kinds
+        return self.facts.key_kinds(self.mission)
 
     def condition(self, expression: Expression) -> Formula:
         """An expression that is true or false.

@@ -82,6 +82,7 @@ class Facts:
         self.library = library
         self.declarations = declarations
         self._known: dict[int, MissionFacts] = {}
+        self._kinds: dict[int, Mapping[str, Kind]] = {}
 
     def of(self, mission: Mission) -> MissionFacts:
         """What is known of a mission."""
@@ -132,8 +133,22 @@ class Facts:
                 yield key, Kind.INTEGER
 
     def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
-        """The kinds of a mission's inputs and keys, as far as they are known."""
-        return self.of(mission).kinds
+        """The kinds of a mission's inputs and keys: as declared, else as the first writer has it.
+
+        Of the missions that it calls only the outputs are looked at, so this costs less than :meth:`of`.
+        """
+        known = self._kinds.get(id(mission))
+        if known is None:
+            known = self._kinds[id(mission)] = self._find_kinds(mission)
+        return known
+
+    def _find_kinds(self, mission: Mission) -> dict[str, Kind]:
+        kinds = {name: port.kind for name, port in (*mission.keys.items(), *mission.inputs.items())}
+        for node in mission.nodes():
+            for key, kind in self.writes(node, kinds):
+                if kind is not None:
+                    kinds.setdefault(key.text, kind)
+        return kinds
 
     def names_in(self, node: Node) -> Iterator[tuple[Literal, model.Value, str]]:
         """The inputs of a skill or a called mission that name something: (input, value, what it names)."""
@@ -165,7 +180,7 @@ class _FactsOfMission:
         return MissionFacts(
             mission=self._mission,
             nodes=self._nodes,
-            kinds=self._key_kinds(),
+            kinds=self._facts.key_kinds(self._mission),
             names=self._names(),
             callees=tuple(
                 dict.fromkeys(node.mission.text for node in self._all if isinstance(node, model.Call))
@@ -199,16 +214,6 @@ class _FactsOfMission:
         )
         self._nodes[id(node)] = gathered
         return gathered
-
-    def _key_kinds(self) -> dict[str, Kind]:
-        """The kinds of inputs and keys: as declared, else as the first writer has it."""
-        mission = self._mission
-        kinds = {name: port.kind for name, port in (*mission.keys.items(), *mission.inputs.items())}
-        for node in self._all:
-            for key, kind in self._facts.writes(node, kinds):
-                if kind is not None:
-                    kinds.setdefault(key.text, kind)
-        return kinds
 
     def _names(self) -> dict[str, str]:
         names: dict[str, str] = {}

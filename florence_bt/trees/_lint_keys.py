@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from difflib import get_close_matches
 
 from florence_bt.core.errors import closest_first
 from florence_bt.trees import model
@@ -31,7 +32,9 @@ class KeyChecks:
         self._kinds = known.kinds
         self._all = known.all
         self._written = [(node, key) for node in known.all for key, _ in facts.writes(node, self._kinds)]
-        names = {**mission.inputs, **mission.keys, **{key.text: None for _, key in self._written}}
+        written = {key.text for _, key in self._written}
+        self._lost = sorted(mission.lost - written)  # by nodes that cannot be read, which is said there
+        names = {**mission.inputs, **mission.keys, **dict.fromkeys([*sorted(written), *self._lost])}
         self._bits = {name: 1 << number for number, name in enumerate(names)}
         by_node: dict[int, list[str]] = {}
         for node, key in self._written:
@@ -59,17 +62,21 @@ class KeyChecks:
         there = (
             *self._mission.inputs,
             *(key for key, port in self._mission.keys.items() if not port.required),
+            *self._lost,
         )
-        start = sum(self._bits[name] for name in there)
+        start = sum(self._bits[name] for name in dict.fromkeys(there))
         self._check_outputs(self._flow.follow(self._mission.tree, Written(start, start), self).success)
-        if not unknown:  # what is read by a wrong name is not said to be read by nobody
+        if not unknown and not self._mission.findings:
+            # What is read by a wrong name, or where nothing can be read, is not said to be read by nobody.
             self._check_read_at_all({reference.key for reference in wanted} | set(self._mission.outputs))
 
     def read(self, reference: Reference, before: Written) -> Written:
         """A node reads a key that it needs (see :class:`florence_bt.trees._flow.Witness`)."""
         key, bit = reference.key, self._bits[reference.key]
         if not before.maybe & bit:
-            valid = [f"${name}" for name in closest_first(key, self._names(before.maybe))]
+            valid = [f"the node of line {line} before this one" for line in self._lines_that_write(key)]
+            close = get_close_matches(key, self._names(before.maybe), n=3)
+            valid += [f"${name}" for name in close] or [f"a default of {key!r} under keys:"]
             message = f"the key {key!r} is read before any node has written it"
             self._notes.error(reference.position, message, valid)
         elif not before.surely & bit:
@@ -77,6 +84,9 @@ class KeyChecks:
             self._notes.warning(reference.position, message)
         # Said once on each way.
         return before.plus(bit)
+
+    def _lines_that_write(self, key: str) -> list[int]:
+        return sorted({written.position.line for _, written in self._written if written.text == key})[:1]
 
     def _names(self, keys: int) -> list[str]:
         return [name for name, bit in self._bits.items() if keys & bit]

@@ -14,8 +14,8 @@ from florence_bt.trees._kinds import fits
 from florence_bt.trees._lint_values import ValueChecks, literal_kind
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.kinds import NODE_KINDS
-from florence_bt.trees.model import Literal, Mission, Node, PolicyKind, Value
-from florence_bt.trees.quantities import with_article
+from florence_bt.trees.model import Literal, Mission, Node, PolicyKind
+from florence_bt.trees.quantities import example_of, with_article
 
 
 class NameChecks:
@@ -64,6 +64,8 @@ class NameChecks:
             case model.Set(values=values):
                 for key, value in values:
                     check(value, self._mission.keys.get(key.text), key.text)
+            case model.Fail(reason=reason):
+                self._values.text(reason, "fail")
             case model.Switch():
                 self._check_switch(node)
             case model.Parallel():
@@ -96,7 +98,7 @@ class NameChecks:
                 [f"{node.skill}: {{input: value}}"],
             )
             return
-        self._check_inputs(node.skill, node, declaration.inputs, node.inputs)
+        self._check_inputs(node.skill, node, declaration.inputs)
         self._check_outputs(node.skill, declaration.outputs, node.outputs)
 
     def _unknown_kind(self, node: model.Use) -> None:
@@ -121,14 +123,12 @@ class NameChecks:
                 node.mission.position, f"there is no mission {name!r}", name, self._facts.library.names()
             )
             return
-        self._check_inputs(name, node, mission.inputs, node.inputs)
+        self._check_inputs(name, node, mission.inputs)
         self._check_outputs(name, mission.outputs, node.outputs)
 
-    def _check_inputs(
-        self, owner: str, node: Node, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Value]]
-    ) -> None:
-        names = set()
-        for name, value in given:
+    def _check_inputs(self, owner: str, node: model.Use | model.Call, ports: Mapping[str, Port]) -> None:
+        names = set(node.unread)
+        for name, value in node.inputs:
             names.add(name.text)
             if name.text in ports:
                 self._values.check(value, ports[name.text], name.text)
@@ -138,7 +138,8 @@ class NameChecks:
                 self._notes.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
         for missing in (name for name, port in ports.items() if port.required and name not in names):
             about = f" ({ports[missing].description})" if ports[missing].description else ""
-            self._notes.error(node.position, f"{owner} needs the input {missing!r}{about}")
+            valid = [f"{missing}: {example_of(ports[missing].kind)}"]
+            self._notes.error(node.position, f"{owner} needs the input {missing!r}{about}", valid)
 
     def _check_outputs(
         self, owner: str, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Literal]]

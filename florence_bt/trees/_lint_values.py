@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from itertools import pairwise
+
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees import model
@@ -9,9 +12,11 @@ from florence_bt.trees._facts import Facts
 from florence_bt.trees._kinds import fits, kind_of
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.expressions.checking import check_kinds
-from florence_bt.trees.model import Expression, Literal, Mission, PoseParts, Reference, Value
+from florence_bt.trees.model import Expression, Literal, Mission, PoseParts, Reference, Template, Value
 from florence_bt.trees.quantities import format_value, out_of_range, with_article
 from florence_bt.trees.values import port_value, tree_value
+
+_PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
 
 
 class ValueChecks:
@@ -67,7 +72,23 @@ class ValueChecks:
             else:
                 port_value(value, port)
         except ConfigError as error:
-            self._notes.error(value.position, f"{what}: {error.problem}", error.valid)
+            meant = (f"${value.text}",) if isinstance(value, Literal) and value.text in self._kinds else ()
+            valid = (*meant, *error.valid)
+            self._notes.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
+        else:
+            self.text(value, what)
+
+    def text(self, value: Value, what: str) -> None:
+        """Warn of ``$pose.x`` in a text: there it is the whole pose, and a text behind it."""
+        parts = value.parts if isinstance(value, Template) else ()
+        for part, behind in pairwise(parts):
+            match = _PART.match(behind) if isinstance(behind, str) else None
+            if isinstance(part, Reference) and match and self._kinds.get(part.key) is Kind.POSE:
+                written = f"${part.key}{match[0]}"
+                message = f"{what}: {written} is a text here: the whole pose, then {match[0]!r}"
+                alone = [f"${{{written}}}"] if len(parts) == 2 and match[0] == behind else []
+                valid = alone or [f"set: {{part: '${{{written}}}'}} first, and $part in the text"]
+                self._notes.warning(value.position, message, valid)
 
     def _reference(self, value: Reference, port: Port, what: str) -> None:
         given = kind_of(value, self._kinds)

@@ -8,7 +8,7 @@ from typing import Any
 
 from florence_bt.trees._reader import Reader
 from florence_bt.trees.model import Literal, Node, Reasons, Value
-from florence_bt.trees.source import Source, Table, Text
+from florence_bt.trees.source import Listing, Source, Table, Text
 
 
 class Parsing(abc.ABC):
@@ -55,6 +55,9 @@ class Parsing(abc.ABC):
         """A text, with keys or without."""
         if isinstance(source, Table):
             self.reader.problem(source.position, f"{what} must be a text")
+            return None
+        if isinstance(source, Listing):
+            self.reader.problem(source.position, f"{what} must be a text, not a list", ["a single text"])
             return None
         value = self.reader.value(source, what)
         return Literal(value.text, True, value.position) if isinstance(value, Literal) else value

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
+
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees._meant import list_meant
 from florence_bt.trees._parse_common import Maker, Parsing
 from florence_bt.trees.kinds import POLICIES, POLICY_KEYS
 from florence_bt.trees.model import (
@@ -25,7 +28,7 @@ from florence_bt.trees.source import Listing, Source, Table, Text
 def _children(parsing: Parsing, key: Text, value: Source) -> tuple[Node, ...]:
     if not isinstance(value, Listing) or not value.items:
         problem = f"{key.text} needs a list of nodes"
-        parsing.reader.problem(value.position, problem, [f"{key.text}: [node, node]"])
+        parsing.reader.problem(value.position, problem, list_meant(key, value))
         return ()
     return tuple(node for item in value.items if (node := parsing.node(item)) is not None)
 
@@ -83,7 +86,8 @@ def _counted(parsing: Parsing, source: Table) -> Policy:
     for key, _ in source.entries:
         if key.text not in POLICY_KEYS:
             parsing.reader.unknown(key.position, "key of a policy", key.text, POLICY_KEYS)
-    if source.get("succeed") is None:
+    meant = any(get_close_matches(key.text, ["succeed"]) for key, _ in source.entries)
+    if not meant:
         parsing.reader.problem(source.position, "the policy lacks succeed", ["{succeed: 2, fail: 1}"])
     succeed, fail = (_count(parsing, source.get(name), name) for name in POLICY_KEYS)
     return Policy(PolicyKind.COUNTED, succeed=succeed or 1, fail=fail, position=source.position)
@@ -106,6 +110,10 @@ def _count(parsing: Parsing, source: Source | None, name: str) -> int | None:
 
 
 def _if(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    if isinstance(value, Table) and value.get("then") is not None and table.get("then") is None:
+        valid = ["then: indented like if", "if: $distance < 1 m"]
+        parsing.reader.problem(value.position, "what is to be done stands in the condition of the if", valid)
+        return None
     condition = _condition(parsing, value)
     then = parsing.child(key, table, "then")
     otherwise = table.get("else")

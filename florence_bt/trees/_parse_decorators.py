@@ -20,8 +20,23 @@ from florence_bt.trees.model import (
 )
 from florence_bt.trees.source import Source, Table, Text
 
+_EXAMPLES = {"retry": "3", "repeat": "3", "force": "success"}
+"""How the value behind a kind key is written; where nothing stands it is a duration."""
+
+
+def _all_below(parsing: Parsing, key: Text, value: Source) -> bool:
+    """Whether a table stands where a single value is needed; noted, with where the rest belongs."""
+    if not isinstance(value, Table):
+        return False
+    message = f"a single value is needed behind {key.text}; `do` has the same indentation as {key.text}"
+    example = f"{key.text}: {_EXAMPLES.get(key.text, '30 s')}"
+    parsing.reader.problem(key.position, message, [example])
+    return True
+
 
 def _retry(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    if _all_below(parsing, key, value):
+        return None
     common, child = parsing.common(key, table), parsing.child(key, table)
     attempts = parsing.reader.value(value, "retry")
     on, attempt = table.get("on"), table.get("attempt")
@@ -33,6 +48,8 @@ def _retry(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | N
 
 
 def _repeat(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    if _all_below(parsing, key, value):
+        return None
     common, child = parsing.common(key, table), parsing.child(key, table)
     rounds = parsing.reader.value(value, "repeat")
     if child is None or rounds is None:
@@ -43,6 +60,8 @@ def _repeat(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | 
 def _timed(
     parsing: Parsing, key: Text, value: Source, table: Table, kind: type[Timeout | Delay | Cooldown]
 ) -> Node | None:
+    if _all_below(parsing, key, value):
+        return None
     common, child = parsing.common(key, table), parsing.child(key, table)
     duration = parsing.reader.value(value, key.text)
     if child is None or duration is None:
@@ -51,6 +70,8 @@ def _timed(
 
 
 def _force(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
+    if _all_below(parsing, key, value):
+        return None
     common, child = parsing.common(key, table), parsing.child(key, table)
     success = parsing.reader.choice(value, "force", FORCED, "success") == "success"
     return Force(child=child, success=success, **common) if child is not None else None

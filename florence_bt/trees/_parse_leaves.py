@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from florence_bt.trees._parse_common import Maker, Parsing
 from florence_bt.trees.kinds import NEVER_INPUTS
-from florence_bt.trees.model import Call, Condition, Fail, Node, Set, Use, Wait
+from florence_bt.trees.model import Call, Condition, Fail, Literal, Node, Set, Use, Value, Wait
 from florence_bt.trees.source import Source, Table, Text
 
 
@@ -32,25 +32,40 @@ def _set(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | Non
 
 
 def _call(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
-    mission, common = parsing.reader.identifier(value, "run"), parsing.common(key, table)
-    inputs = parsing.reader.values(table.get("with"), "with")
+    common = parsing.common(key, table)
+    if isinstance(value, Table):
+        valid = ["run: goto_room", "with: {room: kitchen} indented like run"]
+        parsing.reader.problem(value.position, "run needs the name of a mission, not a table", valid)
+        return None
+    mission = parsing.reader.identifier(value, "run")
+    given = table.get("with")
+    inputs = parsing.reader.values(given, "with")
     outputs = parsing.reader.keys(table.get("out"))
     if mission is None:
         return None
-    return Call(mission=mission, inputs=inputs, outputs=outputs, **common)
+    return Call(mission=mission, inputs=inputs, outputs=outputs, unread=_unread(given, inputs), **common)
 
 
 def use(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
     """The use of a skill: every kind key that is no kind of node."""
     given = isinstance(value, Table)
     value = _without_modifiers(parsing, key, value)
+    inputs = parsing.reader.values(value, key.text) if given else ()
     return Use(
         skill=key.text,
-        inputs=parsing.reader.values(value, key.text) if given else (),
+        inputs=inputs,
         outputs=parsing.reader.keys(table.get("out")),
         table_given=given or (isinstance(value, Text) and value.empty),
+        unread=_unread(value, inputs),
         **parsing.common(key, table),
     )
+
+
+def _unread(source: Source | None, inputs: tuple[tuple[Literal, Value], ...]) -> tuple[str, ...]:
+    """The names in a table whose values could not be read."""
+    read = {name.text for name, _ in inputs}
+    entries = source.entries if isinstance(source, Table) else ()
+    return tuple(name.text for name, _ in entries if name.text not in read)
 
 
 def _without_modifiers(parsing: Parsing, key: Text, value: Source) -> Source:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 
+from florence_bt.trees._meant import instead_of_two_kinds, node_meant
 from florence_bt.trees._parse_common import Maker, Parsing
 from florence_bt.trees._parse_composites import COMPOSITES
 from florence_bt.trees._parse_decorators import DECORATORS
@@ -26,10 +27,7 @@ class NodeParser(Parsing):
     def node(self, source: Source) -> Node | None:
         """Parse one node with everything below it."""
         if not isinstance(source, Table):
-            written = (
-                f"; write `{source.text}: {{}}`" if isinstance(source, Text) and not source.empty else ""
-            )
-            self.reader.problem(source.position, f"a node must be a table with a kind key{written}")
+            self.reader.problem(source.position, *node_meant(source))
             return None
         kinds = [(key, value) for key, value in source.entries if key.text not in _ALL_MODIFIERS]
         if len(kinds) != 1:
@@ -51,9 +49,9 @@ class NodeParser(Parsing):
                 self.reader.problem(key.position, f"unknown modifier {key.text!r}", close)
                 return
         names = " and ".join(repr(key.text) for key in keys)
-        self.reader.problem(
-            keys[1].position, f"a node has exactly one kind, not {names}", ["sequence: [a node for each]"]
-        )
+        value = source.get(keys[1].text)
+        valid = instead_of_two_kinds(keys[0], keys[1], value) if value is not None else ()
+        self.reader.problem(keys[1].position, f"a node has exactly one kind, not {names}", valid)
 
     def _check_modifiers(self, kind: str, table: Table) -> None:
         own = kind if kind in NODE_KINDS else "a skill"

@@ -17,6 +17,12 @@ from florence_bt.trees.source import Listing, Position, Source, Table, Text
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 
 
+_POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
+
+_OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
+"""What others call the heading of a pose."""
+
+
 class Reader:
     """Collects what is wrong with a file while it is read.
 
@@ -85,11 +91,20 @@ class Reader:
         return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
 
     def values(self, source: Source | None, what: str) -> tuple[tuple[Literal, Value], ...]:
-        """A table of names and values."""
+        """A table of names and values; those that cannot be read (noted) are left out."""
         table = self.table(source, what)
-        pairs = []
+        pairs: list[tuple[Literal, Value]] = []
+        torn = False
         for key, item in table.entries if table else ():
+            if torn:
+                torn = not key.text.endswith(")")
+                continue
             name = self.identifier(key, f"a name in {what}")
+            torn = _torn(item, table)
+            if torn:
+                message = f"{key.text!r}: a text with commas needs quotes here, and a pose is a table"
+                self.problem(item.position, message, [_POSE])
+                continue
             value = self.value(item, f"{key.text!r}")
             if name is not None and value is not None:
                 pairs.append((name, value))
@@ -111,7 +126,8 @@ class Reader:
         if isinstance(source, Table):
             return self._pose(source, what)
         if isinstance(source, Listing):
-            self.problem(source.position, f"{what} cannot be a list")
+            valid = [_POSE] if len(source.items) == 3 else ["a single value"]
+            self.problem(source.position, f"{what} cannot be a list", valid)
             return None
         if source.empty:
             self.problem(source.position, f"{what} has no value")
@@ -182,18 +198,29 @@ class Reader:
     def _pose(self, table: Table, what: str) -> PoseParts | None:
         parts: dict[str, Value] = {}
         for key, item in table.entries:
-            if key.text not in ("x", "y", "yaw"):
+            if key.text in _OTHER_YAWS and table.key("yaw") is None:
+                self.problem(key.position, f"unknown part of a pose {key.text!r}", ["yaw"])
+            elif key.text not in ("x", "y", "yaw"):
                 self.unknown(key.position, "part of a pose", key.text, ("x", "y", "yaw"))
             elif (value := self.value(item, f"{key.text} of the pose")) is not None:
                 parts[key.text] = value
         missing = [name for name in ("x", "y", "yaw") if table.key(name) is None]
-        if missing:
+        other = next((key for key, _ in table.entries if key.text in _OTHER_YAWS), None)
+        if missing and not (missing == ["yaw"] and other is not None):
             self.problem(
                 table.position,
                 f"{what}: the pose lacks {', '.join(missing)}",
-                ["{x: 1 m, y: 2 m, yaw: 90 deg}"],
+                [_POSE],
             )
         return PoseParts(parts["x"], parts["y"], parts["yaw"], table.position) if len(parts) == 3 else None
+
+
+def _torn(source: Source, table: Table | None) -> bool:
+    """Whether a value is the beginning of ``(1 m, 2 m, 90 deg)`` in a table between { and }."""
+    if table is None or not isinstance(source, Text) or source.quoted:
+        return False
+    opened = source.text.startswith("(") and ")" not in source.text
+    return opened and any(key.text.endswith(")") for key, _ in table.entries)
 
 
 def _without_dollar(source: Source) -> Source:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -14,7 +15,7 @@ from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.pacing import Delay
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.titles import shown_name
-from florence_bt.behaviours.why import Why, explain, remembered_failure
+from florence_bt.behaviours.why import EARLIER, Why, explain, remembered_failure
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}
 """Succeeded, failed, running, not reached."""
@@ -141,10 +142,14 @@ def _line(row: TreeRow, colour: bool, durations: bool, width: int | None) -> str
 
 
 def _kind(node: Behaviour) -> str:
-    for kind, word in _KINDS:
-        if isinstance(node, kind):
-            return f" ({word})" if node.name != word else ""
-    return ""
+    word = _word_for(type(node))
+    return f" ({word})" if word and node.name != word else ""
+
+
+@cache
+def _word_for(kind: type[Behaviour]) -> str:
+    """The word for a class of composites, empty for every other."""
+    return next((word for known, word in _KINDS if issubclass(kind, known)), "")
 
 
 def _says(node: Behaviour, known: dict[Behaviour, Why]) -> str:
@@ -156,8 +161,14 @@ def _says(node: Behaviour, known: dict[Behaviour, Why]) -> str:
     why = explain(node, known)
     assert why is not None  # the status is FAILURE
     told_below = {below.reason for child in node.children if (below := explain(child, known)) is not None}
-    inner = isinstance(node, (Composite, Decorator))
-    return "" if inner and why.reason in told_below else _one_line(why.reason)
+    if isinstance(node, (Composite, Decorator)) and _is_told(why.reason, told_below):
+        return ""
+    return _one_line(why.reason)
+
+
+def _is_told(reason: str, below: Iterable[str]) -> bool:
+    """Whether the lines below tell it; each branch of a selector does, so its summary adds nothing."""
+    return any(reason == told or reason.startswith(f"{told}{EARLIER}") for told in below)
 
 
 def _one_line(text: str) -> str:

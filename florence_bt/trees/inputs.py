@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from florence_bt.behaviours.keys import is_source
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees._reader import Reader
@@ -77,6 +78,6 @@ def _read_pose(text: str) -> Any:
     if not isinstance(value, PoseParts):
         return read_value(text, Kind.POSE)
     pose = tree_value(value, Kind.POSE)
-    if callable(getattr(pose, "resolve", None)):
+    if is_source(pose):
         raise ConfigError("an input from outside cannot refer to keys", valid=[example_of(Kind.POSE)])
     return pose

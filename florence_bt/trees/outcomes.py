@@ -48,7 +48,7 @@ def possible_outcomes(
         (
             node,
             Outcomes(
-                success=facts.of(node).ends.can_succeed,
+                success=facts.of(node).ends.can_succeed and not isinstance(node, model.Fail),
                 failure=bool(facts.of(node).ends.codes - MISTAKES),
                 stopped=lasting.can_run(node),
                 skipped=node.when is not None or node.unless is not None,

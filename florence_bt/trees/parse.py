@@ -4,19 +4,43 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import REQUIRED, Kind, Port
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
+from florence_bt.trees._meant import keys_meant, section_meant
 from florence_bt.trees._parse_nodes import NodeParser
 from florence_bt.trees._reader import Reader
+from florence_bt.trees.findings import MAX_FINDINGS
 from florence_bt.trees.kinds import IDENTIFIER, INPUT_KEYS, KEY_KEYS, MISSION_KEYS, ON_RESTART, OUTPUT_KEYS
 from florence_bt.trees.model import Mission
-from florence_bt.trees.quantities import NUMERIC_KINDS, example_of, out_of_range, read_value, with_article
+from florence_bt.trees.quantities import (
+    NUMERIC_KINDS,
+    example_of,
+    out_of_range,
+    range_of,
+    read_value,
+    with_article,
+)
 from florence_bt.trees.source import Position, Source, Table, Text, parse_source, read_bytes
 from florence_bt.trees.values import tree_value
+
+_OTHER_KINDS = {
+    "string": "text",
+    "str": "text",
+    "bool": "boolean",
+    "int": "integer",
+    "float": "number",
+    "double": "number",
+    "distance": "length",
+    "time": "duration",
+    "position": "pose",
+    "velocity": "speed",
+}
+"""What other languages call the types."""
 
 
 def read_mission(path: Path) -> Mission:
@@ -46,8 +70,11 @@ def _parse(data: bytes, path: Path) -> Mission:
         reader.problem(source.position, "a mission file must be a table", MISSION_KEYS)
         return Mission(path.stem, "", path, findings=tuple(reader.findings))
     for key, _ in source.entries:
+        if reader.full:
+            break
         if key.text not in MISSION_KEYS:
-            reader.unknown(key.position, "key of a mission", key.text, MISSION_KEYS)
+            valid = section_meant(key.text, MISSION_KEYS)
+            reader.problem(key.position, f"unknown key of a mission {key.text!r}", valid)
     description = source.get("description")
     restart = source.get("on_restart")
     inputs, input_positions = read_ports(reader, source.get("inputs"), "an input", INPUT_KEYS)
@@ -55,7 +82,7 @@ def _parse(data: bytes, path: Path) -> Mission:
     keys, key_positions = read_ports(reader, source.get("keys"), "a key", KEY_KEYS)
     _check_keys(reader, keys, key_positions, inputs, outputs)
     tree = source.get("tree")
-    if tree is None:
+    if tree is None and not _meant(source, "tree"):
         reader.problem(source.position, "the mission has no tree", ["tree: {a node}"])
     return Mission(
         name=_name(reader, source, path),
@@ -70,12 +97,21 @@ def _parse(data: bytes, path: Path) -> Mission:
         tree=NodeParser(reader).node(tree) if tree is not None else None,
         positions={**key_positions, **output_positions, **input_positions},
         findings=tuple(reader.findings),
+        lost=frozenset(keys_meant(tree)) if reader.findings else frozenset(),
         version=hashlib.sha256(data).hexdigest()[:16],
     )
 
 
+def _meant(table: Table, name: str) -> bool:
+    """Whether a key that is unknown, which is noted, was probably meant to be this one."""
+    unknown = [key.text for key, _ in table.entries[:MAX_FINDINGS] if key.text not in MISSION_KEYS]
+    return any(section_meant(key, MISSION_KEYS)[0].startswith(name) for key in unknown)
+
+
 def _name(reader: Reader, table: Table, path: Path) -> str:
     source = table.get("mission")
+    if source is None and _meant(table, "mission"):
+        return path.stem
     if source is None:
         reader.problem(table.position, "the mission has no name", [f"mission: {path.stem}"])
         return path.stem
@@ -108,14 +144,18 @@ def read_ports(
     table = reader.table(source, what.split()[1] + "s")
     for key, item in table.entries if table else ():
         name = reader.identifier(key, what)
-        fields = reader.table(item, f"{what} {key.text!r}")
-        if fields is None:
-            reader.problem(
-                key.position, f"{what} needs a type", ["{type: " + "|".join(k.value for k in Kind) + "}"]
+        if not isinstance(item, Table):
+            written = item.text if isinstance(item, Text) else ""
+            kinds = (
+                _OTHER_KINDS.get(written, written)
+                if _is_kind(written)
+                else "|".join(kind.value for kind in Kind)
             )
+            valid = [f"{key.text}: {{type: {kinds}}}"]
+            reader.problem(key.position, f"{what} is a table with its type", valid)
         elif name is not None:
             positions[name.text] = name.position
-            ports[name.text] = _port(reader, name.text, fields, keys)
+            ports[name.text] = _port(reader, name.text, item, keys)
     return ports, positions
 
 
@@ -151,16 +191,30 @@ def _port(reader: Reader, name: str, fields: Table, keys: tuple[str, ...]) -> Po
     value = _literal(reader, default, kind, f"the default of {name!r}")
     problem = out_of_range(value, port) if value is not None else None
     if problem:
-        reader.problem(default.position, f"the default of {name!r}: {problem}")
+        reader.problem(default.position, f"the default of {name!r}: {problem}", range_of(port))
     return Port(kind, text or "", value, minimum, maximum)
 
 
 def _kind(reader: Reader, name: str, fields: Table) -> Kind:
     source = fields.get("type")
+    known = [kind.value for kind in Kind]
     if source is None:
-        reader.problem(fields.position, f"{name!r} needs a type", [kind.value for kind in Kind])
+        if not any(get_close_matches(key.text, ["type"]) for key, _ in fields.entries):
+            reader.problem(fields.position, f"{name!r} needs a type", known)
         return Kind.TEXT
-    return Kind(reader.choice(source, f"the type of {name!r}", [kind.value for kind in Kind], "text"))
+    written = source.text if isinstance(source, Text) else "this"
+    if written in known:
+        return Kind(written)
+    if reader.full:
+        return Kind.TEXT
+    other = _OTHER_KINDS.get(written)
+    valid = [other] if other is not None else closest_first(written, known)
+    reader.problem(source.position, f"the type of {name!r} cannot be {written!r}", valid)
+    return Kind(valid[0])
+
+
+def _is_kind(text: str) -> bool:
+    return text in _OTHER_KINDS or text in {kind.value for kind in Kind}
 
 
 def _limit(reader: Reader, fields: Table, key: str, kind: Kind) -> Any:

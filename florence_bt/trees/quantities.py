@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port
@@ -74,6 +75,7 @@ def read_value(text: str, kind: Kind) -> Any:
             return _read_quantity(text, kind)
 
 
+@lru_cache(maxsize=4096)  # a file is looked through several times
 def guess_value(text: str) -> tuple[Kind, Any]:
     """The kind and value of a literal where nothing says what it must be: ``30 s`` is a duration."""
     if text in ("true", "false"):
@@ -114,6 +116,16 @@ def out_of_range(value: Any, port: Port) -> str | None:
     return None
 
 
+def range_of(port: Port) -> tuple[str, ...]:
+    """The values that a port takes, in words; empty when it has no limits."""
+    low, high = (
+        None if end is None else format_value(end, port.kind) for end in (port.minimum, port.maximum)
+    )
+    if low is not None and high is not None:
+        return (f"{low} to {high}",)
+    return (f"{low} and more",) if low is not None else (f"{high} and less",) if high is not None else ()
+
+
 def _read_boolean(text: str) -> bool:
     if text not in ("true", "false"):
         meant = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(text.lower())
@@ -128,7 +140,9 @@ def _read_quantity(text: str, kind: Kind) -> float:
     units = UNITS.get(kind, {})
     what = with_article(kind)
     if match is None:
-        raise ConfigError(f"{what} is needed, not {text!r}", valid=[_EXAMPLES[kind]])
+        comma = _QUANTITY.fullmatch(text.replace(",", ".", 1))
+        valid = f"{comma[1]} {comma[2]}".strip() if comma and comma[2] in units else _EXAMPLES[kind]
+        raise ConfigError(f"{what} is needed, not {text!r}", valid=[valid])
     number, unit = float(match[1]), match[2]
     if not math.isfinite(number):
         raise ConfigError(f"{text!r} is too large")

@@ -11,6 +11,7 @@ from florence_bt.behaviours.keys import (
     PoseFromParts,
     TextTemplate,
     ValueProblem,
+    is_source,
     readable,
 )
 from florence_bt.core.declaration import Kind, Port
@@ -20,7 +21,14 @@ from florence_bt.trees.expressions.building import build_formula
 from florence_bt.trees.expressions.checking import check_kinds
 from florence_bt.trees.expressions.parser import parse_expression
 from florence_bt.trees.model import Expression, Literal, PoseParts, Reference, Template, Value, show
-from florence_bt.trees.quantities import example_of, guess_value, out_of_range, read_value, with_article
+from florence_bt.trees.quantities import (
+    example_of,
+    guess_value,
+    out_of_range,
+    range_of,
+    read_value,
+    with_article,
+)
 
 Kinds = Mapping[str, Kind | None]
 """The kinds of keys, as far as they are known."""
@@ -90,7 +98,7 @@ def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
     if isinstance(result, (int, float)) and not isinstance(result, bool):
         problem = out_of_range(result, port)
         if problem:
-            raise ConfigError(problem)
+            raise ConfigError(problem, valid=range_of(port))
     return result
 
 
@@ -106,7 +114,7 @@ def template_of(value: Value) -> TextTemplate:
     source = tree_value(value, None if isinstance(value, Expression) else Kind.TEXT)
     if isinstance(source, TextTemplate):
         return source
-    return TextTemplate((source if callable(getattr(source, "resolve", None)) else readable(source),))
+    return TextTemplate((source if is_source(source) else readable(source),))
 
 
 def _as_expression(value: Template) -> tuple[str, ...]:

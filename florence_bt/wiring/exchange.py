@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees._excerpt import Excerpts
 from florence_bt.trees.btcpp import export_mission, import_trees
 from florence_bt.trees.btcpp.notes import losses
 from florence_bt.trees.declarations import collect_declarations
 from florence_bt.trees.findings import ERROR, WARNING, Finding, has_errors
 from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.report import FORMATS, report_full
+from florence_bt.trees.report import FORMATS, Excerpts, report_full
 
 
 @dataclass(frozen=True)
@@ -94,9 +93,15 @@ def import_file(
 
 
 def mission_name(given: str, library: MissionLibrary) -> str:
-    """The name of a mission that is given by its name or its file; the file joins the library."""
+    """The name of a mission that is given by its name or its file; the file joins the library.
+
+    Raises:
+        ConfigError: There is no such file.
+    """
     file = Path(given)
-    if file.suffix in (".yaml", ".yml") and file.exists():
+    if file.suffix in (".yaml", ".yml"):
+        if not file.exists():
+            raise ConfigError(f"there is no file {given!r}", valid=["a mission file", *library.names()])
         library.add_file(file)
         return file.stem
     return given

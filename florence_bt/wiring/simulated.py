@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +17,9 @@ from florence_bt.simulation.people import PersonSpec, place_person
 from florence_bt.simulation.ports import HardwareMounts, HardwareSettings
 from florence_bt.skills.describe_robot.description import load_description
 from florence_bt.wiring.options import ABSENT, BringUp
+
+if TYPE_CHECKING:
+    from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
 
 LASER_FRAME = "base_laser_round_link"
 CAMERA_FRAME = "camera_depth_optical_frame"
@@ -37,6 +44,14 @@ def hardware_mounts() -> HardwareMounts:
 def hardware_settings(options: BringUp) -> HardwareSettings:
     """Where the simulated ports of a bring-up are."""
     return HardwareSettings(Path(options.folder) / "ports", seed=options.seed)
+
+
+def simulated_motor() -> Callable[[int], UsbMotor]:
+    """Opens the motor of the simulated Kinect; what it tilts is not seen by the simulated camera."""
+    from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
+    from florence_bt.simulation.emulators.kinect_motor import KinectMotorBackend
+
+    return partial(UsbMotor, backend=KinectMotorBackend(time.monotonic))
 
 
 def clear_ports(options: BringUp) -> None:

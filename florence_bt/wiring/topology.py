@@ -22,6 +22,7 @@ NODES: dict[str, tuple[str, ...]] = {
         "turtlebot_node",
         "hokuyo_node",
         "kinect_node",
+        "kinect_aux",
         "kinect_laser",
         "laser_combinator",
         "laser_filter",
@@ -116,6 +117,7 @@ def _make_server(options: BringUp) -> HardwareServer:
 
 def _hardware(settings: _Settings) -> list[Factory]:
     from florence_bt.drivers.hokuyo.node import HokuyoNode
+    from florence_bt.drivers.kinect.motor.node import KinectMotorNode
     from florence_bt.drivers.kinect.node import KinectNode
     from florence_bt.drivers.turtlebot.node import TurtlebotNode
     from florence_bt.skills.combine_lasers.node import LaserCombinatorNode
@@ -124,11 +126,13 @@ def _hardware(settings: _Settings) -> list[Factory]:
     from florence_bt.skills.filter_velocity.node import VelocityFilterNode
     from florence_bt.skills.project_depth.node import FakeLaserNode
 
+    motor: dict[str, Any] = {}
     ports: dict[str, str | None] = {"base": None, "laser": None, "kinect": None}
     if settings.options.simulated:
-        from florence_bt.wiring.simulated import hardware_settings
+        from florence_bt.wiring.simulated import hardware_settings, simulated_motor
 
         simulated = hardware_settings(settings.options)
+        motor = {"open_motor": simulated_motor()}
         ports = {
             "base": str(simulated.base_port),
             "laser": str(simulated.laser_port),
@@ -138,6 +142,7 @@ def _hardware(settings: _Settings) -> list[Factory]:
         partial(TurtlebotNode, parameters=settings.of("turtlebot_node", port=ports["base"])),
         partial(HokuyoNode, parameters=settings.of("hokuyo_node", port=ports["laser"])),
         partial(KinectNode, parameters=settings.of("kinect_node", source=ports["kinect"])),
+        partial(KinectMotorNode, parameters=settings.of("kinect_aux"), **motor),
         partial(FakeLaserNode, parameters=settings.of("kinect_laser")),
         partial(LaserCombinatorNode, parameters=settings.of("laser_combinator")),
         partial(LaserFilterNode, parameters=settings.of("laser_filter")),

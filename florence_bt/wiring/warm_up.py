@@ -6,7 +6,13 @@ would be seconds without control.
 
 from __future__ import annotations
 
+import numpy as np
+
 from florence_bt.core.errors import FlorenceError
+from florence_bt.drivers.kinect.camera import View
+from florence_bt.drivers.kinect.codec import pack_11_bit
+from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
+from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.rig_robot import BASE_FRAME, CAMERA_FRAME
 from florence_bt.simulation.sensors import KinectSensor
@@ -15,7 +21,7 @@ from florence_bt.wiring.simulated import robot_frames
 
 
 def warm_up() -> None:
-    """Run the main job once in the rig, and take one picture in colour.
+    """Run the main job once in the rig, take one picture in colour, and make pictures of Kinect frames.
 
     Raises:
         FlorenceError: The main job does not work on this machine.
@@ -25,6 +31,23 @@ def warm_up() -> None:
     if run.status is not RunStatus.SUCCEEDED:
         raise FlorenceError(f"goto_user in the rig: {run.status.value}: {run.reason}")
     KinectSensor(rig.world, robot_frames().lookup(BASE_FRAME, CAMERA_FRAME)).measure()
+    _warm_up_kinect()
+
+
+def _warm_up_kinect() -> None:
+    """Make a picture of every encoding, and coloured points."""
+    driver, raw = KinectDriver(KinectParameters()), np.full((2, 8), 800, np.uint16)
+    packed = pack_11_bit(raw)
+    for payload, encoding in (
+        (packed, DepthEncoding.PACKED),
+        (raw, DepthEncoding.RAW),
+        (raw, DepthEncoding.MILLIMETRES),
+    ):
+        driver.depth(DepthFrame(8, 2, 0.0, payload, encoding, View.DEPTH), 0.0)
+    driver.coloured_points(driver.colour(VideoFrame(8, 2, 0.0, bytes(48)), 0.0))
+    large = np.zeros((480, 640, 3), np.uint8)
+    driver.depth(DepthFrame(8, 2, 0.0, raw, DepthEncoding.RAW, View.DEPTH), 0.0)
+    driver.coloured_points(driver.colour(VideoFrame(640, 480, 0.0, large), 0.0))
 
 
 if __name__ == "__main__":

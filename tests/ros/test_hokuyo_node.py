@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.srv import SelfTest
 from sensor_msgs.msg import LaserScan
 
 from florence_bt.core.errors import ConfigError
@@ -20,7 +21,8 @@ from florence_bt.drivers.hokuyo.node import HokuyoNode
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.emulators.scip import UTM_30LX, ScipEmulator
+from florence_bt.simulation.emulators.tcp_line import TcpLine
 
 pytestmark = pytest.mark.ros
 
@@ -37,7 +39,7 @@ class Hardware:
         self.scanner = ScipEmulator(Room())
         self.link = link
         self.now = 0.0
-        self.terminal: PseudoTerminal | None = None
+        self.terminal: PseudoTerminal | TcpLine | None = None
 
     def plug_in(self) -> None:
         self.terminal = PseudoTerminal(self.link)
@@ -85,7 +87,7 @@ def serving(hardware: Hardware, condition: Callable[[], Any]) -> Callable[[], An
 
 def test_scans_are_published(ros: Any, hardware: Hardware) -> None:
     spy = Spy(ros)
-    node = ros.add(HokuyoNode(parameters={"port": str(hardware.link)}))
+    node = ros.add(HokuyoNode(parameters={"calibrate_time": False, "port": str(hardware.link)}))
     ros.spin_until(serving(hardware, lambda: len(spy.scans) >= 5), what="five scans")
     scan = spy.scans[-1]
     assert scan.header.frame_id == "base_laser_round_link"
@@ -104,7 +106,7 @@ def test_scans_are_published(ros: Any, hardware: Hardware) -> None:
 
 def test_closing_the_node_switches_the_laser_off(ros: Any, hardware: Hardware) -> None:
     spy = Spy(ros)
-    node = ros.add(HokuyoNode(parameters={"port": str(hardware.link)}))
+    node = ros.add(HokuyoNode(parameters={"calibrate_time": False, "port": str(hardware.link)}))
     ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
     assert hardware.scanner.laser_on
     ros.close_node(node)
@@ -113,7 +115,9 @@ def test_closing_the_node_switches_the_laser_off(ros: Any, hardware: Hardware) -
 
 def test_the_plug_is_pulled_and_comes_back(ros: Any, hardware: Hardware) -> None:
     spy = Spy(ros)
-    ros.add(HokuyoNode(parameters={"port": str(hardware.link), "reconnect_delay_s": 0.1}))
+    ros.add(
+        HokuyoNode(parameters={"calibrate_time": False, "port": str(hardware.link), "reconnect_delay_s": 0.1})
+    )
     ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
     hardware.unplug()
     worst = ros.spin_until(
@@ -132,7 +136,9 @@ def test_the_plug_is_pulled_and_comes_back(ros: Any, hardware: Hardware) -> None
 def test_a_scanner_that_is_plugged_in_late(ros: Any, hardware: Hardware) -> None:
     hardware.unplug()
     spy = Spy(ros)
-    ros.add(HokuyoNode(parameters={"port": str(hardware.link), "reconnect_delay_s": 0.1}))
+    ros.add(
+        HokuyoNode(parameters={"calibrate_time": False, "port": str(hardware.link), "reconnect_delay_s": 0.1})
+    )
     report = ros.spin_until(lambda: spy.reports and spy.reports[-1], what="diagnostics")
     assert report.level == DiagnosticStatus.ERROR
     assert "there is no such port" in report.message
@@ -142,7 +148,9 @@ def test_a_scanner_that_is_plugged_in_late(ros: Any, hardware: Hardware) -> None
 
 def test_a_sensor_in_trouble_recovers(ros: Any, hardware: Hardware) -> None:
     spy = Spy(ros)
-    ros.add(HokuyoNode(parameters={"port": str(hardware.link), "restart_delay_s": 0.1}))
+    ros.add(
+        HokuyoNode(parameters={"calibrate_time": False, "port": str(hardware.link), "restart_delay_s": 0.1})
+    )
     ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
     hardware.scanner.faults.scan_status = "50"
     ros.spin_until(serving(hardware, lambda: not hardware.scanner.measuring), what="the trouble")
@@ -156,6 +164,7 @@ def test_parameters_and_namespace(ros: Any, hardware: Hardware) -> None:
         HokuyoNode(
             namespace="robot1",
             parameters={
+                "calibrate_time": False,
                 "port": str(hardware.link),
                 "min_ang": -math.pi / 2,
                 "max_ang": math.pi / 2,
@@ -173,3 +182,116 @@ def test_parameters_and_namespace(ros: Any, hardware: Hardware) -> None:
 def test_a_wrong_parameter_is_named(ros: Any) -> None:
     with pytest.raises(ConfigError, match="skip"):
         HokuyoNode(parameters={"skip": 10})
+
+
+def test_the_latency_is_calibrated(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    ros.add(HokuyoNode(parameters={"port": str(hardware.link)}))
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) >= 5), what="five scans")
+
+    def measured() -> bool:
+        values = {v.key: v.value for v in spy.reports[-1].values} if spy.reports else {}
+        return values.get("Latency Measured") == "yes"
+
+    ros.spin_until(serving(hardware, measured), what="the measured latency")
+
+
+def test_the_limits_of_the_sensor_are_parameters(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    node = ros.add(HokuyoNode(parameters={"calibrate_time": False, "port": str(hardware.link)}))
+    assert not node.has_parameter("min_ang_limit")
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+    values = [node.get_parameter(name).value for name in ("min_ang_limit", "max_ang_limit")]
+    assert values == [pytest.approx(-2.086214, abs=1e-6), pytest.approx(2.092350, abs=1e-6)]
+    assert node.get_parameter("min_range").value == pytest.approx(0.02)
+    assert node.get_parameter("max_range").value == pytest.approx(5.6)
+
+
+def test_a_utm_on_the_network_with_intensities(ros: Any, hardware: Hardware) -> None:
+    hardware.unplug()
+    hardware.scanner = ScipEmulator(Room(), model=UTM_30LX)
+    line = hardware.terminal = TcpLine()
+    spy = Spy(ros)
+    ros.add(
+        HokuyoNode(
+            parameters={
+                "calibrate_time": False,
+                "intensity": True,
+                "min_ang": -0.5,
+                "max_ang": 0.5,
+                "ip_address": "127.0.0.1",
+                "ip_port": line.port,
+                "reconnect_delay_s": 0.1,
+            }
+        )
+    )
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) > 3), what="scans")
+    assert len(spy.scans[-1].intensities) == len(spy.scans[-1].ranges) == 231
+    hardware.unplug()
+    ros.spin_until(lambda: [r for r in spy.reports if r.level == DiagnosticStatus.ERROR], what="an error")
+    spy.scans.clear()
+    hardware.terminal = TcpLine(port=line.port)
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) > 3), what="scans again")
+
+
+def test_a_dumb_port_is_opened_again(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    hardware.scanner.faults.deaf = True
+    ros.add(
+        HokuyoNode(
+            parameters={
+                "calibrate_time": False,
+                "port": str(hardware.link),
+                "reply_timeout_s": 0.05,
+                "reconnect_delay_s": 0.1,
+            }
+        )
+    )
+    report = ros.spin_until(
+        serving(hardware, lambda: [r for r in spy.reports if "nothing that speaks" in r.message]),
+        what="the complaint",
+    )
+    assert report[0].level == DiagnosticStatus.ERROR
+    hardware.scanner.faults.deaf = False
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+
+
+def ask_self_test(ros: Any, hardware: Hardware, spy_node: Any) -> SelfTest.Response:
+    client = spy_node.create_client(SelfTest, "hokuyo_node/self_test")
+    ros.spin_until(serving(hardware, client.service_is_ready), what="the service")
+    future = client.call_async(SelfTest.Request())
+    ros.spin_until(serving(hardware, future.done), what="the answer")
+    return future.result()
+
+
+def test_the_self_test(ros: Any, hardware: Hardware) -> None:
+    spy = Spy(ros)
+    asker = ros.add(FlorenceNode("asker"))
+    parameters = {"calibrate_time": False, "self_test_scans": 3, "port": str(hardware.link)}
+    ros.add(HokuyoNode(parameters=parameters))
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="a scan")
+    answer = ask_self_test(ros, hardware, asker)
+    assert (answer.id, answer.passed) == ("H0614967", b"\x01")
+    assert [status.name for status in answer.status] == [
+        "Status Test",
+        "Laser Test",
+        "Polled Data Test",
+        "Streamed Data Test",
+        "Streamed Intensity Data Test",
+        "Laser Off Test",
+    ]
+    spy.scans.clear()
+    ros.spin_until(serving(hardware, lambda: spy.scans), what="scans after the test")
+    hardware.scanner.faults.statuses["GD"] = "0A"
+    answer = ask_self_test(ros, hardware, asker)
+    assert answer.passed == b"\x00"
+    assert answer.status[2].level == DiagnosticStatus.ERROR
+
+
+def test_the_self_test_without_a_sensor(ros: Any, hardware: Hardware) -> None:
+    hardware.unplug()
+    asker = ros.add(FlorenceNode("asker"))
+    ros.add(HokuyoNode(parameters={"port": str(hardware.link)}))
+    answer = ask_self_test(ros, hardware, asker)
+    assert (answer.id, answer.passed) == ("unknown", b"\x00")
+    assert "there is no such port" in answer.status[0].message

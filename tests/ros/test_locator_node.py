@@ -222,7 +222,7 @@ def test_a_mission_server_that_does_not_answer_is_given_up_and_stopped_later(ros
             super().__init__("slow")
             self.stopped: list[str] = []
             self.later: Any = None
-            from florence_bt.skills.locate._deferred import Deferred, allow_deferred
+            from florence_bt.ros.deferred import Deferred, allow_deferred
 
             self.later = Deferred()
             allow_deferred(self.create_service(RunMission, "florence_bt/run_mission", self._run))

@@ -35,6 +35,11 @@ def left_over(folder: Path) -> list[int]:
     return found
 
 
+def recorded(folder: Path) -> list[str]:
+    """The runs that have a folder."""
+    return [entry.name for entry in (folder / "runs").iterdir() if entry.is_dir()]
+
+
 def bring_up(start_process, verb, folder, *more):
     arguments = [verb, *(["--sim"] if verb == "up" else ["--headless"])]
     return start_process(
@@ -103,7 +108,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     first = start_process(*FLORENCE, "run", "goto_room", "room=kitchen", "--headless")
     first.wait_for("-- driving", PATIENCE_S)
     assert first.end(signal.SIGINT, PATIENCE_S) == 130, first.output
-    run_id = next((folder / "runs").iterdir()).name
+    (run_id,) = recorded(folder)
     status = start_process(*FLORENCE, "status", "--run", run_id)
     assert status.process.wait(PATIENCE_S) == 0 and "STOPPED" in status.output
     assert "Ctrl-C at florence run" in status.output
@@ -132,7 +137,7 @@ def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_
         assert time.monotonic() < end
     fresh = bring_up(start_process, "up", folder)
     fresh.wait_for("ready after", PATIENCE_S)
-    (run_id,) = (entry.name for entry in (folder / "runs").iterdir())
+    (run_id,) = recorded(folder)
     old = start_process(*FLORENCE, "status", "--run", run_id)
     assert old.process.wait(PATIENCE_S) == 0 and "STOPPED" in old.output
     fresh.end(signal.SIGINT, PATIENCE_S)

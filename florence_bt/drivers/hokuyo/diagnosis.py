@@ -15,7 +15,7 @@ def diagnose(
     Args:
         driver: The driver.
         parameters: How it was told to measure.
-        port: The serial device.
+        port: The serial device, or the address on the network.
         port_problem: Why the port is not open; empty when it is.
         now: The time.
     """
@@ -34,6 +34,10 @@ def diagnose(
         "Frequency": f"{rate:.2f}",
         "Expected Frequency": f"{driver.expected_rate:.2f}",
         "Computed Latency": f"{driver.latency:.4f}",
+        "Latency Measured": "yes" if driver.calibrated else "no",
+        "Last Scan Late": f"{driver.late_s:.4f}",
+        "Beams Without Range": driver.beams_without_range() or "unknown",
+        "Measurement": "none" if driver.measurement is None else driver.measurement.command,
         "User Time Offset": f"{parameters.time_offset:.4f}",
     }
     if port_problem:

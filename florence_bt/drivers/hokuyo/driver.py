@@ -1,8 +1,8 @@
 """The Hokuyo driver without a port: bytes and the time go in, scans and bytes come out.
 
-The start-up sequence is one table. Each step sends a command and waits for its echo; a wrong status or
-silence repeats it, and a step that never succeeds makes the driver rest and start afresh. Whatever happens on
-the line, the driver ends up measuring again once the sensor answers as it should.
+What is said to the sensor stands in scripts (``start_up.py``, ``stream.py``, ``latency.py``,
+``self_test.py``). A script that fails makes the driver rest and start afresh, so whatever happens on the
+line, it ends up measuring again once the sensor answers as it should.
 
 Source: REFERENCE 4.6, 4.7, 4.9.
 """
@@ -10,23 +10,31 @@ Source: REFERENCE 4.6, 4.7, 4.9.
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from florence_bt.core.errors import FrameError
+from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
 from florence_bt.drivers.frequency import FrequencyMeter
-from florence_bt.drivers.hokuyo.codec import Reply, ReplyParser, ScanReply, decode_scan, request, scan_command
+from florence_bt.drivers.hokuyo.codec import Measurement, Reply, ReplyParser, ScanReply, decode_scan, request
+from florence_bt.drivers.hokuyo.conversation import Conversation, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances
+from florence_bt.drivers.hokuyo.latency import ScanClock
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
+from florence_bt.drivers.hokuyo.self_test import SelfTestResult, self_test
+from florence_bt.drivers.hokuyo.start_up import HEALTHY, Sensor, start_up
 from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status
-
-HEALTHY = "Sensor works well."
-"""The text of STAT that hokuyo_node insists on (REFERENCE 4.5)."""
+from florence_bt.drivers.hokuyo.stream import Stream, begin_stream, plan_measurement
 
 RESUMED = "98"
+UNSTABLE = "0M"
+"""Newer sensors send it in the place of a scan while they settle; the stream goes on."""
+
 SAME_STAMPS_LIMIT = 2
 """hokuyo_node gives up when more scans than this carry the same time stamp."""
+
+TestsDone = Callable[[Sequence[SelfTestResult]], None]
 
 
 class Phase(enum.Enum):
@@ -35,35 +43,8 @@ class Phase(enum.Enum):
     STOPPED = "stopped"
     STARTING = "starting"
     MEASURING = "measuring"
+    TESTING = "testing itself"
     RESTING = "resting before it starts again"
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """One command of the start-up.
-
-    Attributes:
-        command: The text to send; ``MD`` is completed with the window.
-        accepted: Statuses that lead on; empty: any answer, or none at all.
-        attempts: How often to try, one reply time-out apart.
-    """
-
-    command: str
-    accepted: tuple[str, ...] = (ACCEPTED,)
-    attempts: int = 3
-
-
-START_UP = (
-    Step("SCIP2.0", (), 1),  # old firmware wakes up in SCIP 1.1, newer firmware answers 0E
-    Step("TM2", (ACCEPTED, "03")),  # in time mode everything else is refused
-    Step("QT"),
-    Step("RS"),
-    Step("PP"),
-    Step("VV"),
-    Step("II"),
-    Step("BM", (ACCEPTED, "02"), 10),
-    Step("MD", (ACCEPTED, SCAN_FOLLOWS)),  # a scan proves as well that the stream runs
-)
 
 
 @dataclass(slots=True)
@@ -95,27 +76,36 @@ class HokuyoDriver:
     Call :meth:`start` once the port is open, :meth:`receive` with what was read, and :meth:`poll` after each
     of them and at :meth:`next_deadline`; write what ``poll`` returns.
 
-    Args:
-        parameters: How to measure.
-        on_problem: Told each failure, in words.
+    Attributes:
+        sensor: Who the sensor is, None before it told.
+        measurement: What it measures, None before that was accepted.
+        unheard: The last start failed without a word from the sensor: the port may be the wrong one, or dead.
     """
 
     def __init__(self, parameters: HokuyoParameters, on_problem: Callable[[str], None] | None = None) -> None:
+        """Prepare; :meth:`start` begins.
+
+        Args:
+            parameters: How to measure.
+            on_problem: Told each failure, in words.
+        """
         self._parameters = parameters
         self._on_problem = on_problem
         self._parser = ReplyParser()
         self._status = DriverStatus()
         self._frequency = FrequencyMeter()
-        self._outbox = bytearray()
+        self._clock = ScanClock()
+        self._conversation: Conversation | None = None
+        self._then: Callable[[Conversation, float], None] = self._on_started
+        self._tests_done: TestsDone | None = None
         self._deadline: float | None = None
-        self._index = 0
-        self._attempt = 0
-        self._awaited = ""
-        self._refusal = ""
         self._failures = 0
         self._same_stamps = 0
-        self._last_stamp_ms: int | None = None
-        self.geometry: SensorGeometry | None = None
+        self._last_scan: ScanReply | None = None
+        self._calibrated: dict[str, float] = {}
+        self.sensor: Sensor | None = None
+        self.measurement: Measurement | None = None
+        self.unheard = False
 
     @property
     def status(self) -> DriverStatus:
@@ -124,26 +114,60 @@ class HokuyoDriver:
         return self._status
 
     @property
+    def geometry(self) -> SensorGeometry | None:
+        """The sensor's numbers, None before it told them."""
+        return None if self.sensor is None else self.sensor.geometry
+
+    @property
     def expected_rate(self) -> float:
         """Scans a second that the sensor should deliver; 0 before it told its speed."""
-        return 0.0 if self.geometry is None else 1.0 / self._scan_interval(self.geometry)
+        return 0.0 if self.sensor is None else 1.0 / self._scan_interval(self.sensor.geometry)
 
     @property
     def latency(self) -> float:
-        """Seconds between the sensor passing step 0 and the scan's arrival, as set or as the sweep lasts."""
-        if self._parameters.latency_s is not None or self.geometry is None:
-            return self._parameters.latency_s or 0.0
-        return (self.geometry.step_at(self._parameters.max_ang) + 1) * self.geometry.time_increment
+        """Seconds from the sensor passing step 0 to the scan's arrival, as set or as measured.
+
+        Without both it is the time of the sweep up to the last step, because no scan can arrive earlier.
+        """
+        if self._parameters.latency_s is not None:
+            return self._parameters.latency_s
+        if self.sensor is None:
+            return 0.0
+        geometry, last = self.sensor.geometry, self._parameters.max_ang
+        return self._calibrated.get(
+            self.sensor.device_id, (geometry.step_at(last) + 1) * geometry.time_increment
+        )
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether the latency was measured."""
+        return self.sensor is not None and self.sensor.device_id in self._calibrated
+
+    @property
+    def late_s(self) -> float:
+        """How late the last scan arrived, in seconds, by the sensor's own clock."""
+        return self._clock.late_s
 
     def rate(self, now: float) -> float:
         """Scans a second that did arrive lately."""
         return self._frequency.rate(now)
 
+    def beams_without_range(self) -> str:
+        """How many beams of the last scan are error codes, and why; empty before the first scan."""
+        if self._last_scan is None or self.sensor is None:
+            return ""
+        return summarise(
+            self._last_scan.distances_mm, self.sensor.geometry.minimum_mm, self._errors(self.sensor)
+        )
+
     def start(self, now: float) -> None:
         """Begin the start-up, also after the port was lost."""
+        self._halt()
         self._parser.clear()
-        self._outbox.clear()
-        self._begin(0, now)
+        self._clock.reset()
+        self._same_stamps, self._last_scan = 0, None
+        self.unheard = False
+        self._converse(Phase.STARTING, start_up(), self._on_started, now)
 
     def shutdown(self) -> bytes:
         """Stop, and return the bytes that switch the laser off."""
@@ -157,101 +181,123 @@ class HokuyoDriver:
         self._status.problem = reason
         self._halt()
 
+    def begin_self_test(self, on_done: TestsDone, now: float) -> None:
+        """Leave the stream, run the tests, tell what they found, and measure again.
+
+        Args:
+            on_done: Called with the results once; with none when the port was lost meanwhile.
+            now: The time.
+
+        Raises:
+            DeviceError: The sensor does not measure now.
+        """
+        if self._status.phase is not Phase.MEASURING or self.sensor is None:
+            raise DeviceError(
+                f"the tests need a sensor that measures; the driver is {self._status.phase.value}"
+            )
+        self._tests_done = on_done
+        script = self_test(self.sensor.geometry, self._parameters.self_test_scans)
+        self._converse(Phase.TESTING, script, self._on_tested, now)
+
     def next_deadline(self) -> float | None:
         """When :meth:`poll` must be called at the latest, or None."""
-        return self._deadline
+        return self._deadline if self._conversation is None else self._conversation.deadline
 
     def poll(self, now: float) -> bytes:
         """Do what is due and return the bytes to send."""
-        if self._deadline is not None and now >= self._deadline:
+        if self._conversation is not None:
+            self._conversation.poll(now)
+            self._settle(now)
+        elif self._deadline is not None and now >= self._deadline:
             self._overdue(now)
-        data = bytes(self._outbox)
-        self._outbox.clear()
-        return data
+        return b"" if self._conversation is None else self._conversation.take_bytes()
 
     def receive(self, data: bytes, now: float) -> list[LaserScan]:
         """Take bytes that arrived at ``now`` and return the scans that they complete."""
         scans = []
         for reply in self._parser.feed(data):
-            if self._status.phase is Phase.STARTING:
-                self._take_answer(reply, now)
-            elif self._status.phase is Phase.MEASURING and reply.echo == self._awaited:
-                scan = self._take_scan(reply, now)
-                if scan is not None:
-                    scans.append(scan)
+            if self._conversation is not None:
+                self._conversation.receive(reply, now)
+                self._settle(now)
+            elif self._status.phase is Phase.MEASURING and (scan := self._take_scan(reply, now)) is not None:
+                scans.append(scan)
         return scans
 
-    # --- start-up ---------------------------------------------------------------------------------------
+    # --- conversations ----------------------------------------------------------------------------------
 
-    def _begin(self, index: int, now: float) -> None:
-        self._status.phase = Phase.STARTING
-        self._index = index
-        self._attempt = 0
-        self._send(now)
+    def _converse(
+        self, phase: Phase, script: Script, then: Callable[[Conversation, float], None], now: float
+    ) -> None:
+        self._status.phase = phase
+        self._deadline = None
+        self._then = then
+        self._conversation = Conversation(script, self._parameters.reply_timeout_s, now)
+        self._settle(now)
 
-    def _send(self, now: float) -> None:
-        self._attempt += 1
-        self._refusal = ""
-        command = START_UP[self._index].command
-        self._awaited = self._scan_command() if command == "MD" else command
-        self._outbox += request(self._awaited)
-        self._deadline = now + self._parameters.reply_timeout_s
-
-    def _take_answer(self, reply: Reply, now: float) -> None:
-        if reply.echo != self._awaited:
-            return  # a scan of an older stream, or an answer that came too late
-        step = START_UP[self._index]
-        self._refusal = self._objection(step, reply)
-        if self._refusal:
-            return  # tried again at the deadline
-        if self._index + 1 < len(START_UP):
-            self._begin(self._index + 1, now)
+    def _settle(self, now: float) -> None:
+        talk = self._conversation
+        if talk is None or not talk.done:
+            return
+        self._conversation = None
+        self.unheard = talk.error is not None and not talk.heard
+        if talk.error is not None:
+            self._fail(now, str(talk.error))
         else:
-            self._status.phase = Phase.MEASURING
-            self._same_stamps, self._last_stamp_ms = 0, None
-            self._expect_scan(now)
+            self._then(talk, now)
 
-    def _objection(self, step: Step, reply: Reply) -> str:
-        """Why an answer does not lead on; empty when it does."""
-        if step.accepted and reply.status not in step.accepted:
-            return (
-                f"{step.command} was answered {reply.status}: {describe_status(step.command, reply.status)}"
-            )
-        try:
-            match step.command:
-                case "PP":
-                    self.geometry = SensorGeometry.from_information(reply.information())
-                case "VV":
-                    self._status.device = reply.information()
-                case "II":
-                    self._status.device_status = reply.information().get("STAT", "unknown")
-                    if self._status.device_status != HEALTHY:
-                        return f"the sensor reports {self._status.device_status!r} instead of {HEALTHY!r}"
-        except FrameError as error:
-            return str(error)
-        return ""
+    def _on_started(self, talk: Conversation, now: float) -> None:
+        sensor: Sensor = talk.result
+        self.sensor = sensor
+        self._status.device, self._status.device_status = sensor.version, sensor.stat
+        if sensor.stat != HEALTHY:
+            self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY!r}")
+            return
+        wanted, complaints = plan_measurement(self._parameters, sensor)
+        self._complain(complaints)
+        self._stream(wanted, now)
 
-    def _scan_command(self) -> str:
-        geometry, wanted = self._known_geometry(), self._parameters
-        first, last = geometry.step_at(wanted.min_ang), geometry.step_at(wanted.max_ang)
-        return scan_command("MD", first, last, wanted.cluster, wanted.skip, 0)
+    def _stream(self, wanted: Measurement, now: float) -> None:
+        calibrate = (
+            self._parameters.calibrate_time and self._parameters.latency_s is None and not self.calibrated
+        )
+        self._converse(Phase.STARTING, begin_stream(wanted, calibrate), self._on_streaming, now)
 
-    def _known_geometry(self) -> SensorGeometry:
-        if self.geometry is None:
-            raise FrameError("the sensor's geometry is known only after its answer to PP")
-        return self.geometry
+    def _on_streaming(self, talk: Conversation, now: float) -> None:
+        stream: Stream = talk.result
+        self.measurement = stream.measurement
+        if stream.latency_s is not None and self.sensor is not None:
+            self._calibrated[self.sensor.device_id] = stream.latency_s
+        self._complain(stream.complaints)
+        self._status.phase = Phase.MEASURING
+        self._expect_scan(now)
+
+    def _on_tested(self, talk: Conversation, now: float) -> None:
+        self._tell_tests(talk.result)
+        if self.measurement is not None:
+            self._stream(self.measurement, now)
+
+    def _tell_tests(self, results: Sequence[SelfTestResult]) -> None:
+        done, self._tests_done = self._tests_done, None
+        if done is not None:
+            done(results)
+
+    def _complain(self, complaints: Sequence[str]) -> None:
+        for complaint in complaints:
+            if self._on_problem is not None:
+                self._on_problem(complaint)
 
     # --- measuring --------------------------------------------------------------------------------------
 
     def _take_scan(self, reply: Reply, now: float) -> LaserScan | None:
-        if reply.status == RESUMED:
+        if self.measurement is None or self.sensor is None or reply.echo != self.measurement.command:
+            return None
+        if reply.status in (RESUMED, UNSTABLE):
             self._expect_scan(now)
-        if reply.status in (ACCEPTED, RESUMED):
+        if reply.status in (ACCEPTED, RESUMED, UNSTABLE):
             return None
         if reply.status != SCAN_FOLLOWS:
-            self._fail(
-                now, f"measuring ended with status {reply.status}: {describe_status('MD', reply.status)}"
-            )
+            meaning = describe_status(self.measurement.kind, reply.status)
+            self._fail(now, f"measuring ended with status {reply.status}: {meaning}")
             return None
         try:
             scan = decode_scan(reply)
@@ -263,14 +309,18 @@ class HokuyoDriver:
             return None
         self._status.scans += 1
         self._status.problem = ""
-        self._failures = 0
         self._frequency.tick(now)
         self._expect_scan(now)
-        return self._scan_of(scan, now)
+        return self._scan_of(scan, self.sensor, now)
 
-    def _scan_of(self, scan: ScanReply, now: float) -> LaserScan:
-        geometry, wanted = self._known_geometry(), self._parameters
-        stamp = now - self.latency + scan.first_step * geometry.time_increment + wanted.time_offset
+    def _scan_of(self, scan: ScanReply, sensor: Sensor, now: float) -> LaserScan:
+        geometry, wanted = sensor.geometry, self._parameters
+        undelayed = self._clock.arrival(scan.timestamp_ms, now)
+        arrived = undelayed if wanted.use_sensor_clock else now
+        stamp = arrived - self.latency + scan.first_step * geometry.time_increment + wanted.time_offset
+        ranges = None
+        if wanted.use_rep_117:
+            ranges = without_codes(scan.distances_mm, geometry.minimum_mm, self._errors(sensor))
         return scan_from_distances(
             scan.distances_mm,
             scan.first_step,
@@ -279,51 +329,51 @@ class HokuyoDriver:
             stamp,
             wanted.frame_id,
             skip=wanted.skip,
+            intensities=scan.intensities,
+            ranges=ranges,
         )
 
+    def _errors(self, sensor: Sensor) -> Mapping[int, str]:
+        return range_errors(sensor.parameters.get("MODL", ""), sensor.geometry.maximum_mm)
+
     def _is_stuck(self, scan: ScanReply) -> bool:
-        same = scan.timestamp_ms == self._last_stamp_ms
+        same = self._last_scan is not None and scan.timestamp_ms == self._last_scan.timestamp_ms
+        if self._last_scan is not None and not same:
+            self._failures = 0  # the sensor measures and its time goes on
         self._same_stamps = self._same_stamps + 1 if same else 0
-        self._last_stamp_ms = scan.timestamp_ms
+        self._last_scan = scan
         return self._same_stamps >= SAME_STAMPS_LIMIT
 
     def _expect_scan(self, now: float) -> None:
-        interval = self._scan_interval(self._known_geometry())
-        self._deadline = now + interval + self._parameters.silence_timeout_s
+        if self.sensor is not None:
+            interval = self._scan_interval(self.sensor.geometry)
+            self._deadline = now + interval + self._parameters.silence_timeout_s
 
     def _scan_interval(self, geometry: SensorGeometry) -> float:
         return geometry.scan_period * (self._parameters.skip + 1)
 
-    # --- ends ---------------------------------------------------------------------------------------
+    # --- ends -------------------------------------------------------------------------------------------
 
     def _overdue(self, now: float) -> None:
-        match self._status.phase:
-            case Phase.RESTING:
-                self.start(now)
-            case Phase.MEASURING:
-                self._fail(now, "no scan arrived in time")
-            case Phase.STARTING:
-                step = START_UP[self._index]
-                if self._attempt < step.attempts:
-                    self._send(now)
-                elif not step.accepted:
-                    self._begin(self._index + 1, now)
-                else:
-                    self._fail(now, self._refusal or f"no answer to {step.command}")
-            case Phase.STOPPED:
-                self._deadline = None
+        if self._status.phase is Phase.RESTING:
+            self.start(now)
+        else:
+            self._fail(now, "no scan arrived in time")
 
     def _halt(self) -> None:
         self._status.phase = Phase.STOPPED
         self._deadline = None
-        self._outbox.clear()
+        if self._conversation is not None:
+            self._conversation.close()
+            self._conversation = None
+        self._tell_tests(())
 
     def _fail(self, now: float, reason: str) -> None:
         if self._status.phase is Phase.MEASURING:
             self._status.lost += 1
+        self._halt()
         self._status.phase = Phase.RESTING
         self._status.problem = reason
         self._deadline = now + self._parameters.restart_delay_s * min(2 ** min(self._failures, 4), 10)
         self._failures += 1
-        if self._on_problem is not None:
-            self._on_problem(reason)
+        self._complain((reason,))

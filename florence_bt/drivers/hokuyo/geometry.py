@@ -91,6 +91,9 @@ class SensorGeometry:
 URG_04LX = SensorGeometry(20, 5600, 1024, 44, 725, 384, 600)
 """Hokuyo URG-04LX (REFERENCE 4.1)."""
 
+UTM_30LX = SensorGeometry(23, 60000, 1440, 0, 1080, 540, 2400)
+"""Hokuyo UTM-30LX (REFERENCE 4.1)."""
+
 
 def scan_from_distances(
     distances_mm: NDArray[np.int32],
@@ -101,6 +104,8 @@ def scan_from_distances(
     frame_id: str,
     *,
     skip: int = 0,
+    intensities: NDArray[np.int32] | None = None,
+    ranges: NDArray[np.float32] | None = None,
 ) -> LaserScan:
     """Make a laser scan of what the sensor measured.
 
@@ -115,6 +120,8 @@ def scan_from_distances(
         stamp: Time of the first beam in seconds.
         frame_id: The sensor's frame.
         skip: Turns left out between two scans.
+        intensities: Shape (n,), device units, or none.
+        ranges: Shape (n,), metres: what to say instead of the distances, such as NaN for the error codes.
 
     Source: REFERENCE 4.8, 4.9.
     """
@@ -126,7 +133,8 @@ def scan_from_distances(
         angle_increment=geometry.step_angle * steps,
         range_min=geometry.minimum_mm / 1000.0,
         range_max=geometry.maximum_mm / 1000.0,
-        ranges=np.asarray(distances_mm, np.float32) / np.float32(1000.0),
+        ranges=np.asarray(distances_mm, np.float32) / np.float32(1000.0) if ranges is None else ranges,
         time_increment=geometry.time_increment * steps,
         scan_time=geometry.scan_period * (skip + 1),
+        intensities=np.asarray(() if intensities is None else intensities, np.float32),
     )

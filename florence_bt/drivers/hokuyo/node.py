@@ -1,22 +1,29 @@
-"""The ROS node of the Hokuyo scanner: port, thread and messages around the driver."""
+"""The ROS node of the Hokuyo scanner: port, thread, messages and the self test around the driver."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.srv import SelfTest
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.context import Context
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 
 from florence_bt.core.clock import Timer, call_every
-from florence_bt.core.errors import DeviceError
+from florence_bt.core.errors import DeviceError, DeviceTimeout
 from florence_bt.drivers.connection import Connection
+from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
+from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
+from florence_bt.drivers.tcp_port import TcpPort
 from florence_bt.ros.conversions import scan_to_ros
+from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -25,9 +32,11 @@ DIAGNOSTICS_PERIOD_S = 1.0
 
 
 class HokuyoNode(FlorenceNode):
-    """Publishes ``scan`` and ``diagnostics``. Opens the port again, with growing pauses, whenever it is lost.
+    """Publishes ``scan`` and ``diagnostics``; serves ``~/self_test``; opens the port again when it is lost.
 
-    Parameters: the fields of :class:`HokuyoParameters` and :class:`HokuyoPortParameters`.
+    Parameters: the fields of :class:`HokuyoParameters` and :class:`HokuyoPortParameters`. Once the sensor has
+    told them, the parameters ``min_ang_limit``, ``max_ang_limit``, ``min_range`` and ``max_range`` hold what
+    it can do.
 
     Source: document, section 2.1; REFERENCE 4.9.
     """
@@ -39,6 +48,7 @@ class HokuyoNode(FlorenceNode):
         namespace: str = "",
         context: Context | None = None,
         open_port: Callable[[str, int], BytePort] = SerialPort,
+        open_tcp: Callable[[str, int], BytePort] = TcpPort,
     ) -> None:
         """Make the node and try to open the port.
 
@@ -47,25 +57,29 @@ class HokuyoNode(FlorenceNode):
             namespace: Goes before the node's name and topics.
             context: The ROS context.
             open_port: Opens a path at a baud rate.
+            open_tcp: Opens a port of a host.
         """
         super().__init__("hokuyo_node", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(HokuyoPortParameters)
         self._measuring = self.read_parameters(HokuyoParameters)
         self._driver = HokuyoDriver(self._measuring, lambda problem: self.get_logger().warning(problem))
+        self._open_port, self._open_tcp = open_port, open_tcp
+        self._told_limits: tuple[float, ...] = ()
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        allow_deferred(self.create_service(SelfTest, "~/self_test", self._on_self_test))
         self._deadline: Timer | None = None
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[BytePort, bytes] = Connection(
             self.timebase,
             self.call_soon,
-            lambda: open_port(self._settings.port, self._settings.baud_rate),
+            self._open,
             on_open=self._on_open,
             on_item=self._receive,
             on_lost=self._on_lost,
             on_problem=lambda problem: self.get_logger().error(problem),
             delay_s=self._settings.reconnect_delay_s,
-            name=self._settings.port,
+            name=self._settings.place,
         )
         self._connection.open()
 
@@ -73,16 +87,23 @@ class HokuyoNode(FlorenceNode):
         """Switch the laser off and let go of the port."""
         self._reports.cancel()
         self._set_deadline(None)
-        port = self._connection.device
+        last_words, port = self._driver.shutdown(), self._connection.device
         if port is not None:
             try:
-                port.write(self._driver.shutdown())
+                port.write(last_words)
             except DeviceError as error:
                 self.get_logger().warning(f"the laser may still be on: {error}")
         self._connection.close()
 
+    # ---- port -------------------------------------------------------------------------------------------
+
+    def _open(self) -> BytePort:
+        settings = self._settings
+        if settings.ip_address:
+            return self._open_tcp(settings.ip_address, settings.ip_port)
+        return self._open_port(settings.port, settings.baud_rate)
+
     def _on_open(self, port: BytePort) -> None:
-        self._connection.works()
         self.get_logger().info(f"opened {port.name}")
         self._driver.start(self.timebase.now())
         self._pump()
@@ -94,6 +115,8 @@ class HokuyoNode(FlorenceNode):
     def _receive(self, data: bytes, arrived: float) -> None:
         for scan in self._driver.receive(data, arrived):
             self._scans.publish(scan_to_ros(scan))
+            self._connection.works()
+            self._tell_limits()
         self._pump()
 
     def _pump(self) -> None:
@@ -101,13 +124,15 @@ class HokuyoNode(FlorenceNode):
         port = self._connection.device
         if port is None:
             return
-        data = self._driver.poll(self.timebase.now())
-        if data:
-            try:
+        try:
+            if data := self._driver.poll(self.timebase.now()):
                 port.write(data)
-            except DeviceError as error:
-                self._connection.lose(error)
-                return
+            if self._driver.unheard:
+                # A port that is open but dead, such as a plug that was out and in: begin with a new one.
+                raise DeviceTimeout(f"nothing that speaks SCIP 2.0 answers at {port.name}")
+        except DeviceError as error:
+            self._connection.lose(error)
+            return
         self._set_deadline(self._driver.next_deadline(), self._on_deadline)
 
     def _on_deadline(self) -> None:
@@ -119,9 +144,66 @@ class HokuyoNode(FlorenceNode):
             self._deadline.cancel()
         self._deadline = None if when is None or callback is None else self.timebase.call_at(when, callback)
 
+    # ---- what people see --------------------------------------------------------------------------------
+
+    def _tell_limits(self) -> None:
+        geometry = self._driver.geometry
+        if geometry is None:
+            return
+        limits = {
+            "min_ang_limit": geometry.angle_of(geometry.first_step),
+            "max_ang_limit": geometry.angle_of(geometry.last_step),
+            "min_range": geometry.minimum_mm / 1000.0,
+            "max_range": geometry.maximum_mm / 1000.0,
+        }
+        if self._told_limits == tuple(limits.values()):
+            return
+        self._told_limits = tuple(limits.values())
+        for name, value in limits.items():
+            if not self.has_parameter(name):
+                self.declare_parameter(name, value, ParameterDescriptor(description="told by the sensor"))
+        self.set_parameters([Parameter(name, value=value) for name, value in limits.items()])
+
     def _report(self) -> None:
         now = self.timebase.now()
-        found = diagnose(self._driver, self._measuring, self._settings.port, self._connection.problem, now)
+        found = diagnose(self._driver, self._measuring, self._settings.place, self._connection.problem, now)
         self._diagnostics.publish(
             diagnostics_to_ros({"laser scanner": found}, self.get_name(), found.values["Device ID"], now)
         )
+
+    def _on_self_test(self, request: SelfTest.Request, response: SelfTest.Response) -> Deferred:
+        """Run the tests of hokuyo_node; meanwhile no scans are published."""
+        later = Deferred()
+
+        def finish(results: Sequence[SelfTestResult]) -> None:
+            later.answer(
+                self._self_test_to_ros(results or (_failed("the port was lost meanwhile"),), response)
+            )
+
+        try:
+            self._driver.begin_self_test(finish, self.timebase.now())
+        except DeviceError as error:
+            finish((_failed(self._connection.problem or str(error)),))
+        self._pump()
+        return later
+
+    def _self_test_to_ros(
+        self, results: Sequence[SelfTestResult], response: SelfTest.Response
+    ) -> SelfTest.Response:
+        sensor = self._driver.sensor
+        response.id = "unknown" if sensor is None else sensor.device_id
+        response.passed = bytes([all(result.level < Level.ERROR for result in results)])
+        response.status = [
+            DiagnosticStatus(
+                level=bytes([result.level]),
+                name=result.name,
+                message=result.message,
+                hardware_id=response.id,
+            )
+            for result in results
+        ]
+        return response
+
+
+def _failed(problem: str) -> SelfTestResult:
+    return SelfTestResult("Connection Test", Level.ERROR, problem)

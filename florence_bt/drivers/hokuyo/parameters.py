@@ -16,27 +16,43 @@ class HokuyoParameters:
         min_ang: First angle in radians, -pi..pi, clipped to what the sensor can see. The default is the
             whole window of the URG-04LX; hokuyo_node had -pi/2.
         max_ang: Last angle in radians, min_ang..pi, clipped likewise.
+        intensity: Measure intensities too (ME instead of MD), where the sensor can.
+        allow_unsafe_settings: Let a UTM-30LX send intensities of any window; with more than 95 degrees a
+            cluster it may crash.
         cluster: Neighbouring steps that are joined into one value, 0..99 (0 and 1: none).
         skip: Turns left out between two scans, 0..9.
         frame_id: The sensor's frame.
         time_offset: Added to every stamp, -0.25..0.25 s.
-        latency_s: Seconds between the sensor passing step 0 and the scan's arrival. None takes the
-            time that the sweep up to the last step lasts: no scan can arrive before.
+        calibrate_time: Measure the latency against the sensor's own clock at the first start (some seconds).
+        latency_s: Seconds between the sensor passing step 0 and the scan's arrival. None takes what was
+            measured or, without that, the time that the sweep up to the last step lasts: no scan can arrive
+            before.
+        use_sensor_clock: Take the spacing of the stamps from the sensor's clock, so that a scan that was
+            delayed on its way is no younger for it; hokuyo_node took the arrival alone.
+        use_rep_117: Say NaN (a UTM: also inf and -inf) for the error codes below range_min, as later versions
+            of hokuyo_node; otherwise they pass as ranges of some millimetres.
+        self_test_scans: Scans of each stream of the self test, 1..99; hokuyo_node took 99.
         reply_timeout_s: Wait this long for the answer to a command.
         silence_timeout_s: Start afresh when the next scan is overdue by this long.
         restart_delay_s: Rest this long after a failure before starting again; doubled on each failure that
             follows, up to ten times as long.
 
-    Source: REFERENCE 4.9; document, section 2.1.
+    Source: REFERENCE 4.9, 4.10; document, section 2.1.
     """
 
     min_ang: float = -2.086214
     max_ang: float = 2.092350
+    intensity: bool = False
+    allow_unsafe_settings: bool = False
     cluster: int = 1
     skip: int = 0
     frame_id: str = "base_laser_round_link"
     time_offset: float = 0.0
+    calibrate_time: bool = True
     latency_s: float | None = None
+    use_sensor_clock: bool = True
+    use_rep_117: bool = False
+    self_test_scans: int = 99
     reply_timeout_s: float = 1.0
     silence_timeout_s: float = 1.0
     restart_delay_s: float = 1.0
@@ -52,6 +68,7 @@ class HokuyoParameters:
         _check("time_offset", self.time_offset, -0.25, 0.25)
         if self.latency_s is not None:
             _check("latency_s", self.latency_s, 0.0, 1.0)
+        _check("self_test_scans", self.self_test_scans, 1, 99)
         _check("reply_timeout_s", self.reply_timeout_s, 0.05, 60.0)
         _check("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0)
         _check("restart_delay_s", self.restart_delay_s, 0.05, 60.0)
@@ -64,16 +81,27 @@ class HokuyoPortParameters:
     Attributes:
         port: The serial device; the sensor is a USB modem class device (REFERENCE 4.2).
         baud_rate: Bits a second on a real serial line; without effect over USB.
+        ip_address: Address or name of a sensor on the network, such as 192.168.0.10; used instead of the port
+            when it is set. Sensors with a network plug speak the same protocol there.
+        ip_port: Its TCP port.
         reconnect_delay_s: Seconds between two attempts to open the port; doubled each time, up to ten times.
     """
 
     port: str = "/dev/ttyACM0"
     baud_rate: int = 115200
+    ip_address: str = ""
+    ip_port: int = 10940
     reconnect_delay_s: float = 0.5
 
     def __post_init__(self) -> None:
         _check("baud_rate", self.baud_rate, 9600, 1_000_000)
+        _check("ip_port", self.ip_port, 1, 65535)
         _check("reconnect_delay_s", self.reconnect_delay_s, 0.05, 60.0)
+
+    @property
+    def place(self) -> str:
+        """Where the sensor is, for people."""
+        return f"{self.ip_address}:{self.ip_port}" if self.ip_address else self.port
 
 
 def _check(name: str, value: float, lowest: float, highest: float) -> None:

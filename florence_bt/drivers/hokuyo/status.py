@@ -15,6 +15,7 @@ _GENERIC = {
     "0G": "the user string is longer than 16 characters",
     "0H": "the user string has a forbidden character",
     "0I": "the sensor is in firmware update mode",
+    "0M": "the sensor is not stable yet",
 }
 _MEASUREMENT = {
     "01": "the start step is not numeric",
@@ -36,6 +37,31 @@ _OTHERS = {
         "03": "the mode is off already",
         "04": "the time was asked for while the mode is off",
     },
+    "SS": {
+        "01": "the bit rate is not numeric",
+        "02": "the sensor does not know this bit rate",
+        "03": "the sensor runs at this bit rate already",
+        "04": "this sensor cannot change its bit rate",
+    },
+    "CR": {
+        "01": "the speed ratio is not valid",
+        "02": "the speed ratio is out of range",
+        "03": "the motor has this speed already",
+        "04": "this sensor cannot change its speed",
+    },
+    "HS": {
+        "01": "the parameter is wrong",
+        "02": "the sensitivity is so already",
+        "03": "this sensor cannot change its sensitivity",
+    },
+    "DB": {
+        "01": "the parameter is wrong",
+        "02": "the sensor is in this mode already",
+        "03": "the sensor is in its usual mode already",
+        "04": "the protocol's version does not fit",
+        "05": "the sensor has a real malfunction",
+    },
+    "RB": {"01": "the sensor restarts when asked once more"},
 }
 
 
@@ -49,7 +75,7 @@ def describe_status(command: str, status: str) -> str:
     if status == ACCEPTED:
         return "accepted"
     letters = command[:2]
-    known = _MEASUREMENT if letters in ("MD", "MS", "GD", "GS") else _OTHERS.get(letters, {})
+    known = _MEASUREMENT if letters in ("MD", "MS", "ME", "GD", "GS", "GE") else _OTHERS.get(letters, {})
     if status in known:
         return known[status]
     if known is _MEASUREMENT and status.isdecimal():

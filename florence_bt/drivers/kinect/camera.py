@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,10 +13,42 @@ FOCAL_LENGTH_AT_640 = 525.0
 """Pixels; the default of openni_camera for an uncalibrated Kinect."""
 
 
-def camera_model(width: int, height: int) -> CameraModel:
-    """The uncalibrated camera at a resolution; colour and depth share it."""
-    focal_length = FOCAL_LENGTH_AT_640 * width / 640.0
-    return CameraModel(width, height, focal_length, focal_length, width / 2.0 - 0.5, height / 2.0 - 0.5)
+DEPTH_SHIFT_AT_640 = (-5.0, -4.0)
+"""Pixels, across and down: the optical axis of the depth camera against that of the colour camera."""
+
+BASELINE_M = 0.024
+"""The colour camera is so far to the right of the depth camera."""
+
+
+class View(enum.Enum):
+    """From where a depth picture was taken."""
+
+    SHARED = "shared"
+    """One lens for depth and colour, as the simulated Kinect has."""
+    DEPTH = "depth"
+    """From the depth camera."""
+    COLOUR = "colour"
+    """From the depth camera, and moved by the library to what the colour camera would see ("registered")."""
+
+
+def camera_model(width: int, height: int, view: View = View.SHARED) -> CameraModel:
+    """The uncalibrated camera at a resolution.
+
+    Args:
+        width: Columns.
+        height: Rows.
+        view: The depth camera's own optical axis is not in the middle; all others' are.
+    """
+    scale = width / 640.0
+    across, down = DEPTH_SHIFT_AT_640 if view is View.DEPTH else (0.0, 0.0)
+    return CameraModel(
+        width,
+        height,
+        FOCAL_LENGTH_AT_640 * scale,
+        FOCAL_LENGTH_AT_640 * scale,
+        width / 2.0 - 0.5 + across * scale,
+        height / 2.0 - 0.5 + down * scale,
+    )
 
 
 def depth_to_points(depth: NDArray[np.float32], camera: CameraModel) -> NDArray[np.float32]:

@@ -5,6 +5,8 @@ Source: REFERENCE 5.2, 5.3.
 
 from __future__ import annotations
 
+import enum
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,16 @@ FARTHEST_MM = 10_000
 """The millimetre formats end here."""
 
 _OFFSET, _SLOPE = 3.3309495161, 0.0030711016
+
+
+class Formula(enum.Enum):
+    """How raw depth becomes metres. Source: REFERENCE 5.3."""
+
+    A = "A"
+    """z = 1 / (3.3309495161 - 0.0030711016 raw), below raw 1085; the simulated Kinect uses it too."""
+    B = "B"
+    """z = 0.1236 tan(raw / 2842.5 + 1.1863), below raw 1093; 4 % further than A at 1 m."""
+
 
 # Eight values in eleven bytes, most significant bit first. For each value of a group: the byte that its last
 # bit is in, and how far the 24 bits that end with this byte must be shifted right.
@@ -66,17 +78,27 @@ def pack_11_bit(values: NDArray[np.uint16]) -> bytes:
     return np.packbits(bits.astype(np.uint8)).tobytes()
 
 
-def _metres_table() -> NDArray[np.float32]:
-    inverse = _OFFSET - _SLOPE * np.arange(RAW_VALUES)
+def _metres_table(formula: Formula) -> NDArray[np.float32]:
+    raw = np.arange(RAW_VALUES)
     metres = np.full(RAW_VALUES, np.nan)
-    np.divide(1.0, inverse, out=metres, where=inverse > 0.0)
+    if formula is Formula.A:
+        inverse = _OFFSET - _SLOPE * raw
+        np.divide(1.0, inverse, out=metres, where=inverse > 0.0)
+    else:
+        angle = raw / 2842.5 + 1.1863
+        np.tan(angle, out=metres, where=angle < np.pi / 2)
+        metres *= 0.1236
     metres[NO_VALUE] = np.nan
-    return metres.astype(np.float32)
+    table = metres.astype(np.float32)
+    table.setflags(write=False)
+    return table
 
 
-METRES_OF_RAW = _metres_table()
+METRES_OF_RAW = _metres_table(Formula.A)
 """Shape (2048,), float32: metres of each raw value by formula A; NaN where there is no distance."""
-METRES_OF_RAW.setflags(write=False)
+
+METRES_TABLES = {Formula.A: METRES_OF_RAW, Formula.B: _metres_table(Formula.B)}
+"""The same by each formula."""
 
 
 def metres_from_raw(raw: NDArray[np.uint16]) -> NDArray[np.float32]:

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.sensing import ColourImage, DepthImage
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
 from florence_bt.drivers.frequency import FrequencyMeter
-from florence_bt.drivers.kinect.camera import camera_model
-from florence_bt.drivers.kinect.frames import DepthFrame, VideoFrame
+from florence_bt.drivers.kinect._kernels import fill_points
+from florence_bt.drivers.kinect.camera import BASELINE_M, View, camera_model
+from florence_bt.drivers.kinect.codec import METRES_TABLES, Formula
+from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
 
 SLACK = 0.25
 """A frame may come early by this part of the wanted period and still count as due."""
+
+TOGETHER_S = 0.1
+"""A depth and a colour picture that arrived so close to each other make coloured points."""
+
+WIDTHS = (640, 320, 160)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,37 +29,65 @@ class KinectParameters:
     """What can be set on the Kinect.
 
     Attributes:
-        source: The Unix socket that the frames come from.
+        source: Where frames come from: ``usb`` (the first Kinect), ``usb:1`` (the second) or ``usb:SERIAL``;
+            ``recording:FOLDER`` (played by fakenect); or the path of a Unix socket (simulated hardware).
+        library: The file of libfreenect, or of fakenect; the usual ones when empty.
+        width: Columns of the pictures that are published, 640, 320 or 160: of larger ones every second or
+            fourth pixel is taken.
+        formula: How raw depth becomes metres, A or B (REFERENCE 5.3).
+        depth_registration: Have libfreenect move the depth pictures to the colour camera's view, in
+            millimetres of its own calibration. Fakenect cannot. Coloured points do not need it.
         depth_rate: Depth pictures a second at most; 0 passes all.
         depth_time_offset: Added to the stamps of depth pictures, -1..1 s. The TurtleBot of the document's
             time had -0.055 s; here nothing is added unless asked for (REFERENCE 5.4).
         depth_frame_id: Optical frame of the depth camera.
         colour_frame_id: Optical frame of the colour camera.
+        baseline: How far the colour camera is to the right of the depth camera, 0..0.1 m.
         reconnect_delay_s: Seconds before the source is opened again; doubled each time, up to ten times.
         silence_timeout_s: Without a depth picture for so long the device counts as silent.
+        reopen_timeout_s: Without a depth picture for so long the device is opened again.
     """
 
-    source: str = "/run/florence/kinect.sock"
+    source: str = "usb"
+    library: str = ""
+    width: int = 320
+    formula: Formula = Formula.A
+    depth_registration: bool = False
     depth_rate: float = 0.0
     depth_time_offset: float = 0.0
     depth_frame_id: str = "camera_depth_optical_frame"
     colour_frame_id: str = "camera_rgb_optical_frame"
+    baseline: float = BASELINE_M
     reconnect_delay_s: float = 0.5
     silence_timeout_s: float = 2.0
+    reopen_timeout_s: float = 10.0
 
     def __post_init__(self) -> None:
+        if not self.source:
+            raise ConfigError("source is empty", valid=["usb", "recording:FOLDER", "the path of a socket"])
+        if self.width not in WIDTHS:
+            raise ConfigError(f"width is {self.width}", valid=[str(width) for width in WIDTHS])
         for name, value, lowest, highest in (
             ("depth_rate", self.depth_rate, 0.0, 1000.0),
             ("depth_time_offset", self.depth_time_offset, -1.0, 1.0),
+            ("baseline", self.baseline, 0.0, 0.1),
             ("reconnect_delay_s", self.reconnect_delay_s, 0.05, 60.0),
             ("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0),
+            ("reopen_timeout_s", self.reopen_timeout_s, 0.1, 600.0),
         ):
             if not lowest <= value <= highest:
                 raise ConfigError(f"{name} {value!r} is out of range", valid=[f"{lowest}..{highest}"])
 
 
+@dataclass(frozen=True, slots=True)
+class _Latest:
+    picture: DepthImage
+    arrived: float
+    view: View
+
+
 class KinectDriver:
-    """Makes pictures of frames, no faster than wanted.
+    """Makes pictures of frames, no faster than wanted, and coloured points of pictures.
 
     Args:
         parameters: What was set.
@@ -60,9 +98,11 @@ class KinectDriver:
 
     def __init__(self, parameters: KinectParameters) -> None:
         self._parameters = parameters
+        self._metres = METRES_TABLES[parameters.formula]
         self._frequency = FrequencyMeter()
         self._next_depth = float("-inf")
         self._last_depth: float | None = None
+        self._unused: _Latest | None = None
         self.depth_pictures = 0
 
     def depth(self, frame: DepthFrame, now: float) -> DepthImage | None:
@@ -72,17 +112,51 @@ class KinectDriver:
         self._frequency.tick(now)
         self._last_depth = now
         self.depth_pictures += 1
-        return DepthImage(
+        metres = frame.metres(self._step(frame), self._metres)
+        rows, columns = metres.shape
+        registered = frame.view is View.COLOUR
+        picture = DepthImage(
             now + self._parameters.depth_time_offset,
-            self._parameters.depth_frame_id,
-            camera_model(frame.width, frame.height),
-            frame.metres(),
+            self._parameters.colour_frame_id if registered else self._parameters.depth_frame_id,
+            camera_model(columns, rows, frame.view),
+            metres,
         )
+        self._unused = _Latest(picture, now, frame.view)
+        return picture
 
     def colour(self, frame: VideoFrame, now: float) -> ColourImage:
         """The colour picture of a frame that arrived at ``now``."""
-        camera = camera_model(frame.width, frame.height)
-        return ColourImage(now, self._parameters.colour_frame_id, camera, frame.pixels())
+        pixels = frame.pixels(self._step(frame))
+        rows, columns, _ = pixels.shape
+        camera = camera_model(columns, rows)
+        return ColourImage(now, self._parameters.colour_frame_id, camera, pixels)
+
+    def coloured_points(self, colours: ColourImage) -> tuple[DepthImage, NDArray[np.float32]] | None:
+        """The points of the latest depth picture, each in the colour of the pixel it would be seen in.
+
+        Args:
+            colours: The latest colour picture, as :meth:`colour` gave it.
+
+        Returns:
+            The depth picture, and its points, shape (height, width, 4): x, y, z in metres in the picture's
+            frame, NaN where nothing was measured, and the bits of 0x00RRGGBB as a float. None when there is
+            no depth picture of about the same time that has not been used yet.
+        """
+        latest, self._unused = self._unused, None
+        if latest is None or abs(colours.stamp - latest.arrived) > TOGETHER_S:
+            return None
+        picture = latest.picture
+        points = np.empty((*picture.depth.shape, 4), np.float32)
+        fill_points(
+            picture.depth,
+            _lens(picture.camera),
+            colours.pixels,
+            _lens(colours.camera),
+            self._parameters.baseline if latest.view is View.DEPTH else 0.0,
+            points,
+            points.view(np.uint32),
+        )
+        return picture, points
 
     def rate(self, now: float) -> float:
         """Depth pictures a second that did arrive lately."""
@@ -91,6 +165,13 @@ class KinectDriver:
     def silent(self, now: float) -> bool:
         """Whether depth pictures have not come for a while, or never came."""
         return self._last_depth is None or now - self._last_depth > self._parameters.silence_timeout_s
+
+    def quiet_since(self, opened: float, now: float) -> float:
+        """Seconds since the last depth picture, or since the device was opened if that is later."""
+        return now - opened if self._last_depth is None else now - max(opened, self._last_depth)
+
+    def _step(self, frame: Frame) -> int:
+        return max(1, frame.width // self._parameters.width)
 
     def _is_due(self, now: float) -> bool:
         if self._parameters.depth_rate <= 0.0:
@@ -102,3 +183,7 @@ class KinectDriver:
         # Keeping to the grid makes 20 Hz out of 30 Hz; taking every frame 50 ms after the last would make 15.
         self._next_depth = self._next_depth + period if late < period else now + period
         return True
+
+
+def _lens(camera: CameraModel) -> tuple[float, float, float]:
+    return camera.fx, camera.cx, camera.cy

@@ -1,6 +1,6 @@
-"""The frame format of the socket that stands in for the USB cable: bytes to frames, nothing else.
+"""Frames of the Kinect, and the format of the socket that stands in for the USB cable.
 
-The README of this folder describes the format. A frame counts only when its header is sane and its check sum
+The README of this folder describes that format. A frame counts only when its header is sane and its check sum
 fits; otherwise the parser looks for the next header, so that garbage costs no more than the frame it hit.
 """
 
@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.drivers.kinect.codec import metres_from_raw, packed_size, unpack_11_bit
+from florence_bt.drivers.kinect._kernels import metres_of_millimetres, metres_of_packed, metres_of_raw
+from florence_bt.drivers.kinect.camera import View
+from florence_bt.drivers.kinect.codec import METRES_OF_RAW, packed_size, raw_from_metres, unpack_11_bit
 
 MAGIC = b"FKF1"
 HEADER = struct.Struct(">4sBxHHdII")
@@ -37,29 +39,67 @@ class FrameKind(enum.IntEnum):
         return packed_size(width * height) if self is FrameKind.DEPTH else 3 * width * height
 
 
+class DepthEncoding(enum.Enum):
+    """How the payload of a depth frame holds the distances."""
+
+    PACKED = "packed"
+    """Raw values of 11 bits, one after the other."""
+    RAW = "raw"
+    """Raw values, 16 bits each."""
+    MILLIMETRES = "millimetres"
+    """16 bits each; 0 for nothing measured."""
+
+
 @dataclass(frozen=True, slots=True)
 class DepthFrame:
-    """A depth picture as it came, still packed: unpacking is left to who wants the picture.
+    """A depth picture as it came: making metres of it is left to who wants the picture.
 
     Attributes:
         width: Columns.
         height: Rows.
         timestamp: Seconds on the sender's clock.
-        payload: The packed raw values, row by row.
+        payload: The values, row by row, as the encoding says: bytes, or an array of shape (height, width).
+        encoding: What the payload holds.
+        view: From where the picture was taken.
     """
 
     width: int
     height: int
     timestamp: float
-    payload: bytes
+    payload: bytes | NDArray[np.uint16]
+    encoding: DepthEncoding = DepthEncoding.PACKED
+    view: View = View.SHARED
 
     def raw(self) -> NDArray[np.uint16]:
-        """The raw values, shape (height, width)."""
-        return unpack_11_bit(self.payload, self.width * self.height).reshape(self.height, self.width)
+        """The raw values, shape (height, width); of millimetres the nearest ones by formula A."""
+        if self.encoding is DepthEncoding.PACKED:
+            packed = bytes(self.payload)
+            return unpack_11_bit(packed, self.width * self.height).reshape(self.height, self.width)
+        if self.encoding is DepthEncoding.MILLIMETRES:
+            return raw_from_metres(self.metres())
+        return self._values()
 
-    def metres(self) -> NDArray[np.float32]:
-        """The distances, shape (height, width); NaN where nothing was measured."""
-        return metres_from_raw(self.raw())
+    def metres(self, step: int = 1, table: NDArray[np.float32] = METRES_OF_RAW) -> NDArray[np.float32]:
+        """The distances; NaN where nothing was measured.
+
+        Args:
+            step: Take every so manieth pixel of every so manieth row.
+            table: Metres of each raw value, shape (2048,).
+
+        Returns:
+            Shape (height / step, width / step), rounded down.
+        """
+        metres = np.empty((self.height // step, self.width // step), np.float32)
+        if self.encoding is DepthEncoding.PACKED:
+            metres_of_packed(np.frombuffer(self.payload, np.uint8), self.width, step, table, metres)
+        elif self.encoding is DepthEncoding.RAW:
+            metres_of_raw(self._values(), step, table, metres)
+        else:
+            metres_of_millimetres(self._values(), step, metres)
+        return metres
+
+    def _values(self) -> NDArray[np.uint16]:
+        return np.frombuffer(self.payload, np.uint16).reshape(self.height, self.width)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +110,26 @@ class VideoFrame:
         width: Columns.
         height: Rows.
         timestamp: Seconds on the sender's clock.
-        payload: Red, green, blue bytes, row by row.
+        payload: Red, green, blue bytes, row by row: bytes, or an array.
     """
 
     width: int
     height: int
     timestamp: float
-    payload: bytes
+    payload: bytes | NDArray[np.uint8]
 
-    def pixels(self) -> NDArray[np.uint8]:
-        """The picture, shape (height, width, 3), read-only."""
-        return np.frombuffer(self.payload, np.uint8).reshape(self.height, self.width, 3)
+    def pixels(self, step: int = 1) -> NDArray[np.uint8]:
+        """The picture, shape (height / step, width / step, 3); not to be written to.
+
+        Args:
+            step: Take every so manieth pixel of every so manieth row.
+        """
+        pixels = np.frombuffer(self.payload, np.uint8).reshape(self.height, self.width, 3)
+        if step == 1:
+            return pixels
+        return np.ascontiguousarray(
+            pixels[: self.height // step * step : step, : self.width // step * step : step]
+        )
 
 
 Frame = DepthFrame | VideoFrame

@@ -9,16 +9,26 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from florence_bt.core.clock import call_every
-from florence_bt.core.errors import DeviceError
+from florence_bt.core.errors import DeviceError, DeviceTimeout
+from florence_bt.core.sensing import DepthImage
 from florence_bt.drivers.connection import Connection
 from florence_bt.drivers.diagnosis import Diagnosis, Level
+from florence_bt.drivers.kinect.camera import depth_to_points
+from florence_bt.drivers.kinect.codec import millimetres_from_metres
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
-from florence_bt.drivers.kinect.frames import DepthFrame, Frame
-from florence_bt.drivers.kinect.transport import FrameSource, SocketFrameSource
-from florence_bt.ros.conversions import camera_info_to_ros, colour_to_ros, depth_to_ros
+from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
+from florence_bt.drivers.kinect.sources import open_source
+from florence_bt.drivers.kinect.transport import FrameSource
+from florence_bt.ros.conversions import (
+    camera_info_to_ros,
+    colour_to_ros,
+    depth_to_ros,
+    millimetres_to_ros,
+    points_to_ros,
+)
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -27,7 +37,8 @@ DIAGNOSTICS_PERIOD_S = 1.0
 
 
 class KinectNode(FlorenceNode):
-    """Publishes depth pictures, colour pictures while somebody looks, their camera models, and diagnostics.
+    """Publishes depth pictures with their camera model, and diagnostics; while somebody looks also colour
+    pictures, points, coloured points, and depth in whole millimetres.
 
     Opens the source again, with growing pauses, whenever it is lost. A slow executor gets the newest frame of
     each kind and misses the others.
@@ -43,7 +54,7 @@ class KinectNode(FlorenceNode):
         parameters: Mapping[str, Any] | None = None,
         namespace: str = "",
         context: Context | None = None,
-        open_source: Callable[[str], FrameSource] = SocketFrameSource,
+        open_source: Callable[[KinectParameters], FrameSource] = open_source,
     ) -> None:
         """Make the node and try to open the source.
 
@@ -51,7 +62,7 @@ class KinectNode(FlorenceNode):
             parameters: Values of parameters by name.
             namespace: Goes before the node's name and topics.
             context: The ROS context.
-            open_source: Opens what the parameter ``source`` names.
+            open_source: Opens what the parameters name.
         """
         super().__init__("kinect_node", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(KinectParameters)
@@ -59,16 +70,23 @@ class KinectNode(FlorenceNode):
         self._colour_requested = True
         self._newest: dict[type, tuple[Frame, float]] = {}
         self._newest_lock = threading.Lock()
+        self._opened = self.timebase.now()
         self._depth = self.create_publisher(Image, "camera/depth/image", SENSOR)
+        self._raw = self.create_publisher(Image, "camera/depth/image_raw", SENSOR)
+        self._points = self.create_publisher(PointCloud2, "camera/depth/points", SENSOR)
         self._depth_info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
         self._colour = self.create_publisher(Image, "camera/rgb/image_color", SENSOR)
+        self._coloured = [
+            self.create_publisher(PointCloud2, name, SENSOR)
+            for name in ("camera/rgb/points", "camera/depth_registered/points")
+        ]
         self._colour_info = self.create_publisher(CameraInfo, "camera/rgb/camera_info", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[FrameSource, Frame] = Connection(
             self.timebase,
             self.call_soon,
-            lambda: open_source(self._settings.source),
+            lambda: open_source(self._settings),
             on_open=self._on_open,
             on_item=self._on_frame,
             on_lost=lambda _error: None,
@@ -85,9 +103,10 @@ class KinectNode(FlorenceNode):
         self._connection.close()
 
     def _on_open(self, _source: FrameSource) -> None:
-        self._connection.works()
         self._colour_requested = True
-        self.get_logger().info(f"frames come from {self._settings.source}")
+        self._opened = self.timebase.now()
+        self._request_colour()
+        self.get_logger().info(f"the Kinect is open: {self._settings.source}")
 
     # --- the reader's thread -------------------------------------------------------------------------------
 
@@ -104,20 +123,43 @@ class KinectNode(FlorenceNode):
     def _publish_newest(self, kind: type) -> None:
         with self._newest_lock:
             frame, arrived = self._newest.pop(kind)
+        if self._connection.device is None:
+            return
         if isinstance(frame, DepthFrame):
+            self._connection.works()
             picture = self._driver.depth(frame, arrived)
             if picture is not None:
-                self._depth_info.publish(camera_info_to_ros(picture.camera, picture.frame_id, picture.stamp))
-                self._depth.publish(depth_to_ros(picture))
+                self._publish_depth(picture)
             self._request_colour()
-            return
-        if self._colour_wanted():
-            colour = self._driver.colour(frame, arrived)
+        elif self._colour_wanted():
+            self._publish_colour(frame, arrived)
+
+    def _publish_depth(self, picture: DepthImage) -> None:
+        frame_id, stamp = picture.frame_id, picture.stamp
+        self._depth_info.publish(camera_info_to_ros(picture.camera, frame_id, stamp))
+        self._depth.publish(depth_to_ros(picture))
+        if self._raw.get_subscription_count():
+            self._raw.publish(millimetres_to_ros(millimetres_from_metres(picture.depth), frame_id, stamp))
+        if self._points.get_subscription_count():
+            points = depth_to_points(picture.depth, picture.camera)
+            self._points.publish(points_to_ros(points, frame_id, stamp))
+
+    def _publish_colour(self, frame: VideoFrame, arrived: float) -> None:
+        colour = self._driver.colour(frame, arrived)
+        if self._colour.get_subscription_count() + self._colour_info.get_subscription_count():
             self._colour_info.publish(camera_info_to_ros(colour.camera, colour.frame_id, colour.stamp))
             self._colour.publish(colour_to_ros(colour))
+        wanted = [publisher for publisher in self._coloured if publisher.get_subscription_count()]
+        coloured = self._driver.coloured_points(colour) if wanted else None
+        if coloured is not None:
+            picture, points = coloured
+            message = points_to_ros(points, picture.frame_id, picture.stamp)
+            for publisher in wanted:
+                publisher.publish(message)
 
     def _colour_wanted(self) -> bool:
-        return self._colour.get_subscription_count() + self._colour_info.get_subscription_count() > 0
+        publishers = (self._colour, self._colour_info, *self._coloured)
+        return any(publisher.get_subscription_count() for publisher in publishers)
 
     def _request_colour(self) -> None:
         """Have no colour pictures made and sent for nobody."""
@@ -135,6 +177,7 @@ class KinectNode(FlorenceNode):
             "Source": self._settings.source,
             "Frequency": f"{self._driver.rate(now):.2f}",
             "Depth Pictures": str(self._driver.depth_pictures),
+            "Times Lost": str(self._connection.lost),
         }
         if self._connection.problem:
             return Diagnosis(Level.ERROR, self._connection.problem, values)
@@ -146,3 +189,9 @@ class KinectNode(FlorenceNode):
         now = self.timebase.now()
         found = {"Kinect": self._diagnose(now)}
         self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), self._settings.source, now))
+        if self._driver.quiet_since(self._opened, now) > self._settings.reopen_timeout_s:
+            self._connection.lose(
+                DeviceTimeout(
+                    f"no depth picture for {self._settings.reopen_timeout_s:g} s: the Kinect is opened again"
+                )
+            )

@@ -63,7 +63,8 @@ class SocketFrameSource:
         except (OSError, ValueError) as error:
             self._socket.close()
             raise DeviceLost(
-                f"no Kinect frames at {path}: {error}; start the simulated hardware or correct 'source'"
+                f"no Kinect frames at {path}: {error}; start the simulated hardware or correct 'source' "
+                "(usb: a real Kinect)"
             ) from error
         self._socket.setblocking(False)
 

@@ -36,6 +36,10 @@ STATE_KINDS = frozenset(
 """Kinds after which a run stands elsewhere."""
 
 
+HANGING_S = 0.05
+"""How long an acknowledgement waits when the disk did not answer the last time."""
+
+
 @dataclass(frozen=True, slots=True)
 class JournalParameters:
     """How the journal is kept.
@@ -94,6 +98,8 @@ class Journal:
         self._batch: list[Job] = []
         self._handed = 0
         self._told = ""
+        self._slow = ""
+        self._ended = ("", 0)
         self._older: frozenset[str] | None = None
         self._dropped: dict[str, int] = {}
         self._together = 0
@@ -103,25 +109,26 @@ class Journal:
     @property
     def trouble(self) -> str:
         """What is wrong with the disk, empty when all is well."""
-        return self._keeper.trouble
+        return self._keeper.trouble or self._slow or self._keeper.untidy
 
     def write(self, run: MissionRun, event: Event) -> None:
         """Take an event; it is in the file after the next :meth:`commit`."""
         if self._closed:
             return
-        if run.run_id not in self._seq:
-            self._seq[run.run_id] = 0
-            self._batch.append(NewRun(run_values(run, self._date())))
-        seq = self._seq[run.run_id] = self._seq[run.run_id] + 1
-        if self._has_room(seq) or event.kind in STATE_KINDS:
-            self._batch.append(Happened(run.run_id, seq, event))
+        run_id = run.run_id
+        if run_id not in self._seq:
+            self._open(run)
+        seq = self._seq[run_id] = self._seq[run_id] + 1
+        new_state = event.kind in STATE_KINDS
+        if new_state or self._has_room(seq):
+            self._batch.append(Happened(run_id, seq, event))
         else:
-            self._dropped[run.run_id] = self._dropped.get(run.run_id, 0) + 1
-        if event.kind in STATE_KINDS:
-            self._batch.append(Change(run.run_id, run_changes(run, self._dropped.get(run.run_id, 0))))
-        if event.kind is EventKind.ENDED:
-            del self._seq[run.run_id]
-            self._dropped.pop(run.run_id, None)
+            self._dropped[run_id] = self._dropped.get(run_id, 0) + 1
+        if new_state:
+            self._batch.append(Change(run_id, run_changes(run, self._dropped.get(run_id, 0))))
+        if event.kind is EventKind.ENDED or run_id == self._ended[0]:
+            self._ended = run_id, self._seq.pop(run_id)
+            self._dropped.pop(run_id, None)
 
     def continue_run(self, run_id: str, seq: int) -> None:
         """Go on with a run that is in the journal already; ``seq`` is the number of its last event."""
@@ -164,7 +171,7 @@ class Journal:
             return
         self._hand_over(try_again=True)
         if self._writer is not None and not self._keeper.trouble:
-            self._writer.wait(self._parameters.flush_limit_s)
+            self._wait_for(self._writer)
         self._report()
 
     def close(self) -> None:
@@ -176,6 +183,26 @@ class Journal:
         if self._writer is not None:
             self._writer.close()
         self._keeper.close()
+
+    def _open(self, run: MissionRun) -> None:
+        """Begin with a run that is new, or go on with the last that ended: somebody who was told broke."""
+        ended, seq = self._ended
+        if run.run_id == ended:
+            self._seq[ended] = seq
+            return
+        self._seq[run.run_id] = 0
+        self._batch.append(NewRun(run_values(run, self._date())))
+
+    def _wait_for(self, writer: _Writer) -> None:
+        """Wait until all is written, but only so long, and hardly at all while a disk is known to hang."""
+        limit_s = self._parameters.flush_limit_s
+        if writer.wait(min(limit_s, HANGING_S) if self._slow else limit_s):
+            self._slow = ""
+        else:
+            self._slow = (
+                f"the journal in {self.folder} was not written within {limit_s:g} s; "
+                "if the process dies now, it lacks the latest events"
+            )
 
     def _read_ids(self) -> frozenset[str]:
         if not self.exists():
@@ -202,7 +229,7 @@ class Journal:
 
     def _report(self) -> None:
         """Tell a trouble once, and its end."""
-        trouble = self._keeper.trouble
+        trouble = self.trouble
         if trouble != self._told:
             self._told = trouble
             self._on_trouble(trouble or "the journal can be written again")

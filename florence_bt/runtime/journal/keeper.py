@@ -5,12 +5,15 @@ from __future__ import annotations
 import sqlite3
 from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.runtime.journal.store import Change, Happened, Job, Store
+from florence_bt.runtime.journal.store import Change, Happened, Job, Note, Store
 
 MALFORMED = ("malformed", "not a database", "disk image")
 """What SQLite says about a file that is broken."""
+_NOT_TO_BE_KEPT = (sqlite3.IntegrityError, sqlite3.DataError, sqlite3.ProgrammingError)
+"""One of the jobs is wrong, not the disk."""
 
 
 class Keeper:
@@ -18,15 +21,18 @@ class Keeper:
 
     Args:
         store: The store.
-        max_waiting: How many jobs may wait for a disk that works again; beyond, events are dropped, not runs.
+        max_waiting: How many jobs may wait for a disk that works again; beyond, events are dropped, then the
+            oldest runs.
 
     Attributes:
         trouble: What is wrong with the disk, empty when all is well.
+        untidy: Why old runs cannot be dropped, empty when all is well; what is new is kept all the same.
         done: How many jobs were taken so far, written or not.
     """
 
     def __init__(self, store: Store, max_waiting: int) -> None:
         self.trouble = ""
+        self.untidy = ""
         self.done = 0
         self._store = store
         self._max_waiting = max_waiting
@@ -45,7 +51,7 @@ class Keeper:
         if not self.trouble or try_again:
             self._write()
         if len(self._waiting) > self._max_waiting:
-            self._drop_events()
+            self._make_room()
 
     def close(self) -> None:
         """Write what waits, if possible, and close the file."""
@@ -56,7 +62,7 @@ class Keeper:
     def _write(self) -> None:
         try:
             self._store.apply(self._with_losses())
-        except (sqlite3.IntegrityError, sqlite3.DataError, sqlite3.ProgrammingError) as error:
+        except _NOT_TO_BE_KEPT as error:
             self._write_one_by_one(error)
         except sqlite3.DatabaseError as error:
             self.trouble = f"the journal {self._store.path} cannot be written: {error}"
@@ -64,21 +70,38 @@ class Keeper:
                 self._begin_anew(error)
         except (OSError, FlorenceError) as error:
             self.trouble = f"the journal {self._store.path} cannot be written: {error}"
-        except (ValueError, OverflowError) as error:
+        except Exception as error:
+            # Whatever it is, the thread that writes must live on.
             self._write_one_by_one(error)
         else:
             self._waiting.clear()
             self.trouble = ""
+            self._tidy()
 
     def _write_one_by_one(self, problem: Exception) -> None:
         """One of the jobs cannot be kept: keep the others."""
         jobs, self._waiting = self._with_losses(), []
-        for job in jobs:
+        for index, job in enumerate(jobs):
             try:
                 self._store.apply([job])
-            except (ValueError, OverflowError, OSError, sqlite3.Error, FlorenceError) as error:
+            except _NOT_TO_BE_KEPT as error:
                 problem = error
-        self.trouble = f"the journal {self._store.path} cannot keep an event: {problem}"
+            except (OSError, sqlite3.Error, FlorenceError) as error:
+                # That is the disk: the rest waits for it.
+                self._waiting = jobs[index:]
+                self.trouble = f"the journal {self._store.path} cannot be written: {error}"
+                return
+            except Exception as error:
+                problem = error
+        what = f"{type(problem).__name__}: {problem}"
+        self.trouble = f"the journal {self._store.path} cannot keep an event: {what}"
+
+    def _tidy(self) -> None:
+        try:
+            if self._store.drop_old():
+                self.untidy = ""
+        except (OSError, sqlite3.Error) as error:
+            self.untidy = f"old runs cannot be dropped from {self._store.folder}: {error}"
 
     def _begin_anew(self, broken: sqlite3.DatabaseError) -> None:
         try:
@@ -90,14 +113,20 @@ class Keeper:
             self._waiting.clear()
             self.trouble = f"the journal was broken ({broken}); it was moved to {aside}, a new one began"
 
-    def _drop_events(self) -> None:
-        kept: list[Job] = []
+    def _make_room(self) -> None:
+        """Keep of each run that it was and where it stands, of the notes the last; the latest runs of all."""
+        last: dict[Any, Job] = {}
         for job in self._waiting:
-            if isinstance(job, Happened):
-                self._lost[job.run_id] += 1
-            else:
-                kept.append(job)
-        self._waiting = kept
+            match job:
+                case Happened(run_id=run_id):
+                    self._lost[run_id] += 1
+                case Change(run_id=run_id):
+                    last[run_id] = job
+                case Note(name=name):
+                    last[Note, name] = job
+                case _:
+                    last[id(job)] = job
+        self._waiting = list(last.values())[-self._max_waiting :]
 
     def _with_losses(self) -> list[Job]:
         """What waits; the last change of a run says how many of its events were dropped."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal.rows import (
@@ -18,6 +19,8 @@ from florence_bt.runtime.journal.rows import (
 )
 from florence_bt.runtime.journal.schema import JOURNAL_FILE, check_version
 from florence_bt.runtime.run import FINAL
+
+T = TypeVar("T")
 
 BUSY_S = 2.0
 """Seconds to wait for a writer."""
@@ -71,13 +74,13 @@ class JournalReader:
         filters = [f"{name} = :{name}" for name, value in wanted.items() if value]
         where = f"WHERE {' AND '.join(filters)} " if filters else ""
         query = f"SELECT {RUN_COLUMNS} FROM runs {where}ORDER BY id DESC LIMIT :limit"
-        return [run_from_row(row) for row in self._rows(query, {**wanted, "limit": limit})]
+        return self._made(run_from_row, query, {**wanted, "limit": limit})
 
     def unfinished(self) -> list[JournaledRun]:
         """The runs without an end, the earliest first."""
         final = ", ".join(f"'{status.value}'" for status in sorted(FINAL, key=lambda status: status.value))
         query = f"SELECT {RUN_COLUMNS} FROM runs WHERE state NOT IN ({final}) ORDER BY id"
-        return [run_from_row(row) for row in self._rows(query, {})]
+        return self._made(run_from_row, query, {})
 
     def run_ids(self) -> list[str]:
         """The names of all runs."""
@@ -85,8 +88,8 @@ class JournalReader:
 
     def run(self, run_id: str) -> JournaledRun | None:
         """The run with this id, or None."""
-        rows = self._rows(f"SELECT {RUN_COLUMNS} FROM runs WHERE run_id = :run_id", {"run_id": run_id})
-        return run_from_row(rows[0]) if rows else None
+        query = f"SELECT {RUN_COLUMNS} FROM runs WHERE run_id = :run_id"
+        return next(iter(self._made(run_from_row, query, {"run_id": run_id})), None)
 
     def events(self, run_id: str) -> list[JournaledEvent]:
         """Everything that happened in a run, in order."""
@@ -94,12 +97,20 @@ class JournalReader:
             f"SELECT {EVENT_COLUMNS} FROM events WHERE run = (SELECT id FROM runs WHERE run_id = :run_id) "
             "ORDER BY seq"
         )
-        return [event_from_row(row) for row in self._rows(query, {"run_id": run_id})]
+        return self._made(event_from_row, query, {"run_id": run_id})
 
     def note(self, name: str) -> str:
         """What was noted under a name, empty when nothing was."""
         rows = self._rows("SELECT value FROM notes WHERE name = :name", {"name": name})
         return str(rows[0][0]) if rows else ""
+
+    def _made(self, make: Callable[[Any], T], query: str, values: dict[str, Any]) -> list[T]:
+        try:
+            return [make(row) for row in self._rows(query, values)]
+        except (ValueError, TypeError) as error:
+            raise ConfigError(
+                f"the journal cannot be read: a row is broken: {error}", file=self.path
+            ) from error
 
     def _rows(self, query: str, values: dict[str, Any]) -> list[Any]:
         try:

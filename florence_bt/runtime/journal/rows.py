@@ -20,6 +20,7 @@ EVENT_COLUMNS = "seq, time, tick, kind, node, old, new, code, reason, skill, inp
 _OWN_COLUMNS = ("node", "old", "new", "code", "reason", "skill")
 _JSON_COLUMNS = ("inputs", "outputs")
 _KNOWN = frozenset({*_OWN_COLUMNS, *_JSON_COLUMNS, "status"})
+_ENCODER = json.JSONEncoder(separators=(",", ":"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,11 +157,12 @@ def _state_values(run: MissionRun) -> tuple[Any, ...]:
 def event_values(seq: int, event: Event) -> tuple[Any, ...]:
     """The values of :data:`EVENT_COLUMNS` for an event."""
     data = event.data
-    own = [data.get(name) for name in _OWN_COLUMNS]
-    own[2] = data.get("status", own[2])
-    tables = [_json(data[name]) if data.get(name) else None for name in _JSON_COLUMNS]
-    rest = {name: value for name, value in data.items() if name not in _KNOWN}
-    more = _json(rest) if rest else None
+    find = data.get
+    own = [find(name) for name in _OWN_COLUMNS]
+    own[2] = find("status", own[2])
+    tables = [_json(table) if (table := find(name)) else None for name in _JSON_COLUMNS]
+    # Most events are changes of nodes, which have nothing else.
+    more = None if _KNOWN.issuperset(data) else _json({k: data[k] for k in data if k not in _KNOWN})
     return (seq, round(event.time, 6), event.tick, event.kind.value, *own, *tables, more)
 
 
@@ -181,4 +183,4 @@ def event_from_row(row: Sequence[Any]) -> JournaledEvent:
 
 
 def _json(value: Any) -> str:
-    return json.dumps(plain(value), separators=(",", ":"))
+    return _ENCODER.encode(plain(value))

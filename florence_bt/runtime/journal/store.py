@@ -7,10 +7,12 @@ file whole when the power fails (https://www.sqlite.org/wal.html, "Performance c
 
 from __future__ import annotations
 
+import os
 import shutil
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +23,9 @@ from florence_bt.runtime.run import FINAL
 
 _NEW_RUN = f"INSERT INTO runs ({RUN_COLUMNS}) VALUES ({', '.join('?' * len(RUN_COLUMNS.split(',')))})"
 _CHANGE = f"UPDATE runs SET {', '.join(f'{name} = ?' for name in CHANGED_COLUMNS)}, lost = ? WHERE run_id = ?"
+_NUMBER = "SELECT id FROM runs WHERE run_id = ?"
 _EVENT = (
-    f"INSERT INTO events (run, {EVENT_COLUMNS}) SELECT id, {', '.join('?' * len(EVENT_COLUMNS.split(',')))} "
-    "FROM runs WHERE run_id = ?"
+    f"INSERT INTO events (run, {EVENT_COLUMNS}) VALUES (?, {', '.join('?' * len(EVENT_COLUMNS.split(',')))})"
 )
 _NOTE = (
     "INSERT INTO notes (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value"
@@ -77,16 +79,17 @@ class Store:
 
     def __init__(self, folder: Path, keep_runs: int, busy_s: float) -> None:
         self.folder = folder
+        self._file = folder / JOURNAL_FILE
         self._keep_runs = keep_runs
         self._busy_s = busy_s
         self._connection: sqlite3.Connection | None = None
         self._inode = 0
-        self._new_runs = 0
+        self._new_runs = keep_runs  # what older processes left counts too
 
     @property
     def path(self) -> Path:
         """The file."""
-        return self.folder / JOURNAL_FILE
+        return self._file
 
     def apply(self, jobs: Iterable[Job]) -> None:
         """Write a batch.
@@ -106,9 +109,6 @@ class Store:
                 connection.execute("ROLLBACK")
             raise
         self._new_runs += sum(isinstance(job, NewRun) for job in jobs)
-        if self._new_runs > max(1, self._keep_runs // 10):
-            self._new_runs = 0
-            self._drop_old(connection)
 
     def set_aside(self) -> Path:
         """Move a file that is broken out of the way, so that a new one can begin.
@@ -155,30 +155,76 @@ class Store:
 
     def _in_place(self) -> bool:
         try:
-            return self.path.stat().st_ino == self._inode
+            return os.stat(self._file).st_ino == self._inode
         except FileNotFoundError:
             return False
 
     def _write(self, connection: sqlite3.Connection, jobs: list[Job]) -> None:
-        for job in jobs:
-            match job:
-                case Happened(run_id=run_id, seq=seq, event=event):
-                    connection.execute(_EVENT, (*event_values(seq, event), run_id))
-                case NewRun(values=values):
-                    connection.execute(_NEW_RUN, values)
-                case Change(run_id=run_id, values=values):
-                    connection.execute(_CHANGE, (*values, run_id))
-                case Note(name=name, value=value):
-                    connection.execute(_NOTE, (name, value))
+        numbers: dict[str, int | None] = {}
+        for happened, some in groupby(jobs, _is_event):
+            if happened:
+                connection.executemany(_EVENT, _event_rows(connection, some, numbers))
+                continue
+            for job in some:
+                match job:
+                    case NewRun(values=values):
+                        connection.execute(_NEW_RUN, values)
+                    case Change(run_id=run_id, values=values):
+                        connection.execute(_CHANGE, (*values, run_id))
+                    case Note(name=name, value=value):
+                        connection.execute(_NOTE, (name, value))
 
-    def _drop_old(self, connection: sqlite3.Connection) -> None:
-        """Drop the oldest runs that ended, beyond the number that is kept."""
+    def drop_old(self) -> bool:
+        """Drop the oldest runs that ended, beyond the number that is kept; once in many new runs.
+
+        Returns:
+            Whether it was time to do so.
+
+        Raises:
+            OSError: A folder cannot be removed; that run is kept, the others are dropped.
+            sqlite3.Error: The file is locked or broken.
+        """
+        if self._connection is None or self._new_runs <= max(1, self._keep_runs // 10):
+            return False
+        self._new_runs = 0
+        connection, problem = self._connection, None
         rows = connection.execute(
             f"SELECT id, run_id FROM runs WHERE state IN ({_FINAL}) ORDER BY id DESC LIMIT -1 OFFSET ?",
             (self._keep_runs,),
         ).fetchall()
-        connection.executemany("DELETE FROM runs WHERE id = ?", [(number,) for number, _ in rows])
-        for _, run_id in rows:
+        for number, run_id in rows:
             folder = self.folder / run_id
-            if folder.parent == self.folder and folder.is_dir():
-                shutil.rmtree(folder)
+            try:
+                if folder.parent == self.folder and folder.is_dir():
+                    shutil.rmtree(folder)
+            except OSError as error:
+                problem = problem or error
+            else:
+                connection.execute("DELETE FROM runs WHERE id = ?", (number,))
+        if problem is not None:
+            raise problem
+        return True
+
+
+def _is_event(job: Job) -> bool:
+    return isinstance(job, Happened)
+
+
+def _event_rows(
+    connection: sqlite3.Connection, jobs: Iterable[Job], numbers: dict[str, int | None]
+) -> Iterator[tuple[Any, ...]]:
+    """The rows of events; none for those of runs that are in the file no more.
+
+    Args:
+        connection: Where the numbers of the runs are looked up.
+        jobs: The events.
+        numbers: Name -> number of the runs that were looked up before in the same transaction.
+    """
+    for job in jobs:
+        assert isinstance(job, Happened)
+        if job.run_id not in numbers:
+            row = connection.execute(_NUMBER, (job.run_id,)).fetchone()
+            numbers[job.run_id] = row[0] if row is not None else None
+        number = numbers[job.run_id]
+        if number is not None:
+            yield number, *event_values(job.seq, job.event)

@@ -68,6 +68,10 @@ class Triggers:
             if name not in wanted:
                 self._node.destroy_service(self._by_name.pop(name))
 
+    def _sync_soon(self) -> None:
+        """Sync when the present request is answered: its own service may be one that goes."""
+        self._node.call_soon(self.sync)
+
     def tell_tree(self, run: MissionRun, tip: str, tree: str) -> None:
         """Feedback for the client of the action, if this is its run."""
         if run.run_id == self._run_of_action:
@@ -161,12 +165,12 @@ class Triggers:
                 request_from_texts(mission, names, values, caller=caller, policy=policy, priority=priority)
             )
         except FlorenceError as error:
-            self.sync()
+            self._sync_soon()
             self._node.get_logger().warning(
                 f"{_short(mission)!r} asked by {_short(caller)!r} was refused: {error}"
             )
             return False, "", str(error)
-        self.sync()
+        self._sync_soon()
         self._node.get_logger().info(f"{run.run_id} {run.status.value.lower()}, asked by {caller}")
         word = "starts" if run.status is RunStatus.RUNNING else "waits for its turn"
         note = f"; {run.note}" if run.note else ""

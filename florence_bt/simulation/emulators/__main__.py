@@ -12,7 +12,10 @@ from pathlib import Path
 from florence_bt.core.errors import FlorenceError
 from florence_bt.simulation.emulators._create_control import HELP
 from florence_bt.simulation.emulators._create_models import MODELS
+from florence_bt.simulation.emulators._scip_control import HELP as SCIP_HELP
 from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
+from florence_bt.simulation.emulators.scip import MODELS as SCANNERS
+from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
 
@@ -26,6 +29,17 @@ example:
   python -m florence_bt.simulation.emulators create --link ./create --control ./create.sock
 """
 
+SCIP_EPILOG = f"""\
+The first line of the output is the device file, or host:port with --tcp. Lines on standard input (and on the
+connections of --control) make things go wrong; each is answered by one:
+
+{SCIP_HELP}
+
+examples:
+  python -m florence_bt.simulation.emulators scip --link ./laser --control ./laser.sock
+  python -m florence_bt.simulation.emulators scip --model utm-30lx --tcp 10940
+"""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run an emulator until it is told to end.
@@ -34,27 +48,42 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 when told to end, 1 when it could not start, 130 after an interrupt.
     """
     options = _parser().parse_args(arguments)
-    checksum = {"with-header": True, "without-header": False, None: None}[options.checksum]
+    console = None if sys.stdin is None else sys.stdin.fileno()
     try:
-        program = CreateProgram(
-            CreateOptions(
-                options.link,
-                options.model,
-                checksum,
-                options.noise_seed,
-                options.strict_baud,
-                options.control,
-            ),
-            time.monotonic,
-            None if sys.stdin is None else sys.stdin.fileno(),
-        )
+        program = _scanner(options, console) if options.device == "scip" else _base(options, console)
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return FAILED
     return _serve(program)
 
 
-def _serve(program: CreateProgram) -> int:
+def _base(options: argparse.Namespace, console: int | None) -> CreateProgram:
+    checksum = {"with-header": True, "without-header": False, None: None}[options.checksum]
+    return CreateProgram(
+        CreateOptions(
+            options.link,
+            options.model,
+            checksum,
+            options.noise_seed,
+            options.strict_baud,
+            options.control,
+        ),
+        time.monotonic,
+        console,
+    )
+
+
+def _scanner(options: argparse.Namespace, console: int | None) -> ScipProgram:
+    return ScipProgram(
+        ScipOptions(
+            options.link, options.tcp, options.model, options.scip1, options.noise_seed, options.control
+        ),
+        time.monotonic,
+        console,
+    )
+
+
+def _serve(program: CreateProgram | ScipProgram) -> int:
     caught: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda signum, _frame: caught.append(signum))
@@ -94,7 +123,34 @@ def _parser() -> argparse.ArgumentParser:
         "--strict-baud", action="store_true", help="a client at the wrong speed sees and sends garbage"
     )
     create.add_argument("--control", type=Path, metavar="PATH", help="take lines on a Unix socket there too")
+    _add_scip(devices)
     return parser
+
+
+def _add_scip(devices: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    scip = devices.add_parser(
+        "scip",
+        help="a Hokuyo URG-04LX or UTM-30LX on a pseudo-terminal or a TCP port",
+        description="A Hokuyo scanner that speaks SCIP 2.0, standing in a room with a pillar.",
+        epilog=SCIP_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    where = scip.add_mutually_exclusive_group()
+    where.add_argument("--link", type=Path, metavar="PATH", help="put a link to the device file there")
+    where.add_argument(
+        "--tcp",
+        type=int,
+        metavar="PORT",
+        help="listen on this TCP port of 127.0.0.1 instead; scanners use 10940, 0 takes any that is free",
+    )
+    scip.add_argument("--model", choices=sorted(SCANNERS), default="urg-04lx", help="default: urg-04lx")
+    scip.add_argument(
+        "--scip1", action="store_true", help="wake up in SCIP 1.1 until told SCIP2.0, like old firmware"
+    )
+    scip.add_argument(
+        "--noise-seed", type=int, metavar="NUMBER", help="noisy distances; perfect ones without this"
+    )
+    scip.add_argument("--control", type=Path, metavar="PATH", help="take lines on a Unix socket there too")
 
 
 if __name__ == "__main__":

@@ -5,16 +5,14 @@ One loop serves the line, the time and the lines of text of the control channel.
 
 from __future__ import annotations
 
-import os
 import select
-import socket
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
+from florence_bt.simulation.emulators._control_channel import ControlChannel
 from florence_bt.simulation.emulators._create_control import CreateControl
 from florence_bt.simulation.emulators._create_models import MODELS
 from florence_bt.simulation.emulators.create import CreateEmulator
@@ -26,8 +24,6 @@ LONGEST_WAIT_S, LONGEST_WAIT_MOVING_S = 0.02, 0.005
 
 GARBAGE = 0xFF
 """What a byte looks like that was sent at another speed."""
-
-LONGEST_LINE = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +81,7 @@ class CreateProgram:
         self._line: PseudoTerminal | None = PseudoTerminal(options.link)
         self.control = CreateControl(self.create, self._base, self, options.seed or 0)
         try:
-            self._talks = _Talks(options.control, console)
+            self._talks = ControlChannel(options.control, console)
         except OSError as error:
             self._line.close()
             raise DeviceLost(f"cannot listen at {options.control}: {error}") from error
@@ -145,66 +141,3 @@ class CreateProgram:
     def _wrong_speed(self) -> bool:
         line = self._line
         return self._options.strict_baud and line is not None and line.client_baud != self.create.baud_rate
-
-
-class _Talks:
-    """The control channel: lines on the console and on the connections of a Unix socket."""
-
-    def __init__(self, path: Path | None, console: int | None) -> None:
-        self._path = path
-        self._server: socket.socket | None = None
-        self._peers: dict[int, tuple[socket.socket | None, bytearray]] = {}
-        if console is not None:
-            self._peers[console] = (None, bytearray())
-        if path is not None:
-            path.unlink(missing_ok=True)
-            self._server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            self._server.bind(str(path))
-            self._server.listen()
-
-    def descriptors(self) -> list[int]:
-        """What to wait for."""
-        return [*self._peers, *([self._server.fileno()] if self._server is not None else [])]
-
-    def serve(self, ready: list[int], run: Callable[[str], str]) -> None:
-        """Obey what came."""
-        for descriptor in ready:
-            if descriptor in self._peers:
-                self._serve_peer(descriptor, run)
-            elif self._server is not None and descriptor == self._server.fileno():
-                peer, _ = self._server.accept()
-                self._peers[peer.fileno()] = (peer, bytearray())
-
-    def close(self) -> None:
-        """Hang up and remove the socket."""
-        for peer, _ in self._peers.values():
-            if peer is not None:
-                peer.close()
-        if self._server is not None and self._path is not None:
-            self._server.close()
-            self._path.unlink(missing_ok=True)
-
-    def _serve_peer(self, descriptor: int, run: Callable[[str], str]) -> None:
-        peer, waiting = self._peers[descriptor]
-        try:
-            data = os.read(descriptor, LONGEST_LINE)
-        except OSError:
-            data = b""  # a peer that broke off has nothing more to say, like one that hung up
-        waiting += data
-        while (end := waiting.find(b"\n")) >= 0:
-            line = waiting[:end].decode(errors="replace")
-            del waiting[: end + 1]
-            self._answer(peer, run(line))
-        if not data or len(waiting) > LONGEST_LINE:
-            del self._peers[descriptor]
-            if peer is not None:
-                peer.close()
-
-    def _answer(self, peer: socket.socket | None, text: str) -> None:
-        if peer is None:
-            print(text, flush=True)
-            return
-        try:
-            peer.sendall(text.encode() + b"\n")
-        except OSError as error:
-            print(f"the control channel broke off: {error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""A Hokuyo URG-04LX that speaks SCIP 2.0, written from the manual: bytes and the time in, bytes out.
+"""A Hokuyo scanner that speaks SCIP 2.0, written from the manual: bytes and the time in, bytes out.
 
 It never imports the driver, so that an error of one cannot hide in the other. The world is asked through
 :class:`LaserPlant`. Where the manual leaves something open, the docstring says what was chosen.
@@ -9,39 +9,29 @@ Source: REFERENCE 4.1 to 4.8, 13.
 from __future__ import annotations
 
 import math
-import re
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.simulation.emulators._scip_device import (
-    ARGUMENT_LENGTHS,
-    BIT_RATES,
+    MODELS,
+    URG_04LX,
+    UTM_30LX,
     Measurement,
     ScannerModel,
     ScipFaults,
     parse_measurement,
 )
-from florence_bt.simulation.emulators._scip_wire import (
-    encode_number,
-    information_lines,
-    reply,
-    scan_lines,
-    spoil_last_sum,
-    summed,
-)
+from florence_bt.simulation.emulators._scip_line import SlowLine
+from florence_bt.simulation.emulators._scip_state import ScipState
+from florence_bt.simulation.emulators._scip_values import group, with_intensities
+from florence_bt.simulation.emulators._scip_wire import reply, scan_lines, spoil_last_sum
 
-__all__ = ["LaserPlant", "ScannerModel", "ScipEmulator", "ScipFaults"]
+__all__ = ["MODELS", "URG_04LX", "UTM_30LX", "LaserPlant", "ScannerModel", "ScipEmulator", "ScipFaults"]
 
-TIMER_WRAP_MS = 1 << 24
 LONGEST_REQUEST = 64
-NOT_MEASURABLE = 19
 TWO_CHARACTER_LIMIT = 4095
-
-_USER_STRING = re.compile(r"[A-Za-z0-9 ._+@]*")
-
-Answer = tuple[str, list[str]]
 
 
 class LaserPlant(Protocol):
@@ -56,35 +46,47 @@ class LaserPlant(Protocol):
 
 
 class ScipEmulator:
-    """The scanner. One turn lasts 100 ms, and a scan's time stamp is the moment at step 0 of its turn.
+    """The scanner. A scan's time stamp is the moment at step 0 of its turn.
 
     The world is measured when the beam looks ahead, and the reply leaves when the last step has passed, as
     with the real one. Call :meth:`poll` at :meth:`next_deadline` or every few milliseconds; turns that
     nobody polled for are left out.
 
-    Args:
-        plant: The world.
-        model: The device data.
-        speaks_scip1: Wake up in SCIP 1.1, as old firmware does: all but ``SCIP2.0`` is answered with an E.
-
     Attributes:
         faults: What shall go wrong.
-        laser_on: Whether the laser is on.
+        state: Modes, laser, timer and the answers that need no measurement.
     """
 
     def __init__(
-        self, plant: LaserPlant, *, model: ScannerModel | None = None, speaks_scip1: bool = False
+        self, plant: LaserPlant, *, model: ScannerModel = URG_04LX, speaks_scip1: bool = False
     ) -> None:
+        """Switch it on at the time 0.
+
+        Args:
+            plant: The world.
+            model: The device data.
+            speaks_scip1: Wake up in SCIP 1.1, as old firmware does: all but ``SCIP2.0`` is answered with E.
+        """
         self._plant = plant
-        self._model = model or ScannerModel()
-        self._wakes_in_scip1 = speaks_scip1
+        self._model = model
         self.faults = ScipFaults()
-        self.laser_on = False
+        self.state = ScipState(model, lambda: self.faults, speaks_scip1)
         self._powered = True
         self._input = b""
+        self._line = SlowLine()
         self._stream: Measurement | None = None
         self._snapshot: NDArray[np.int32] | None = None
         self._wake(0.0)
+
+    @property
+    def model(self) -> ScannerModel:
+        """The device data."""
+        return self._model
+
+    @property
+    def laser_on(self) -> bool:
+        """Whether the laser is on."""
+        return self.state.laser_on
 
     @property
     def powered(self) -> bool:
@@ -104,20 +106,20 @@ class ScipEmulator:
 
     def set_timer(self, milliseconds: int, now: float) -> None:
         """Set the sensor's clock, e.g. to shortly before it wraps."""
-        self._timer_zero = now - milliseconds / 1000.0
+        self.state.set_timer(milliseconds, now)
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take bytes from the host and return the answers."""
-        if not self._powered:
+        if not self._powered or self.faults.deaf:
             return b""
         *lines, rest = (self._input + data).replace(b"\r", b"\n").split(b"\n")
         self._input = rest[-LONGEST_REQUEST:]
-        return self._send(b"".join(self._answer(line.decode("latin-1"), now) for line in lines if line))
+        return self._send(b"".join(self._answer(line.decode("latin-1"), now) for line in lines if line), now)
 
     def poll(self, now: float) -> bytes:
-        """Return the scan that has become complete, if any."""
+        """Return what leaves now: the scan that has become complete, if any, and what was slow."""
         if self._stream is None:
-            return b""
+            return self._leave(now)
         late_turns = math.floor((now - self._turn_start - self._sweep(self._stream.last + 1)) / self._period)
         if late_turns > 0:
             self._turn_start += late_turns * self._period
@@ -126,36 +128,32 @@ class ScipEmulator:
         if self._snapshot is None and now >= looks_ahead:
             self._snapshot = self._measure(self._stream)
         if now < done or self._snapshot is None:
-            return b""
+            return self._leave(now)
         values, started = self._snapshot, self._turn_start
         self._snapshot = None
         self._turn_start += self._period * (1 + self._stream.skip)
-        return self._send(self._scan(self._stream, values, started))
+        return self._send(self._scan(self._stream, values, started), now)
 
     def next_deadline(self) -> float | None:
         """When :meth:`poll` has something to do next, or None."""
+        slow = self._line.next_time()
         if self._stream is None:
-            return None
+            return slow
         looks_ahead, done = self._moments(self._stream)
-        return looks_ahead if self._snapshot is None else done
+        scan = looks_ahead if self._snapshot is None else done
+        return scan if slow is None else min(slow, scan)
 
     # --- state ------------------------------------------------------------------------------------------
 
     def _wake(self, now: float) -> None:
-        self._scip1 = self._wakes_in_scip1
         self._input = b""
-        self._bit_rate = BIT_RATES[0]
-        self._reset(now)
-
-    def _reset(self, now: float) -> None:
-        self._time_mode = False
-        self._sensitive = False
-        self._slowness = 0
-        self._turn_start = self._timer_zero = now
+        self._line.clear()
+        self.state.wake(now)
+        self._turn_start = now
         self._stop()
 
     def _stop(self) -> None:
-        self.laser_on = False
+        self.state.laser_on = False
         self._stream = None
         self._head, self._note = "", ""
         self._remaining: int | None = None
@@ -164,7 +162,7 @@ class ScipEmulator:
     @property
     def _period(self) -> float:
         """Seconds a turn; each step of CR is taken as one hundredth slower."""
-        return 60.0 / self._model.number("SCAN") / (1.0 - 0.01 * self._slowness)
+        return self.state.period
 
     def _sweep(self, steps: int) -> float:
         return steps * self._period / self._model.number("ARES")
@@ -174,43 +172,32 @@ class ScipEmulator:
         done = self._turn_start + self._sweep(stream.last + 1)
         return min(self._turn_start + self._sweep(self._model.number("AFRT")), done), done
 
-    def _timer(self, now: float) -> int:
-        if self.faults.frozen_timer_ms is not None:
-            return self.faults.frozen_timer_ms
-        return round((now - self._timer_zero) * 1000.0) % TIMER_WRAP_MS
-
     # --- measuring --------------------------------------------------------------------------------------
 
     def _measure(self, wanted: Measurement) -> NDArray[np.int32]:
         """The values of a window; steps outside of AMIN..AMAX count as not measurable."""
         first = max(wanted.first, self._model.number("AMIN"))
         last = min(wanted.last, self._model.number("AMAX"))
-        values = np.full(wanted.last - wanted.first + 1, NOT_MEASURABLE, np.int32)
+        values = np.full(wanted.last - wanted.first + 1, self._model.no_measurement, np.int32)
         if first <= last:
             values[first - wanted.first : last - wanted.first + 1] = self._plant.measure(first, last)
-        values = self._group(values, wanted.cluster)
+        values = group(values, wanted.cluster, self._model.number("DMIN"))
+        if wanted.intensity:
+            return with_intensities(values, self._model.number("DMIN"))
         return np.minimum(values, TWO_CHARACTER_LIMIT) if wanted.width == 2 else values
-
-    def _group(self, values: NDArray[np.int32], cluster: int) -> NDArray[np.int32]:
-        """The smallest valid value of each group; a group without one gives its smallest code."""
-        if cluster <= 1:
-            return values
-        groups = np.pad(values, (0, -len(values) % cluster), mode="edge").reshape(-1, cluster)
-        valid = groups >= self._model.number("DMIN")
-        best = np.where(valid, groups, np.iinfo(np.int32).max).min(axis=1)
-        return np.where(valid.any(axis=1), best, groups.min(axis=1)).astype(np.int32)
 
     def _scan(self, stream: Measurement, values: NDArray[np.int32], started: float) -> bytes:
         if self._remaining is not None:
             self._remaining -= 1
         echo = f"{self._head}{self._remaining or 0:02d}{self._note}"
-        if self.faults.scan_status is not None:
-            status, self.faults.scan_status = self.faults.scan_status, None
+        broken = "50" if self.faults.laser_broken else None
+        status, self.faults.scan_status = self.faults.scan_status or broken, None
+        if status is not None:
             self._stop()
             return reply(echo, status)
         if self._remaining == 0:
             self._stop()
-        return self._spoil(reply(echo, "99", scan_lines(self._timer(started), values, stream.width)))
+        return self._spoil(reply(echo, "99", scan_lines(self.state.timer(started), values, stream.width)))
 
     def _spoil(self, data: bytes) -> bytes:
         if self.faults.bad_checksums > 0:
@@ -220,130 +207,57 @@ class ScipEmulator:
             data, self.faults.cut_scan_at = data[: self.faults.cut_scan_at], None
         return data
 
-    def _send(self, data: bytes) -> bytes:
-        if not data or self.faults.silent:
-            return b""
-        noise, self.faults.noise = self.faults.noise, b""
-        return noise + data
+    def _send(self, data: bytes, now: float) -> bytes:
+        if self.faults.silent:
+            data = b""
+        if data:
+            noise, self.faults.noise = self.faults.noise, b""
+            data = noise + data
+        self._line.put(data, now, self.faults.delay_s, self.faults.bytes_per_second)
+        return self._leave(now)
+
+    def _leave(self, now: float) -> bytes:
+        if not self.faults.delay_s and self.faults.bytes_per_second is None:
+            return self._line.take_all()
+        return self._line.take(now)
 
     # --- answers ----------------------------------------------------------------------------------------
 
     def _answer(self, line: str, now: float) -> bytes:
         command, semicolon, text = line.partition(";")
-        if self._scip1:
-            self._scip1 = command != "SCIP2.0"
-            return f"{line}\nE\n\n".encode("latin-1") if self._scip1 else reply(line, "00")
-        letters, arguments = command[:2], command[2:]
-        length = ARGUMENT_LENGTHS.get(letters)
-        if len(text) > 16:
-            return reply(line, "0G")
-        if not _USER_STRING.fullmatch(text):
-            return reply(line, "0H")
-        if length is None or len(arguments) > length or (self._time_mode and letters != "TM"):
-            return reply(line, "0E")
-        if len(arguments) < length:
-            return reply(line, "0C")
-        status, lines = self._carry_out(letters, arguments, semicolon + text, now)
-        return reply(line, status, lines)
+        if self.state.speaks_scip1:
+            self.state.speaks_scip1 = command != "SCIP2.0"
+            return f"{line}\nE\n\n".encode("latin-1") if self.state.speaks_scip1 else reply(line, "00")
+        length = 3 if command.startswith("%") else 2
+        letters, arguments = command[:length], command[length:]
+        status = self.state.objection(letters, arguments, text)
+        forced = self.faults.statuses.get(letters) or self.faults.statuses.get(command)
+        lines: list[str] = []
+        if forced is not None:
+            status = forced
+        elif status is None:
+            status, lines = self._carry_out(letters, arguments, semicolon + text, now)
+        answer = reply(line, status, lines)
+        if self.faults.bad_replies > 0:
+            self.faults.bad_replies -= 1
+            return spoil_last_sum(answer)
+        return answer
 
-    def _carry_out(self, letters: str, arguments: str, note: str, now: float) -> Answer:
+    def _carry_out(self, letters: str, arguments: str, note: str, now: float) -> tuple[str, list[str]]:
         match letters:
-            case "VV":
-                return "00", information_lines(self._model.version)
-            case "PP":
-                return "00", information_lines(self._model.parameters)
-            case "II":
-                return "00", information_lines(self._information(now))
-            case "BM":
-                return self._switch_on(), []
-            case "QT":
-                self._stop()
-                return "00", []
-            case "RS":
-                self._reset(now)
-                return "00", []
-            case "TM":
-                return self._time(arguments, now)
-            case "SS":
-                return self._set_bit_rate(arguments), []
-            case "CR":
-                return self._set_slowness(arguments), []
-            case "HS":
-                return self._set_sensitivity(arguments), []
-            case "MD" | "MS":
+            case "MD" | "MS" | "ME":
                 return self._start_stream(letters, arguments, note, now), []
-            case _:
+            case "GD" | "GS" | "GE":
                 return self._single(letters, arguments, now)
-
-    def _information(self, now: float) -> dict[str, str]:
-        """The fields of II; the manual gives no format for SCSP, MESM and TIME."""
-        return {
-            "MODL": self._model.parameters["MODL"],
-            "LASR": "ON" if self.laser_on else "OFF",
-            "SCSP": f"{round(60.0 / self._period)}[rpm]",
-            "MESM": "Measuring" if self.measuring else "Idle",
-            "SBPS": f"{int(self._bit_rate)}[bps]",
-            "TIME": f"{self._timer(now):06X}",
-            "STAT": self.faults.stat,
-        }
-
-    def _switch_on(self) -> str:
-        if self.faults.laser_broken:
-            return "01"
-        if self.laser_on:
-            return "02"
-        self.laser_on = True
-        return "00"
-
-    def _time(self, argument: str, now: float) -> Answer:
-        match argument, self._time_mode:
-            case "0", False:
+            case "QT" | "RS" | "RT" | "%SL":
                 self._stop()
-                self._time_mode = True
-                return "00", []
-            case "0", True:
-                return "02", []
-            case "1", True:
-                return "00", [summed(encode_number(self._timer(now), 4))]
-            case "1", False:
-                return "04", []
-            case "2", True:
-                self._time_mode = False
-                return "00", []
-            case "2", False:
-                return "03", []
-            case _:
-                return "01", []
-
-    def _set_bit_rate(self, digits: str) -> str:
-        """Has no further effect: the emulated line is USB."""
-        if not digits.isdecimal():
-            return "01"
-        if digits not in BIT_RATES:
-            return "02"
-        if digits == self._bit_rate:
-            return "03"
-        self._bit_rate = digits
-        return "00"
-
-    def _set_slowness(self, digits: str) -> str:
-        if not digits.isdecimal():
-            return "01"
-        slowness = 0 if digits == "99" else int(digits)
-        if slowness > 10:
-            return "02"
-        if slowness == self._slowness and digits != "99":
-            return "03"
-        self._slowness = slowness
-        return "00"
-
-    def _set_sensitivity(self, digit: str) -> str:
-        if digit not in ("0", "1"):
-            return "01"
-        if self._sensitive == (digit == "1"):
-            return "02"
-        self._sensitive = digit == "1"
-        return "00"
+            case "TM" if arguments == "0":
+                self._stop()
+        before = self.state.restarts
+        answer = self.state.answer(letters, arguments, self._stream is not None, now)
+        if self.state.restarts > before:
+            self._wake(now)
+        return answer
 
     def _start_stream(self, letters: str, arguments: str, note: str, now: float) -> str:
         """Begin with the next turn; a second stream is refused while one runs."""
@@ -354,17 +268,17 @@ class ScipEmulator:
             return "0B"
         if self.faults.laser_broken:
             return "50"
-        self.laser_on = True
+        self.state.laser_on = True
         self._stream, self._remaining = wanted, wanted.count
         self._head, self._note = letters + arguments[:11], note
         self._turn_start += max(0, math.ceil((now - self._turn_start) / self._period)) * self._period
         return "00"
 
-    def _single(self, letters: str, arguments: str, now: float) -> Answer:
+    def _single(self, letters: str, arguments: str, now: float) -> tuple[str, list[str]]:
         """One scan at once; the real sensor lets the turn end first."""
         wanted = parse_measurement(letters, arguments, self._model.outermost_step)
         if isinstance(wanted, str):
             return wanted, []
         if not self.laser_on:
             return "10", []
-        return "00", scan_lines(self._timer(now), self._measure(wanted), wanted.width)
+        return "00", scan_lines(self.state.timer(now), self._measure(wanted), wanted.width)

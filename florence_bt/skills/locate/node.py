@@ -29,10 +29,10 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import pose_from_ros
+from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.skills.locate._deferred import Deferred, allow_deferred
 from florence_bt.skills.locate.hotspots import Hotspots, load_hotspots, save_hotspots
 from florence_bt.skills.locate.locator import Locator
 

@@ -71,12 +71,14 @@ class Use(Node):
         inputs: Input names and values.
         outputs: Output names and the keys that receive them.
         table_given: Whether the inputs were written as a table, or nothing was.
+        unread: Names of inputs whose values could not be read, which was noted there.
     """
 
     skill: str
     inputs: tuple[tuple[Literal, Value], ...] = ()
     outputs: tuple[tuple[Literal, Literal], ...] = ()
     table_given: bool = True
+    unread: tuple[str, ...] = ()
 
     @property
     def default_title(self) -> str:
@@ -86,11 +88,19 @@ class Use(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Call(Node):
-    """``run``: runs another mission with keys of its own."""
+    """``run``: runs another mission with keys of its own.
+
+    Attributes:
+        mission: Its name.
+        inputs: Input names and values.
+        outputs: Output names and the keys that receive them.
+        unread: Names of inputs whose values could not be read, which was noted there.
+    """
 
     mission: Literal
     inputs: tuple[tuple[Literal, Value], ...] = ()
     outputs: tuple[tuple[Literal, Literal], ...] = ()
+    unread: tuple[str, ...] = ()
 
     @property
     def default_title(self) -> str:

@@ -31,6 +31,7 @@ class Mission:
         tree: The root node; None when the file is too broken to have one.
         positions: Where the inputs, outputs and keys are declared, by name.
         findings: What was wrong with the file's form.
+        lost: Where the form is wrong: the keys that nodes would write, broken nodes included.
         version: Stands for the text of the file: equal versions are equal texts.
     """
 
@@ -44,6 +45,7 @@ class Mission:
     tree: Node | None = None
     positions: Mapping[str, Position] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
+    lost: frozenset[str] = frozenset()
     version: str = ""
 
     def required_inputs(self) -> tuple[str, ...]:

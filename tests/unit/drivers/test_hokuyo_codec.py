@@ -1,5 +1,6 @@
 """SCIP 2.0 on the wire. The bytes here are written by hand or by the small writer below, from the manual."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -7,17 +8,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from florence_bt.core.errors import ChecksumError, FrameError
+from florence_bt.core.errors import ChecksumError, ConfigError, FrameError
 from florence_bt.drivers.hokuyo.codec import (
     LONGEST_FRAME,
+    Measurement,
     Reply,
     ReplyParser,
     check_sum,
+    debug_mode,
     decode_scan,
+    decode_time,
     decode_values,
+    motor_speed,
     parse_frame,
     request,
     scan_command,
+    sensitivity,
+    serial_speed,
+    time_mode,
 )
 from florence_bt.drivers.hokuyo.status import describe_status
 
@@ -281,3 +289,123 @@ def test_statuses_in_words() -> None:
 
 def test_distances_are_plain_integers() -> None:
     assert decode_values(b"", 3).dtype == np.int32
+
+
+def test_every_command_has_its_text() -> None:
+    assert [time_mode(action) for action in (0, 1, 2)] == ["TM0", "TM1", "TM2"]
+    assert serial_speed(19200) == "SS019200"
+    assert (motor_speed(5), motor_speed(99)) == ("CR05", "CR99")
+    assert (sensitivity(False), sensitivity(True)) == ("HS0", "HS1")
+    assert debug_mode(10) == "DB10"
+    assert scan_command("ME", 0, 1080, 0, 0, 1) == "ME0000108000001"
+    assert scan_command("GE", 0, 1080, 1) == "GE0000108001"
+    assert request("BM", "Robot 1") == b"BM;Robot 1\n"
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: time_mode(3),
+        lambda: serial_speed(9600),
+        lambda: motor_speed(11),
+        lambda: debug_mode(100),
+        lambda: request("BM", "seventeen letters"),
+        lambda: request("BM", "a/b"),
+        lambda: Measurement("XX", 0, 1),
+        lambda: Measurement("MD", 2, 1),
+        lambda: Measurement("MD", 0, 10_000),
+        lambda: Measurement("MD", 0, 1, cluster=100),
+        lambda: Measurement("MD", 0, 1, skip=10),
+        lambda: Measurement("MD", 0, 1, count=100),
+    ],
+)
+def test_commands_that_no_sensor_knows(make: Callable[[], object]) -> None:
+    with pytest.raises(ConfigError):
+        make()
+
+
+@pytest.mark.parametrize("kind", ["MD", "MS", "ME", "GD", "GS", "GE"])
+@given(
+    first=st.integers(0, 900),
+    steps=st.integers(0, 180),
+    cluster=st.integers(0, 99),
+    stamp=st.integers(0, (1 << 24) - 1),
+    data=st.data(),
+)
+@settings(max_examples=25, deadline=None)
+def test_scans_of_every_kind_survive_the_wire(
+    kind: str, first: int, steps: int, cluster: int, stamp: int, data: st.DataObject
+) -> None:
+    wanted = Measurement(kind, first, first + steps, cluster)
+    count = -(-(steps + 1) // max(1, cluster))
+    width = 2 if kind[1] == "S" else 3
+    numbers = st.lists(st.integers(0, 64**width - 1), min_size=count, max_size=count)
+    distances = data.draw(numbers)
+    intensities = data.draw(numbers) if kind[1] == "E" else []
+    values = (
+        [v for pair in zip(distances, intensities, strict=True) for v in pair] if intensities else distances
+    )
+    text = b"".join(encode(value, width) for value in values)
+    blocks = [summed(text[at : at + 64]) for at in range(0, len(text), 64)]
+    status = b"99b" if wanted.streams else b"00P"
+    lines = [wanted.command.encode(), status, summed(encode(stamp, 4)), *blocks, b"", b""]
+    (reply,) = ReplyParser().feed(b"\n".join(lines))
+    scan = decode_scan(reply)
+    assert (scan.first_step, scan.timestamp_ms) == (first, stamp)
+    assert scan.distances_mm.tolist() == distances
+    assert scan.intensities.tolist() == intensities
+
+
+def test_a_value_may_lie_across_two_lines() -> None:
+    # 64 is no multiple of 6, so the 11th pair of ME begins at the end of the first line.
+    data = b"".join(encode(value, 3) for value in range(100, 124))
+    lines = [b"ME0000001101000", b"99b", summed(encode(1, 4)), summed(data[:64]), summed(data[64:]), b"", b""]
+    (reply,) = ReplyParser().feed(b"\n".join(lines))
+    assert decode_scan(reply).distances_mm.tolist() == list(range(100, 124, 2))
+    assert decode_scan(reply).intensities.tolist() == list(range(101, 124, 2))
+
+
+def test_times() -> None:
+    assert decode_time(Reply("TM1", "00", (b"m2@0",))) == 16_000_000
+    for reply in (Reply("TM0", "00"), Reply("TM1", "04"), Reply("TM1", "00", (b"m2@",))):
+        with pytest.raises(FrameError):
+            decode_time(reply)
+
+
+def test_noise_right_before_a_reply_costs_nothing() -> None:
+    parser = ReplyParser()
+    assert parser.feed(b"\xff\x00x\nyz" + PP) == ReplyParser().feed(PP)
+    half = scan_bytes([1000] * 60)[:100]
+    assert len(parser.feed(half + PP)) == 1
+    assert parser.corrupted == 2
+
+
+def test_ten_million_random_bytes_are_no_reply() -> None:
+    parser = ReplyParser()
+    noise = np.random.default_rng(1)
+    replies = [reply for _ in range(100) for reply in parser.feed(noise.bytes(100_000))]
+    assert replies == []
+    assert parser.feed(b"\n\n" + PP) == ReplyParser().feed(PP)
+
+
+def test_random_lines_pass_with_the_probability_of_a_six_bit_sum() -> None:
+    """Frames with a right head and one random line: one in 64 has a sum that fits."""
+    noise = np.random.default_rng(2)
+    tries = 20_000
+    lines = noise.integers(0x30, 0x70, (tries, 5), np.uint8)
+    parser = ReplyParser()
+    got = parser.feed(b"".join(b"TM1\n00P\n" + line.tobytes() + b"\n\n" for line in lines))
+    assert 0.8 * tries / 64 < len(got) < 1.2 * tries / 64
+    assert len(got) + parser.corrupted == tries
+
+
+def test_more_statuses_in_words() -> None:
+    assert "bit rate" in describe_status("SS019200", "02")
+    assert "speed" in describe_status("CR05", "04")
+    assert "sensitivity" in describe_status("HS1", "02")
+    assert "malfunction" in describe_status("DB01", "05")
+    assert "once more" in describe_status("RB", "01")
+    assert "laser is off" in describe_status("GE0000108001", "10")
+    for letters in ("MD", "GD", "BM", "TM", "SS", "CR", "HS", "DB", "VV", "%SL"):
+        for status in ("0A", "0B", "0C", "0D", "0E", "0F", "0G", "0H", "0I"):
+            assert "no meaning" not in describe_status(letters, status)

@@ -6,9 +6,13 @@ import pytest
 
 from florence_bt.drivers.diagnosis import Level, is_off
 from florence_bt.drivers.frequency import FrequencyMeter
+from florence_bt.drivers.hokuyo.codec import check_sum
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
-from florence_bt.drivers.hokuyo.driver import START_UP, HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.geometry import SensorGeometry
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.start_up import Sensor
+from florence_bt.drivers.hokuyo.stream import plan_measurement
 
 
 def test_the_first_command_and_its_deadline() -> None:
@@ -40,9 +44,70 @@ def test_a_dumb_port_is_tried_patiently_for_ever() -> None:
     assert driver.status.lost == 0
 
 
+VERSION = {"VEND": "Hokuyo", "PROD": "URG", "FIRM": "1", "PROT": "SCIP 2.0", "SERI": "H1"}
+PARAMETERS = {
+    "MODL": "URG-04LX",
+    "DMIN": "20",
+    "DMAX": "5600",
+    "ARES": "1024",
+    "AMIN": "44",
+    "AMAX": "725",
+    "AFRT": "384",
+    "SCAN": "600",
+}
+
+
+def answer(command: str, status: str, fields: dict[str, str] | None = None) -> bytes:
+    lines = [f"{tag}:{value}" for tag, value in (fields or {}).items()]
+    return "\n".join(
+        [command, status + chr(check_sum(status.encode()))]
+        + [f"{line};{chr(check_sum(line.encode()))}" for line in lines]
+        + ["", ""]
+    ).encode()
+
+
+def script_of(driver: HokuyoDriver, refused: tuple[str, ...] = ()) -> list[str]:
+    """Answer what the driver says, until it has nothing to say; gives what it said."""
+    fields = {"VV": VERSION, "PP": PARAMETERS, "II": {"STAT": "Sensor works well."}}
+    said = []
+    while data := driver.poll(0.0):
+        for command in data.decode().split():
+            said.append(command)
+            status = "0E" if command[:2] in refused else "00"
+            driver.receive(answer(command, status, fields.get(command)), 0.0)
+    return said
+
+
 def test_the_sequence_is_the_one_of_the_reference() -> None:
-    assert [step.command for step in START_UP] == ["SCIP2.0", "TM2", "QT", "RS", "PP", "VV", "II", "BM", "MD"]
-    assert next(step for step in START_UP if step.command == "BM").attempts == 10
+    driver = HokuyoDriver(HokuyoParameters(calibrate_time=False))
+    driver.start(0.0)
+    said = script_of(driver)
+    assert said == ["SCIP2.0", "TM2", "QT", "RS", "PP", "VV", "II", "BM", "MD0044072501000"]
+    assert driver.status.phase is Phase.MEASURING
+
+
+def test_a_sensor_without_intensities_measures_distances() -> None:
+    problems: list[str] = []
+    driver = HokuyoDriver(HokuyoParameters(calibrate_time=False, intensity=True), problems.append)
+    driver.start(0.0)
+    said = script_of(driver, refused=("ME",))
+    assert said[-2:] == ["ME0044004401001", "MD0044072501000"]
+    assert driver.status.phase is Phase.MEASURING
+    assert problems == ["this sensor measures no intensities: they are left out"]
+
+
+@pytest.mark.parametrize(("firmware", "last"), [("1", 380), ("1.16.01(16/Nov./2009)", 760)])
+def test_intensities_of_a_utm_are_kept_safe(firmware: str, last: int) -> None:
+    geometry = SensorGeometry(23, 60000, 1440, 0, 1080, 540, 2400)
+    version = VERSION | {"PROD": "SOKUIKI Sensor TOP-URG UTM-30LX", "FIRM": firmware}
+    sensor = Sensor(version, {}, geometry, {})
+    wide = HokuyoParameters(intensity=True, min_ang=-3.0, max_ang=3.0)
+    measurement, complaints = plan_measurement(wide, sensor)
+    assert (measurement.command, len(complaints)) == (f"ME0000{last:04d}01000", 1)
+    wide = HokuyoParameters(intensity=True, min_ang=-3.0, max_ang=3.0, allow_unsafe_settings=True)
+    assert plan_measurement(wide, sensor)[0].last_step == 1080
+    plain, complaints = plan_measurement(HokuyoParameters(min_ang=-3.0, max_ang=3.0), sensor)
+    assert (plain.command, complaints) == ("MD0000108001000", ())
 
 
 def test_answers_to_other_questions_do_not_lead_on() -> None:
@@ -66,7 +131,7 @@ def test_a_refused_command_is_tried_again_and_then_explained() -> None:
         driver.poll(now + 0.5)
     assert driver.status.phase is Phase.RESTING
     assert problems == [
-        "QT was answered 0E: the command is unknown or not allowed now (time adjustment mode)"
+        "'QT' was refused with status '0E': the command is unknown or not allowed now (time adjustment mode)"
     ]
 
 

@@ -11,8 +11,8 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
+from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.skills.locate import declaration
-from florence_bt.skills.locate._deferred import Deferred, allow_deferred
 from florence_bt.skills.locate.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locate.locator import Locator
 

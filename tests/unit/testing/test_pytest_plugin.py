@@ -75,6 +75,7 @@ def _registered():
     return any(entry.value == "florence_bt.testing.plugin" for entry in entry_points(group="pytest11"))
 
 
+@pytest.mark.slow
 def test_a_project(project):
     text = project("-v", "--tb=short")
     for line in (

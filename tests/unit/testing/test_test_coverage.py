@@ -5,6 +5,9 @@ import pytest
 from florence_bt.testing import Stage
 from florence_bt.testing.coverage import Coverage, Share, coverage_text, total_of
 from florence_bt.testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
+from florence_bt.trees import model
+from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.outcomes import possible_outcomes
 
 MISSION = """
 mission: fetch
@@ -117,3 +120,18 @@ def test_shares_add_up():
     assert Share(1, 3) + Share(2, 3) == Share(3, 6)
     assert (Share(3, 6).percent, Share(0, 0).percent, str(Share(3, 6))) == (50.0, 100.0, "3/6")
     assert total_of([]).percent == 100.0
+
+
+def test_a_fail_that_a_guard_skips_is_not_asked_to_succeed(tmp_path):
+    file = tmp_path / "picky.yaml"
+    file.write_text(
+        "mission: picky\ninputs: {n: {type: integer}}\n"
+        "tree:\n  sequence: [{fail: too many, when: $n > 2}, {wait: 1 s}]\n"
+    )
+    library = MissionLibrary.load([tmp_path])
+    [fail] = [
+        outcomes
+        for node, outcomes in possible_outcomes(library.get("picky"), library, {})
+        if isinstance(node, model.Fail)
+    ]
+    assert (fail.success, fail.failure, fail.skipped) == (False, True, True)

@@ -56,6 +56,7 @@ def test_the_mocks_can_be_read(text):
     assert reading.findings == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", blocks("python test"))
 def test_the_python_examples_hold(tmp_path, text):
     (tmp_path / "test_page.py").write_text(text)

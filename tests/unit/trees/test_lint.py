@@ -124,11 +124,11 @@ tree:
 """
     )
     assert found == [
-        "6:7 error other needs the input 'far' | ",
+        "6:7 error other needs the input 'far' | far: 0.5 m",
         "7:14 error other has no input 'nera' | near",
         "8:13 error other has no output 'usr' | user",
         "8:18 warning nothing reads the output that goes to the key 'u' | $u in a later node, leaving it out",
-        "10:19 error far: 3 m is above the maximum of 2 m | ",
+        "10:19 error far: 3 m is above the maximum of 2 m | 2 m and less",
         "12:19 error far: a length is needed, but $n is an integer | ",
         "13:19 error the key 'n' is an input of the mission and cannot be written | ",
     ]

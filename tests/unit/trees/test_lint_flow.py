@@ -85,7 +85,8 @@ def test_declared_keys(workshop):
     assert lines == [
         "5:16 error n: a whole number is needed, not '2 m' | 3",
         "6:19 error n: '$n / 2' is a number; an integer is needed | ",
-        "8:13 error the key 'far' is read before any node has written it | $n",
+        "8:13 error the key 'far' is read before any node has written it | "
+        "the node of line 10 before this one, a default of 'far' under keys:",
         "10:34 error the key 'n' is declared as an integer, but a pose is written here | ",
         "11:61 warning nothing reads or writes the key 'idle' | ",
     ]

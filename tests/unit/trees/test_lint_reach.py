@@ -139,6 +139,7 @@ def test_a_skill_that_does_not_exist_brings_no_claims_about_its_ends(workshop):
     assert ["there is no" in line for line in found] == [True, True]
 
 
+@pytest.mark.slow
 def test_a_chain_of_a_thousand_missions_and_a_tree_that_doubles_itself(workshop):
     for number in range(1000):
         workshop.write(f"tree: {{run: c{number + 1}}}\n", f"c{number}")

@@ -67,7 +67,10 @@ tree: {fail: x}
             "2:13 on_restart cannot be 'maybe' | abort, restart",
         ),
         ("mission: m\ninputs: 5\ntree: {fail: x}", "2:9 inputs must be a table"),
-        ("mission: m\ninputs: {a: }\ntree: {fail: x}", "2:10 an input needs a type"),
+        (
+            "mission: m\ninputs: {a: }\ntree: {fail: x}",
+            "2:10 an input is a table with its type | a: {type: text|boolean|",
+        ),
         ("mission: m\ninputs: {a: {}}\ntree: {fail: x}", "2:13 'a' needs a type | text, boolean"),
         (
             "mission: m\ninputs: {a: {type: lenght}}\ntree: {fail: x}",
@@ -172,8 +175,13 @@ def test_modifiers_of_every_node():
 @pytest.mark.parametrize(
     ("tree", "problem"),
     [
-        ("tree: stop", "2:7 a node must be a table with a kind key; write `stop: {}`"),
-        ("tree: []", "2:7 a node must be a table with a kind key"),
+        ("tree: stop", "2:7 'stop' is no node: a node is a name, a colon and a space | stop:"),
+        ("tree: []", "2:7 one node is needed here, not a list | sequence: with the list below it"),
+        ("tree: wait 1 s", "2:7 'wait 1 s' is no node: a node is a name, a colon and a space | wait: 1 s"),
+        (
+            "tree: {sequence: [wait:1 s]}",
+            "2:19 'wait:1 s' is no node: a node is a name, a colon and a space | wait: 1 s",
+        ),
         ("tree: {name: x}", "2:7 this node has no kind | sequence, selector"),
         ("tree: {go: {}, stop: {}}", "2:16 a node has exactly one kind, not 'go' and 'stop'"),
         ("tree: {go: {}, becuase: x}", "2:16 unknown modifier 'becuase' | because"),
@@ -204,9 +212,9 @@ def test_modifiers_of_every_node():
         ("tree: {go: {}, out: [a]}", "2:21 out must be a table"),
         ("tree: {go: {}, name: }", "2:22 name must be a text"),
         ("tree: {fail: {a: b}}", "2:14 fail must be a text"),
-        ("tree: {go: {}, because: [a]}", "2:25 because cannot be a list"),
+        ("tree: {go: {}, because: [a]}", "2:25 because must be a text, not a list"),
         ("tree: {go: {out: {a: b}}}", "2:13 'out' stands among the inputs of go | out indented like go"),
-        ("tree: {invert: }", "2:16 a node must be a table"),
+        ("tree: {invert: }", "2:16 a node is missing here"),
     ],
 )
 def test_what_is_wrong_with_nodes(tree, problem):

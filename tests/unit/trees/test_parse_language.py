@@ -200,7 +200,7 @@ WRONG = """
     3:18 cooldown has no value |
 
 {once: work}
-    3:14 a node must be a table with a kind key; write `work: {}` |
+    3:14 'work' is no node: a node is a name, a colon and a space | work:
 
 {condition: }
     3:19 condition needs an expression | $distance < 1 m, $found and not $done
@@ -251,8 +251,7 @@ keys: {n: {type: integer, default: x}}
     2:36 the default of 'n': a whole number is needed, not 'x' | 3
 
 keys: {n: integer}
-    2:11 a key 'n' must be a table (key: value) |
-    2:8 a key needs a type | {type: text|boolean|integer|number|length|angle|duration|speed|pose}
+    2:8 a key is a table with its type | n: {type: integer}
 
 inputs: {n: {type: text}} // keys: {n: {type: text}}
     3:8 'n' is an input, which is a key already |

@@ -73,7 +73,7 @@ def test_merge_keys_and_anchors_in_quotes_are_texts():
     ("text", "line", "column", "begun"),
     [
         ("a: [1,\n  2\n\n\n", 2, 4, "begun in line 1"),
-        ("a: 1\nb: 'x\n\n", 2, 6, "quoted scalar"),
+        ("a: 1\nb: 'x\n\n", 2, 6, "a quote is not closed"),
     ],
 )
 def test_what_is_not_closed_is_placed_at_the_end_of_what_is_written(text, line, column, begun):

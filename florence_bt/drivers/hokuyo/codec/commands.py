@@ -13,6 +13,9 @@ from florence_bt.core.errors import ConfigError
 BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 """What SS takes."""
 
+KINDS = ("MD", "MS", "ME", "GD", "GS", "GE")
+"""The measurement commands."""
+
 LONGEST_STRING = 16
 _STRING = re.compile(r"[A-Za-z0-9 ._+@]*")
 
@@ -61,8 +64,8 @@ class Measurement:
 
     def __post_init__(self) -> None:
         limits = {"first_step": 9999, "last_step": 9999, "cluster": 99, "skip": 9, "count": 99}
-        if self.kind not in ("MD", "MS", "ME", "GD", "GS", "GE"):
-            raise ConfigError(f"there is no measurement {self.kind!r}", valid=("MD MS ME GD GS GE").split())
+        if self.kind not in KINDS:
+            raise ConfigError(f"there is no measurement {self.kind!r}", valid=KINDS)
         for name, highest in limits.items():
             if not 0 <= getattr(self, name) <= highest:
                 raise ConfigError(f"{name} {getattr(self, name)} is out of range", valid=[f"0..{highest}"])

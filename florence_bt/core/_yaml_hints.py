@@ -1,0 +1,130 @@
+"""What is wrong with a text that is no YAML, in the words of people who do not know YAML's own."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+_KEY = re.compile(r"\s*(?:- +)*(?P<key>[^\s:#'\"{\[][^:#]*): +(?P<value>\S.*)$")
+_WORDS = {
+    "mapping values are not allowed in this context": "a colon cannot stand here",
+    "did not find expected key": "this line does not fit those above it",
+    "did not find expected '-' indicator": "this line does not fit the list above it",
+    "did not find expected ',' or '}'": "the { before is not closed, or a comma is missing",
+    "did not find expected ',' or ']'": "the [ before is not closed, or a comma is missing",
+    "did not find expected node content": "a value is missing here",
+    "found unexpected end of stream": "a quote is not closed",
+    "found character that cannot start any token": "this character cannot begin a value",
+    "could not find expected ':'": "a colon is missing",
+    "block sequence entries are not allowed in this context": "a list cannot begin here",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Hint:
+    """A problem in plain words.
+
+    Attributes:
+        problem: What is wrong.
+        valid: What would have worked.
+    """
+
+    problem: str
+    valid: tuple[str, ...] = ()
+
+
+def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
+    """Say what is wrong where the YAML library gave up.
+
+    Args:
+        lines: The lines of the file.
+        line: Where it gave up, 1-based.
+        column: Likewise.
+        problem: What the library says.
+
+    Returns:
+        The problem in plain words (the library's own when there are none), and what to write instead.
+    """
+    words = _WORDS.get(problem, problem)
+    if line > len(lines):
+        return Hint(words, _closing(problem))
+    before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 :]
+    if before.endswith("$") and after.startswith("{"):
+        return Hint("${...} needs quotes between { and }", ('quotes round it: "${...}"',))
+    if _begins_with_quote(before):
+        return Hint("the text goes on after its closing quote", _whole_in_quotes(before, after))
+    if "\t" in (after[:1], before[-1:]):
+        return Hint("a tab", ("spaces",))
+    if problem.startswith("mapping values"):
+        return _colon(lines, line, column, words)
+    if problem.startswith("did not find expected") and not before.strip(" -"):
+        return Hint(words, _indentations(lines, line))
+    if problem.startswith("found character"):
+        match = _KEY.match(lines[line - 1])
+        return Hint(words, (_quoted(match["key"], match["value"]),) if match else ("quotes round the text",))
+    return Hint(words, _closing(problem))
+
+
+def _begins_with_quote(before: str) -> bool:
+    _, colon, value = before.partition(": ")
+    value = value.strip()
+    return bool(colon) and len(value) > 1 and value[0] in "'\"" and value.endswith(value[0])
+
+
+def _whole_in_quotes(before: str, after: str) -> tuple[str, ...]:
+    """A text whose quotes end too soon, such as ``'it's over'``, in the other quotes."""
+    value = (before.partition(": ")[2] + after).strip()
+    quote = "'" if value[0] == '"' else '"'
+    inside = value[1:-1] if value.endswith(value[0]) else value
+    return (f"quotes round the whole value: {quote}{inside}{quote}",) if quote not in inside else ()
+
+
+def _colon(lines: list[str], line: int, column: int, words: str) -> Hint:
+    """A colon too many in a text, or one too few in the line above."""
+    match = _KEY.match(lines[line - 1])
+    if match and column - 1 >= match.start("value"):
+        problem = "a text with a colon needs quotes"
+        return Hint(problem, (_quoted(match["key"], match["value"]),))
+    above = next((number for number in range(line - 1, 0, -1) if _content(lines[number - 1])), None)
+    if above is None:
+        return Hint(words)
+    content = _content(lines[above - 1])
+    if ":" not in content:
+        return Hint(f"a colon is missing in line {above}", (f"{content}:",))
+    if _KEY.match(lines[above - 1]) and _indent(lines[line - 1]) > _indent(lines[above - 1]):
+        problem = f"this line is indented deeper than line {above}, which has a value already"
+        return Hint(problem, _indentations(lines, line))
+    return Hint(words)
+
+
+def _indentations(lines: list[str], line: int) -> tuple[str, ...]:
+    """How many spaces the lines above have, those with nearly as many first."""
+    wrong, dashed = _indent(lines[line - 1]), lines[line - 1].lstrip(" ").startswith("- ")
+    seen: dict[int, int] = {}
+    for number in range(line - 1, max(0, line - 50), -1):
+        above = lines[number - 1]
+        if _content(above):
+            key = len(above) - len(above.lstrip("- "))
+            seen.setdefault(_indent(above) if dashed else key, number)
+    near = sorted((abs(spaces - wrong), spaces) for spaces in seen if spaces != wrong)[:2]
+    return tuple(f"{n} space{'s' * (n != 1)} before it, as in line {seen[n]}" for _, n in near)
+
+
+def _quoted(key: str, value: str) -> str:
+    quote = "'" if '"' in value else '"'
+    return f"{key}: {quote}{value.rstrip()}{quote}"
+
+
+def _content(line: str) -> str:
+    return line.split(" #", 1)[0].strip().removeprefix("- ").strip() if line.lstrip()[:1] != "#" else ""
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
+
+
+def _closing(problem: str) -> tuple[str, ...]:
+    for mark in ("}", "]"):
+        if problem == f"did not find expected ',' or '{mark}'":
+            return (f"a {mark} where it ends", "a comma between two entries")
+    return ("a closing quote",) if problem == "found unexpected end of stream" else ()

@@ -1,0 +1,94 @@
+"""Which measurement to ask for, and the way to its first scan. Source: REFERENCE 4.7, 4.9."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from florence_bt.core.errors import CommandRejected, DeviceError
+from florence_bt.drivers.hokuyo.codec import Measurement, time_mode
+from florence_bt.drivers.hokuyo.conversation import Ask, Listen, Script
+from florence_bt.drivers.hokuyo.latency import measure_latency
+from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.start_up import Sensor
+from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS
+
+SAFE_DEGREES = 95.0
+"""A UTM-30LX may crash when it sends intensities of more than this a cluster (hokuyo_node)."""
+
+SAFE_DEGREES_BY_FIRMWARE = {"1.16.01(16/Nov./2009)": 190.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """A stream that was accepted.
+
+    Attributes:
+        measurement: What the sensor measures.
+        latency_s: What the calibration found, None without one.
+        complaints: What could not be had as wished.
+    """
+
+    measurement: Measurement
+    latency_s: float | None
+    complaints: tuple[str, ...]
+
+
+def plan_measurement(wanted: HokuyoParameters, sensor: Sensor) -> tuple[Measurement, tuple[str, ...]]:
+    """The endless stream that the parameters ask for, within what the sensor can do.
+
+    Returns:
+        The measurement, and what had to be changed.
+    """
+    geometry = sensor.geometry
+    first, last = geometry.step_at(wanted.min_ang), geometry.step_at(wanted.max_ang)
+    complaints: tuple[str, ...] = ()
+    if wanted.intensity and not wanted.allow_unsafe_settings and "UTM-30LX" in sensor.version.get("PROD", ""):
+        degrees = SAFE_DEGREES_BY_FIRMWARE.get(sensor.version.get("FIRM", ""), SAFE_DEGREES)
+        safe = first + int(math.radians(degrees) * max(1, wanted.cluster) / geometry.step_angle)
+        if last > safe:
+            last = safe
+            complaints = (
+                f"max_ang was lowered to {geometry.angle_of(last):.4f}: with intensities this sensor is safe "
+                f"up to {degrees:g} degrees a cluster; allow_unsafe_settings lifts that",
+            )
+    kind = "ME" if wanted.intensity else "MD"
+    return Measurement(kind, first, last, wanted.cluster, wanted.skip, 0), complaints
+
+
+def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
+    """Find out what the sensor lacks, measure the latency, and start the stream.
+
+    Args:
+        wanted: The endless stream.
+        calibrate: Whether to measure the latency first.
+
+    Returns:
+        The :class:`Stream`.
+    """
+    complaints: list[str] = []
+    latency_s: float | None = None
+    if wanted.kind == "ME" and not (yield from _measures_intensity(wanted)):
+        wanted = replace(wanted, kind="MD")
+        complaints.append("this sensor measures no intensities: they are left out")
+    if calibrate:
+        try:
+            latency_s = yield from measure_latency(wanted)
+        except DeviceError as error:
+            complaints.append(f"the latency could not be measured: {error}")
+            yield Ask(time_mode(2), (ACCEPTED, "03"))
+            yield Ask("QT")
+    # A scan proves as well that the stream runs.
+    yield Ask(wanted.command, (ACCEPTED, SCAN_FOLLOWS))
+    return Stream(wanted, latency_s, tuple(complaints))
+
+
+def _measures_intensity(wanted: Measurement) -> Script:
+    """Whether one beam comes with its intensity."""
+    beam = Measurement("ME", wanted.first_step, wanted.first_step, 1, 0, 1)
+    try:
+        yield Ask(beam.command, attempts=1)
+        answer = yield Listen(beam.head)
+    except CommandRejected:
+        return False
+    return answer.reply.status == SCAN_FOLLOWS

@@ -1,0 +1,166 @@
+"""Recordings in the format of libfreenect's ``record``, which fakenect plays.
+
+A folder with one file per picture and per reading of the accelerometer, and ``INDEX.txt`` with their names in
+order. A name is the kind (``d`` depth, ``r`` colour, ``a`` accelerometer), the moment in seconds and the
+device's own time. Pictures have 640 x 480 pixels; smaller ones are written with each pixel repeated. Depth is
+raw, 16 bits little-endian (against PGM's rule; fakenect wants it so).
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
+from florence_bt.drivers.kinect.camera import View
+from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
+
+INDEX = "INDEX.txt"
+NOTES = "florence.json"
+"""What the format has no place for; other programs pass over it."""
+WIDTH, HEIGHT = 640, 480
+DEPTH_HEAD, COLOUR_HEAD = b"P5 640 480 65535\n", b"P6 640 480 255\n"
+TICKS_PER_SECOND = 60e6
+_READING = struct.Struct("<hhhbxi")
+"""Accelerations x, y, z (819 a g), tilt in half degrees, status: the C structure of libfreenect."""
+
+
+class RecordingWriter:
+    """Writes a recording; use it in a ``with``.
+
+    Args:
+        folder: Is made; may exist, but not with a recording in it.
+
+    Attributes:
+        depth_pictures: How many were written.
+        colour_pictures: How many were written.
+
+    Raises:
+        ConfigError: The folder cannot be made or holds a recording.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._index = (folder / INDEX).open("x", encoding="ascii")
+        except FileExistsError as error:
+            raise ConfigError(f"{folder} holds a recording already", valid=["another folder"]) from error
+        except OSError as error:
+            raise ConfigError(f"{folder} cannot be written to: {error}", valid=["another folder"]) from error
+        self._ticks = 0
+        self.depth_pictures = self.colour_pictures = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def add(self, frame: Frame, moment: float) -> None:
+        """Write a picture.
+
+        Args:
+            frame: The picture.
+            moment: When it came, seconds; never earlier than the one before.
+
+        Raises:
+            FrameError: Its size does not go into 640 x 480.
+        """
+        self._ticks = int(frame.timestamp * TICKS_PER_SECOND) & 0xFFFFFFFF
+        if isinstance(frame, DepthFrame):
+            if not self.depth_pictures:
+                self._write_notes(frame.view)
+            self.depth_pictures += 1
+            self._write("d", "pgm", moment, DEPTH_HEAD + _enlarged(frame.raw()).astype("<u2").tobytes())
+        elif isinstance(frame, VideoFrame):
+            self.colour_pictures += 1
+            self._write("r", "ppm", moment, COLOUR_HEAD + _enlarged(frame.pixels()).tobytes())
+
+    def add_reading(self, acceleration: tuple[int, int, int], tilt: int, status: int, moment: float) -> None:
+        """Write a reading of accelerometer and motor.
+
+        Args:
+            acceleration: 819 a g.
+            tilt: Half degrees.
+            status: 0 stopped, 1 at the limit, 4 moving.
+            moment: When it came, seconds.
+        """
+        self._write("a", "dump", moment, _READING.pack(*acceleration, tilt, status))
+
+    def close(self) -> None:
+        """End the recording."""
+        self._index.close()
+
+    def _write(self, kind: str, ending: str, moment: float, content: bytes) -> None:
+        name = f"{kind}-{moment:.6f}-{self._ticks}.{ending}"
+        (self._folder / name).write_bytes(content)
+        self._index.write(name + "\n")
+
+    def _write_notes(self, view: View) -> None:
+        (self._folder / NOTES).write_text(json.dumps({"view": view.value}) + "\n", encoding="ascii")
+
+
+def recorded_view(folder: Path) -> View:
+    """From where a recording's depth pictures were taken: the depth camera, when other programs made it.
+
+    Raises:
+        DeviceLost: The folder's notes are damaged.
+    """
+    try:
+        return View(json.loads((folder / NOTES).read_text(encoding="utf-8"))["view"])
+    except FileNotFoundError:
+        return View.DEPTH
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DeviceLost(f"{folder / NOTES} is damaged ({error}): delete it or record again") from error
+
+
+def check_recording(folder: Path) -> None:
+    """Make sure that fakenect can play a folder: it trusts the files and reads beyond the end of short ones.
+
+    Raises:
+        DeviceLost: It cannot; names the file.
+    """
+    try:
+        names = (folder / INDEX).read_text(encoding="ascii").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise DeviceLost(
+            f"{folder} is no recording of a Kinect ({error}); make one with `florence kinect record`"
+        ) from error
+    if not any(name.startswith("d-") for name in names):
+        raise DeviceLost(f"the recording {folder} holds no depth picture")
+    for name in names:
+        _check_file(folder, name)
+
+
+def _check_file(folder: Path, name: str) -> None:
+    kind, least = name[:1], {"d": 2 * WIDTH * HEIGHT, "r": 3 * WIDTH * HEIGHT, "a": 0}
+    try:
+        with (folder / name).open("rb") as file:
+            head = file.read(64).partition(b"\n")[0]
+            size = file.seek(0, 2)
+    except (OSError, ValueError) as error:
+        raise DeviceLost(f"the recording {folder} is damaged: {name}: {error}") from error
+    if kind not in least or "/" in name or not size:
+        raise DeviceLost(f"the recording {folder} is damaged: what is {name!r}?")
+    if kind == "a":
+        return
+    if b"640 480" not in head or size - len(head) - 1 < least[kind]:
+        raise DeviceLost(f"the recording {folder} is damaged: {name} is no whole picture of 640 x 480")
+
+
+def _enlarged(picture: NDArray[np.generic]) -> NDArray[np.generic]:
+    """The picture with each pixel repeated as often as 640 x 480 needs."""
+    rows, columns = picture.shape[:2]
+    times = WIDTH // columns
+    if (columns * times, rows * times) != (WIDTH, HEIGHT):
+        raise FrameError(f"a picture of {columns} x {rows} does not go into 640 x 480 (320 x 240 would)")
+    return picture.repeat(times, axis=0).repeat(times, axis=1)

@@ -1,0 +1,81 @@
+"""What people may have meant by something that is no node, and what a broken node would write."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from florence_bt.core.errors import closest_first
+from florence_bt.trees.kinds import IDENTIFIER, MODIFIERS, NODE_KINDS
+from florence_bt.trees.source import Listing, Source, Table, Text
+
+_FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
+_OTHER_WORDS = {"elif": "else", "elseif": "else", "otherwise": "else", "case": "cases", "inputs": "with"}
+
+
+def node_meant(source: Source) -> tuple[str, tuple[str, ...]]:
+    """What is wrong with something that is no node, and what would have worked.
+
+    Args:
+        source: A text or a list where a node is needed.
+    """
+    if isinstance(source, Listing):
+        return "one node is needed here, not a list", ("sequence: with the list below it",)
+    if not isinstance(source, Text) or source.empty:
+        return "a node is missing here", ("wait: 1 s", "the name of a skill and a colon")
+    match = _FIRST_WORD.fullmatch(source.text.strip())
+    message = f"{source.text!r} is no node: a node is a name, a colon and a space"
+    if match is None:
+        return message, ("wait: 1 s",)
+    word, rest = match["word"], match["rest"].strip()
+    return message, (f"{word}: {rest}" if rest else f"{word}:",)
+
+
+def list_meant(kind: Text, source: Source) -> tuple[str, ...]:
+    """What would have worked where a composite has something else than a list of nodes below it."""
+    if isinstance(source, Table) and source.entries:
+        first = source.entries[0][0].text
+        where = "a space behind the dash" if first.startswith("-") else "a dash before each node"
+        return (f"{where}: - {first.lstrip('-')}: ...",)
+    if isinstance(source, Text) and source.text.startswith("-"):
+        return (f"a space behind the dash: - {source.text.lstrip('-')}",)
+    return (f"{kind.text}: [node, node]",)
+
+
+def instead_of_two_kinds(first: Text, second: Text, value: Source) -> tuple[str, ...]:
+    """What would have worked where a table has two kind keys."""
+    word = _OTHER_WORDS.get(second.text)
+    if word is not None and first.text in MODIFIERS.get(word, ()):
+        return (word,)
+    if second.text not in NODE_KINDS and first.text == "run" and isinstance(value, Text):
+        return (f"with: {{{second.text}: {value.text}}}",)
+    if first.text in MODIFIERS["do"]:
+        return (f"do: with {second.text} below it", "sequence: [a node for each]")
+    if first.text == "if":
+        return (f"then: with {second.text} below it", "sequence: [a node for each]")
+    return ("a dash before each of them in a list", "sequence: [a node for each]")
+
+
+def section_meant(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
+    """What would have worked where a mission has a section of an unknown name."""
+    if name in NODE_KINDS:
+        return (f"tree: with {name} below it",)
+    return closest_first(name.lower(), names)
+
+
+def keys_meant(source: Source | None) -> Iterator[str]:
+    """The keys that nodes would write, whether the nodes can be read or not."""
+    if isinstance(source, Listing):
+        for item in source.items:
+            yield from keys_meant(item)
+    elif isinstance(source, Table):
+        for key, value in source.entries:
+            if key.text == "out" and isinstance(value, Table):
+                targets = [item.text.removeprefix("$") for _, item in value.entries if isinstance(item, Text)]
+                yield from filter(IDENTIFIER.fullmatch, targets)
+            elif key.text == "set" and isinstance(value, Table):
+                yield from (name.text for name, _ in value.entries if IDENTIFIER.fullmatch(name.text))
+            elif key.text == "attempt" and isinstance(value, Text) and IDENTIFIER.fullmatch(value.text):
+                yield value.text
+            else:
+                yield from keys_meant(value)

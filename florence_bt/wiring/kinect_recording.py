@@ -1,0 +1,158 @@
+"""Records a Kinect, real or simulated, into a folder that fakenect plays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
+from florence_bt.drivers.kinect.driver import KinectParameters
+from florence_bt.drivers.kinect.frames import DepthFrame, Frame
+from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
+from florence_bt.drivers.kinect.recording import RecordingWriter
+from florence_bt.drivers.kinect.sources import RECORDING, USB, open_source
+from florence_bt.drivers.kinect.transport import FrameSource
+
+LONGEST_S = 3600.0
+PATIENCE_S = 10.0
+"""Without a picture for so long the camera counts as silent."""
+WAIT_S = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """What a recording holds.
+
+    Attributes:
+        seconds: Between the first and the last picture.
+        depth_pictures: How many.
+        colour_pictures: How many.
+        readings: How many of the accelerometer.
+        without_motor: Why there is none; empty when there are some.
+    """
+
+    seconds: float
+    depth_pictures: int
+    colour_pictures: int
+    readings: int
+    without_motor: str
+
+
+def record(
+    source: str,
+    folder: Path,
+    seconds: float,
+    *,
+    colour: bool = True,
+    library: str = "",
+    wall_time: Callable[[], float] = time.time,
+    open_motor: Callable[[int], UsbMotor] = UsbMotor,
+) -> Recorded:
+    """Record.
+
+    Args:
+        source: As the parameter ``source`` of the Kinect's node.
+        folder: Is made.
+        seconds: How long, counted from the first picture.
+        colour: Whether colour pictures are recorded too.
+        library: The file of libfreenect; the usual ones when empty.
+        wall_time: Gives the moments of the pictures, seconds.
+        open_motor: Opens the motor, which has the accelerometer; asked only for a Kinect on USB.
+
+    Raises:
+        ConfigError: The time or the folder is no good.
+        DeviceError: There is no camera, or it fails.
+    """
+    if not 0.0 < seconds <= LONGEST_S:
+        raise ConfigError(f"cannot record for {seconds:g} s", valid=[f"more than 0, at most {LONGEST_S:g} s"])
+    parameters = KinectParameters(source=source, library=library)
+    with closing(open_source(parameters)) as camera:
+        camera.request(colour=colour)
+        with closing(_Accelerometer(source, open_motor)) as accelerometer, RecordingWriter(folder) as writer:
+            loop = _Loop(camera, accelerometer, writer, wall_time)
+            try:
+                loop.run(seconds)
+            except DeviceError:
+                # A recording that is copied ends as it is meant to.
+                if not (source.startswith(f"{RECORDING}:") and writer.depth_pictures):
+                    raise
+            return Recorded(
+                loop.last - loop.first,
+                writer.depth_pictures,
+                writer.colour_pictures,
+                accelerometer.readings,
+                accelerometer.problem,
+            )
+
+
+class _Accelerometer:
+    """The motor of a Kinect on USB, if it can be had: a recording is useful without."""
+
+    def __init__(self, source: str, open_motor: Callable[[int], UsbMotor]) -> None:
+        self.readings = 0
+        self.problem = ""
+        self._motor: UsbMotor | None = None
+        if source.partition(":")[0] != USB:
+            self.problem = "only a Kinect on USB has one"
+            return
+        try:
+            self._motor = open_motor(0)
+        except DeviceError as error:
+            self.problem = str(error)
+
+    def write_to(self, writer: RecordingWriter, moment: float) -> None:
+        if self._motor is None:
+            return
+        try:
+            state = self._motor.read(0.0)
+        except DeviceError as error:
+            self.problem = str(error)
+            self.close()
+            return
+        if state.half_degrees is not None:
+            writer.add_reading(state.counts, state.half_degrees, state.status, moment)
+            self.readings += 1
+
+    def close(self) -> None:
+        motor, self._motor = self._motor, None
+        if motor is not None:
+            motor.close()
+
+
+class _Loop:
+    """Moves pictures from the camera to the files."""
+
+    def __init__(
+        self,
+        camera: FrameSource,
+        accelerometer: _Accelerometer,
+        writer: RecordingWriter,
+        wall_time: Callable[[], float],
+    ) -> None:
+        self._camera = camera
+        self._accelerometer = accelerometer
+        self._writer = writer
+        self._wall_time = wall_time
+        self._last_heard = wall_time()
+        self.first = self.last = 0.0
+
+    def run(self, seconds: float) -> None:
+        while not self._writer.depth_pictures or self._wall_time() < self.first + seconds:
+            frame = self._camera.read(WAIT_S)
+            now = self._wall_time()
+            if frame is not None:
+                self._take(frame, now)
+            if now - self._last_heard > PATIENCE_S:
+                raise DeviceTimeout(f"the Kinect sent no depth picture for {PATIENCE_S:g} s")
+
+    def _take(self, frame: Frame, now: float) -> None:
+        if not self._writer.depth_pictures:
+            self.first = now
+        self.last = now
+        self._writer.add(frame, now)
+        if isinstance(frame, DepthFrame):
+            self._last_heard = now
+            self._accelerometer.write_to(self._writer, now)

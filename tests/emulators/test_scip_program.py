@@ -1,0 +1,246 @@
+"""The emulated scanner alone: its lines of text, its line, its process, and other people's clients."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import serial
+
+from florence_bt.core.errors import DeviceLost
+from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
+
+LONG_S = 10.0
+
+
+class Hand:
+    """A clock that stands until somebody turns it."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def make(tmp_path: Path) -> Iterator[Callable[..., ScipProgram]]:
+    programs: list[ScipProgram] = []
+
+    def made(**how: Any) -> ScipProgram:
+        if "tcp_port" not in how:
+            how["link"] = tmp_path / "laser"
+        programs.append(ScipProgram(ScipOptions(**how), Hand()))
+        return programs[-1]
+
+    yield made
+    for program in programs:
+        program.close()
+
+
+# -- lines of text -------------------------------------------------------------------------------------------
+
+
+def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
+    program = make()
+    for line in (
+        "silent on",
+        "deaf on",
+        "noise 12",
+        "bad_checksums 3",
+        "bad_replies 2",
+        "partial 700",
+        "scan_status 50",
+        "status_of PP 0A",
+        "laser_broken on",
+        "stat Sensor is ill.",
+        "freeze_timer on",
+        "delay 0.5",
+        "speed 1000",
+        "power off",
+        "",
+    ):
+        assert program.control.run(line) == "ok", line
+    faults = program.scanner.faults
+    assert (faults.silent, faults.deaf, len(faults.noise)) == (True, True, 12)
+    assert (faults.bad_checksums, faults.bad_replies, faults.cut_scan_at) == (3, 2, 700)
+    assert (faults.scan_status, faults.statuses, faults.laser_broken) == ("50", {"PP": "0A"}, True)
+    assert (faults.stat, faults.frozen_timer_ms) == ("Sensor is ill.", 0)
+    assert (faults.delay_s, faults.bytes_per_second) == (0.5, 1000.0)
+    assert not program.scanner.powered
+    for line in ("status_of PP none", "stat", "speed 0", "clear"):
+        assert program.control.run(line) == "ok", line
+    assert program.scanner.faults == type(faults)()
+    assert program.scanner.powered
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("silnt on", "silent"),
+        ("silent", "on, off"),
+        ("noise -1", "a number from 0"),
+        ("noise 1.5", "whole number"),
+        ("delay x", "a number from 0"),
+        ("scan_status 5", "no status"),
+        ("status_of PP", "PP 0A"),
+    ],
+)
+def test_a_wrong_line_is_explained(make: Callable[..., ScipProgram], line: str, words: str) -> None:
+    answer = make().control.run(line)
+    assert answer.startswith("error: ")
+    assert words in answer
+
+
+def test_status_and_help(make: Callable[..., ScipProgram]) -> None:
+    program = make(model="utm-30lx", scip1=True)
+    found = json.loads(program.control.run("status"))
+    assert (found["model"], found["plugged"], found["laser"], found["scip"]) == (
+        "utm-30lx",
+        True,
+        False,
+        "1.1",
+    )
+    for line in program.control.run("help").splitlines():
+        assert "there is no command" not in program.control.run(line.split()[0])
+
+
+# -- the line ------------------------------------------------------------------------------------------------
+
+
+def test_the_plug(make: Callable[..., ScipProgram], tmp_path: Path) -> None:
+    program = make()
+    assert program.path == str(tmp_path / "laser")
+    program.control.run("unplug")
+    assert not (tmp_path / "laser").exists()
+    program.step()
+    program.control.run("plug")
+    with serial.Serial(program.path, timeout=0) as port:
+        port.write(b"QT\n")
+        answer = b""
+        end = time.monotonic() + LONG_S
+        while len(answer) < 8 and time.monotonic() < end:
+            program.step()
+            answer += port.read(100)
+    assert answer == b"QT\n00P\n\n"
+
+
+def talk(program: ScipProgram, peer: socket.socket, command: bytes, size: int) -> bytes:
+    peer.sendall(command)
+    peer.setblocking(False)
+    answer = b""
+    end = time.monotonic() + LONG_S
+    while len(answer) < size and time.monotonic() < end:
+        program.step()
+        try:
+            answer += peer.recv(4096)
+        except BlockingIOError:
+            continue
+    return answer
+
+
+def test_one_client_after_the_other_by_tcp(make: Callable[..., ScipProgram]) -> None:
+    program = make(tcp_port=0)
+    host, number = program.path.split(":")
+    for _ in range(2):
+        with socket.create_connection((host, int(number))) as peer:
+            assert talk(program, peer, b"QT\n", 8) == b"QT\n00P\n\n"
+        end = time.monotonic() + LONG_S
+        while program._line is not None and program._line.has_client and time.monotonic() < end:
+            program.step()
+    program.unplug()
+    with pytest.raises(OSError):
+        socket.create_connection((host, int(number)), timeout=1.0)
+    program.plug()
+    assert program.path == f"{host}:{number}"
+
+
+def test_a_port_that_is_taken(make: Callable[..., ScipProgram]) -> None:
+    program = make(tcp_port=0)
+    with pytest.raises(DeviceLost, match="cannot listen at"):
+        make(tcp_port=int(program.path.split(":")[1]))
+
+
+# -- the process ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., tuple[subprocess.Popen[str], str]]]:
+    processes: list[subprocess.Popen[str]] = []
+
+    def started(*options: str) -> tuple[subprocess.Popen[str], str]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "florence_bt.simulation.emulators", "scip", *options],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )
+        processes.append(process)
+        assert process.stdout is not None
+        return process, process.stdout.readline().strip()
+
+    yield started
+    for process in processes:
+        with process:
+            if process.poll() is None:
+                process.kill()
+
+
+@pytest.mark.slow
+def test_the_process(start: Callable[..., Any], tmp_path: Path) -> None:
+    process, path = start("--link", str(tmp_path / "laser"))
+    assert path == str(tmp_path / "laser")
+    process.stdin.write("status\nscan_status 50\n")
+    process.stdin.flush()
+    assert json.loads(process.stdout.readline())["model"] == "urg-04lx"
+    assert process.stdout.readline() == "ok\n"
+    with serial.Serial(path, timeout=LONG_S) as port:
+        port.write(b"MD0044072501001\n")
+        assert port.read_until(b"\n\n") == b"MD0044072501001\n00P\n\n"
+        assert port.read_until(b"\n\n") == b"MD0044072501000\n50U\n\n"
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(LONG_S) == 0
+    assert not (tmp_path / "laser").exists()
+
+
+# -- other people's clients ----------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_hokuyolx(start: Callable[..., Any]) -> None:
+    """hokuyolx 0.9 over TCP: information, time, single scans, streams, intensities, states and resets."""
+    hokuyolx = pytest.importorskip("hokuyolx")
+    _, path = start("--model", "utm-30lx", "--tcp", "0")
+    laser = hokuyolx.HokuyoLX(addr=("127.0.0.1", int(path.split(":")[1])))
+    try:
+        assert (laser.amin, laser.amax, laser.ares, laser.scan_freq) == (0, 1080, 1440, 40)
+        assert laser.version()["SERI"] == "H1000001"
+        assert laser.sensor_state()["STAT"] == "Sensor works well."
+        _, distances = laser.get_dist()
+        assert (len(distances), distances[540]) == (1081, 3000)
+        _, pairs = laser.get_intens(start=500, end=599)
+        assert pairs.shape == (100, 2)
+        assert len(list(laser.iter_dist(scans=20))) == 20
+        scans = [scan for scan, _, _ in laser.iter_intens(scans=10, skips=1, start=100, end=500)]
+        assert [scan.shape for scan in scans] == [(401, 2)] * 10
+        laser.standby()
+        assert laser.laser_state()[0] == 0
+        laser.sleep()
+        assert laser.laser_state()[0] == 5
+        assert laser.activate()[0] == 0
+        laser.reset()
+        laser.partial_reset()
+        laser.reboot()
+    finally:
+        laser.close()

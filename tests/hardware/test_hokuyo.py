@@ -1,0 +1,132 @@
+"""A Hokuyo scanner through its real driver on the wall clock: the emulated one, or the one of ``--device``.
+
+``--device hokuyo=/dev/ttyACM0`` for one on a serial port, ``--device hokuyo=192.168.0.10:10940`` for one on
+the network. Nothing moves.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+import pytest
+
+from florence_bt.core.sensing import LaserScan
+from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.hokuyo.diagnosis import diagnose
+from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.self_test import SelfTestResult
+from florence_bt.drivers.serial_port import BytePort, SerialPort
+from florence_bt.drivers.tcp_port import TcpPort
+from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
+
+pytestmark = pytest.mark.slow
+
+READY_S = 30.0
+
+
+class Scanner:
+    """Port and driver, served for as long as somebody waits."""
+
+    def __init__(self, path: str, parameters: HokuyoParameters) -> None:
+        host, colon, number = path.rpartition(":")
+        self.port: BytePort = TcpPort(host, int(number)) if colon else SerialPort(path, 115200)
+        self.parameters = parameters
+        self.problems: list[str] = []
+        self.driver = HokuyoDriver(parameters, self.problems.append)
+        self.driver.start(time.monotonic())
+
+    def run(self, seconds: float, until: Callable[[], bool] | None = None) -> list[LaserScan]:
+        """Serve the driver; gives the scans of that time."""
+        scans: list[LaserScan] = []
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and not (until is not None and until()):
+            self.port.write(self.driver.poll(time.monotonic()))
+            data = self.port.read(0.005)
+            if data:
+                scans += self.driver.receive(data, time.monotonic())
+        return scans
+
+    def ready(self) -> None:
+        self.run(READY_S, until=lambda: self.driver.status.phase is Phase.MEASURING)
+        assert self.driver.status.phase is Phase.MEASURING, (
+            f"the scanner does not measure: {self.driver.status.problem or 'it is silent'}"
+        )
+
+    def close(self) -> None:
+        self.port.write(self.driver.shutdown())
+        self.port.close()
+
+
+@pytest.fixture(scope="module")
+def path(
+    device_path: Callable[..., tuple[str, str] | None], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[str]:
+    found = device_path("hokuyo")
+    if found is not None:
+        yield found[1]
+        return
+    program = ScipProgram(ScipOptions(link=tmp_path_factory.mktemp("laser") / "line", seed=1), time.monotonic)
+    end = threading.Event()
+    thread = threading.Thread(target=program.serve, args=(lambda: not end.is_set(),))
+    thread.start()
+    yield program.path
+    end.set()
+    thread.join()
+    program.close()
+
+
+@pytest.fixture
+def opened(path: str) -> Iterator[Callable[[HokuyoParameters], Scanner]]:
+    scanners: list[Scanner] = []
+
+    def make(parameters: HokuyoParameters) -> Scanner:
+        scanners.append(Scanner(path, parameters))
+        scanners[-1].ready()
+        return scanners[-1]
+
+    yield make
+    for scanner in scanners:
+        scanner.close()
+
+
+def test_scans_come_at_their_rate_and_whole(opened: Callable[..., Scanner]) -> None:
+    scanner = opened(HokuyoParameters())
+    assert scanner.driver.calibrated, scanner.problems
+    assert 0.0 < scanner.driver.latency < 0.3
+    scanner.run(0.5)
+    scans = scanner.run(3.0)
+    rate = scanner.driver.expected_rate
+    assert len(scans) == pytest.approx(3.0 * rate, abs=2)
+    geometry = scanner.driver.geometry
+    assert geometry is not None
+    assert len(scans[-1].ranges) == geometry.step_at(2.092350) - geometry.step_at(-2.086214) + 1
+    gaps = np.diff([scan.stamp for scan in scans])
+    np.testing.assert_allclose(gaps, 1.0 / rate, atol=0.004)
+    assert scanner.driver.status.corrupted <= 1
+    found = diagnose(scanner.driver, scanner.parameters, "", "", time.monotonic())
+    assert found.level is Level.OK, found
+
+
+def test_something_is_measured(opened: Callable[..., Scanner]) -> None:
+    scan = opened(HokuyoParameters(calibrate_time=False)).run(1.0)[-1]
+    assert scan.valid().mean() > 0.1, "most beams measure nothing: is something before the scanner?"
+
+
+def test_clusters_and_skips(opened: Callable[..., Scanner]) -> None:
+    scanner = opened(HokuyoParameters(calibrate_time=False, min_ang=-0.5, max_ang=0.5, cluster=3, skip=1))
+    scans = scanner.run(2.0)
+    assert len(scans) == pytest.approx(scanner.driver.expected_rate * 2.0, abs=2)
+    assert scans[-1].angle_increment == pytest.approx(3 * scanner.driver.geometry.step_angle)
+
+
+def test_the_self_test(opened: Callable[..., Scanner]) -> None:
+    scanner = opened(HokuyoParameters(calibrate_time=False, self_test_scans=10))
+    found: list[Sequence[SelfTestResult]] = []
+    scanner.driver.begin_self_test(found.append, time.monotonic())
+    scanner.run(READY_S, until=lambda: bool(found))
+    assert [result for result in found[0] if result.level is Level.ERROR] == []
+    assert len(scanner.run(2.0)) > 5

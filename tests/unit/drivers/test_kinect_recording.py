@@ -1,0 +1,98 @@
+"""The format of recordings, against hand-written files, and what is refused."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
+from florence_bt.drivers.kinect.camera import View
+from florence_bt.drivers.kinect.codec import pack_11_bit
+from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
+from florence_bt.drivers.kinect.recording import (
+    INDEX,
+    NOTES,
+    RecordingWriter,
+    check_recording,
+    recorded_view,
+)
+
+RAW = (np.arange(240 * 320, dtype=np.uint32) % 2048).astype(np.uint16).reshape(240, 320)
+
+
+def test_names_heads_and_contents(tmp_path: Path) -> None:
+    with RecordingWriter(tmp_path / "new" / "folder") as writer:
+        writer.add(DepthFrame(320, 240, 100.0, pack_11_bit(RAW)), 12.5)
+        writer.add(VideoFrame(640, 480, 100.5, bytes(640 * 480 * 3)), 12.75)
+        writer.add_reading((-1, 819, 2), -62, 4, 13.0)
+    folder = tmp_path / "new" / "folder"
+    names = (folder / INDEX).read_text().splitlines()
+    ticks = [6_000_000_000 % 2**32, 6_030_000_000 % 2**32]
+    assert names == [
+        f"d-12.500000-{ticks[0]}.pgm",
+        f"r-12.750000-{ticks[1]}.ppm",
+        f"a-13.000000-{ticks[1]}.dump",
+    ]
+    depth = (folder / names[0]).read_bytes()
+    head = b"P5 640 480 65535\n"
+    assert depth.startswith(head) and len(depth) == len(head) + 640 * 480 * 2
+    stored = np.frombuffer(depth[len(head) :], "<u2").reshape(480, 640)
+    for down in (0, 1):
+        for across in (0, 1):
+            np.testing.assert_array_equal(stored[down::2, across::2], RAW)
+    assert (folder / names[1]).read_bytes() == b"P6 640 480 255\n" + bytes(640 * 480 * 3)
+    assert (folder / names[2]).read_bytes() == struct.pack("<hhhbxi", -1, 819, 2, -62, 4)
+    check_recording(folder)
+    assert recorded_view(folder) is View.SHARED
+
+
+def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
+    RecordingWriter(tmp_path).close()
+    with pytest.raises(ConfigError, match="already"):
+        RecordingWriter(tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match=r"cannot be written|already"):
+        RecordingWriter(tmp_path / "file" / "below")
+
+
+def test_odd_sizes_are_refused(tmp_path: Path) -> None:
+    with RecordingWriter(tmp_path) as writer, pytest.raises(FrameError, match="640 x 480"):
+        writer.add(DepthFrame(300, 200, 0.0, np.zeros((200, 300), np.uint16), DepthEncoding.RAW), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("index", "said"),
+    [
+        (None, "florence kinect record"),
+        ("", "no depth picture"),
+        ("r-1.0-1.ppm\n", "no depth picture"),
+        ("d-1.0-1.pgm\n", "d-1.0-1.pgm"),
+        ("d-good.pgm\n\nd-good.pgm\n", "damaged"),
+        ("d-good.pgm\nx-1.0-1.pgm\n", "damaged"),
+        ("d-good.pgm\nd-short.pgm\n", "d-short.pgm"),
+        ("d-good.pgm\nd-small.pgm\n", "d-small.pgm"),
+        ("d-good.pgm\nr-good.pgm\n", "r-good.pgm"),
+        ("d-good.pgm\nd-empty.pgm\n", "d-empty.pgm"),
+        ("d-good.pgm\nd-\x00.pgm\n", "damaged"),
+    ],
+)
+def test_what_fakenect_cannot_play_is_refused(tmp_path: Path, index: str | None, said: str) -> None:
+    picture = b"P5 640 480 65535\n" + bytes(640 * 480 * 2)
+    (tmp_path / "d-good.pgm").write_bytes(picture)
+    (tmp_path / "r-good.pgm").write_bytes(picture)  # too short for colour
+    (tmp_path / "x-1.0-1.pgm").write_bytes(picture)
+    (tmp_path / "d-short.pgm").write_bytes(picture[:-1])
+    (tmp_path / "d-small.pgm").write_bytes(picture.replace(b"640", b"320", 1))
+    (tmp_path / "d-empty.pgm").write_bytes(b"")
+    if index is not None:
+        (tmp_path / INDEX).write_text(index)
+    with pytest.raises(DeviceLost, match=said):
+        check_recording(tmp_path)
+
+
+@pytest.mark.parametrize("notes", ["", "{", "[]", '{"view": "moon"}', '{"eye": 1}'])
+def test_damaged_notes(tmp_path: Path, notes: str) -> None:
+    (tmp_path / NOTES).write_text(notes)
+    with pytest.raises(DeviceLost, match=r"florence\.json"):
+        recorded_view(tmp_path)
