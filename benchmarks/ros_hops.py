@@ -32,9 +32,10 @@ tree:
   repeat: 1000000
   do:
     sequence:
-      - {skill}: {{}}
-      - {skill}: {{}}
+{steps}
 """
+STEPS = 20
+"""Skills in a row, before the ``repeat`` begins its next round (which is a tick of its own)."""
 
 
 def make_skills(node: FlorenceNode) -> dict[str, Any]:
@@ -84,7 +85,7 @@ def main(folder: Path) -> int:
     missions = folder / "missions"
     missions.mkdir(parents=True)
     for name, skill in (("hops", "hop"), ("action_hops", "action_hop")):
-        (missions / f"{name}.yaml").write_text(MISSION.format(name=name, skill=skill))
+        (missions / f"{name}.yaml").write_text(MISSION.format(name=name, steps=STEPS * f"      - {skill}: {{}}\n"))
     parameters = {"runs_folder": str(folder / "runs"), "mission_folders": (str(missions),)}
     declarations = {"hop": HOP, "action_hop": ACTION_HOP}
     return run_nodes([lambda: MissionNode(make_skills, declarations, parameters=parameters), Plain])

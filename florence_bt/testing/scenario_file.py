@@ -192,9 +192,8 @@ class _FileReader:
             else:
                 runs[key.text] = read_expectation(reading, value, others[key.text], "then")
         empty = isinstance(then, Table) and not then.entries and not runs and refused is None
-        if empty or (
-            then is None and not any(get_close_matches(key.text, ["then"]) for key, _ in item.entries)
-        ):
+        unknown = [key.text for key, _ in item.entries if key.text not in SCENARIO_KEYS]
+        if empty or (then is None and not get_close_matches("then", unknown)):
             reading.problem(item.position, "the scenario expects nothing", ["then: {status: SUCCEEDED}"])
         if len(reading.findings) > before or trigger is None or trigger.mission in self._not_playable:
             return

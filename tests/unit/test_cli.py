@@ -120,7 +120,7 @@ def test_draw_of_what_cannot_be_drawn(florence, mission, tmp_path):
         (["goto_user", "-o", tmp_path / "tree"], "without an ending"),
         (["goto_user", "-o", tmp_path / "none" / "tree.svg"], "cannot be written"),
         ([mission("torn", "mission: [")], "torn.yaml"),
-        ([tmp_path / "none.yaml"], "there is no mission"),
+        ([tmp_path / "none.yaml"], "there is no file"),
         (["goto_user", "--missions", tmp_path / "none"], "no folder"),
     ):
         done = florence("draw", *arguments)
@@ -182,7 +182,14 @@ print("heavy:", sorted(heavy & set(sys.modules)))
 
 @pytest.mark.parametrize(
     "arguments",
-    [["check", str(BUILT_IN)], ["draw", "goto_user"], ["missions"], ["schema"], ["--help"], ["demo", "--help"]],
+    [
+        ["check", str(BUILT_IN)],
+        ["draw", "goto_user"],
+        ["missions"],
+        ["schema"],
+        ["--help"],
+        ["demo", "--help"],
+    ],
 )
 def test_nothing_heavy_is_loaded_for(arguments):
     done = subprocess.run(

@@ -147,10 +147,13 @@ class FreenectSource:
 def find_fakenect() -> str:
     """The file of fakenect, libfreenect's player of recordings.
 
+    It is looked for in the folders of ``LD_LIBRARY_PATH`` and where packages put it.
+
     Raises:
         DeviceLost: It is not installed.
     """
-    for folder in FAKENECT_FOLDERS:
+    searched = [folder for folder in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if folder]
+    for folder in (*searched, *FAKENECT_FOLDERS):
         for pattern in ("fakenect/libfreenect.so.0*", "*/fakenect/libfreenect.so.0*"):
             for file in sorted(Path(folder).glob(pattern)):
                 return str(file)

@@ -147,11 +147,15 @@ def test_no_library_names_the_package(tmp_path: Path) -> None:
 
 def test_no_player_names_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(freenect_source, "FAKENECT_FOLDERS", (str(tmp_path),))
+    monkeypatch.setenv("LD_LIBRARY_PATH", "")
     with pytest.raises(DeviceLost, match="apt install libfreenect-bin"):
         find_fakenect()
     player = tmp_path / "some-arch" / "fakenect" / "libfreenect.so.0.5"
     player.parent.mkdir(parents=True)
     player.touch()
+    assert find_fakenect() == str(player)
+    monkeypatch.setattr(freenect_source, "FAKENECT_FOLDERS", ())
+    monkeypatch.setenv("LD_LIBRARY_PATH", f"/nowhere:{tmp_path / 'some-arch'}")
     assert find_fakenect() == str(player)
 
 

@@ -123,6 +123,19 @@ def test_a_skill_that_breaks_when_it_is_stopped_does_not_hold_the_run(bench, bro
     assert any(event.kind is EventKind.BROKEN for event in bench.events)
 
 
+def test_a_skill_that_answers_nonsense_fails_its_run_and_nothing_else(bench):
+    class Nonsense(Stubborn):
+        def poll(self):
+            return 5
+
+    use(bench, drive=Nonsense())
+    run = bench.executor.trigger(Request("drive_once"))
+    bench.clock.advance(END_LIMIT_S + 0.1)
+    assert (run.status, run.code) == (RunStatus.FAILED, "internal_error")
+    assert "'drive'" in run.reason and "5" in run.reason and "must be a Result" in run.reason
+    assert bench.executor.current is None
+
+
 def test_a_clean_up_that_takes_long_is_waited_for(bench, tmp_path):
     file = tmp_path / "tidy.yaml"
     file.write_text(

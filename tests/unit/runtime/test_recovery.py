@@ -169,6 +169,20 @@ def test_abort_closes_the_run_with_what_it_was_doing(tmp_path):
     assert "the process died on it" in past.reason and "on_restart says abort" in past.reason
     assert "[+] speak" in past.tree and "[>] wait 2 s" in past.tree
     assert second.executor.current is None and second.told
+    assert second.executor.find().run_id == run_id, "people who ask are shown it"
+    second.executor.trigger(trip())
+
+
+def test_what_breaks_when_a_run_is_taken_up_aborts_that_run_only(tmp_path, monkeypatch):
+    run_id = crash(tmp_path, policy="resume")
+
+    def breaks(*arguments):
+        raise KeyError("a node of somebody else")
+
+    monkeypatch.setattr("florence_bt.runtime.recovery.replay", breaks)
+    second = Process(tmp_path, name="B")
+    past = second.past(run_id)
+    assert past.state == "ABORTED" and "KeyError: 'a node of somebody else'" in past.reason
     second.executor.trigger(trip())
 
 
