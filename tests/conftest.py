@@ -13,7 +13,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=[],
         metavar="KIND=PATH",
         help="test the device at PATH: create=/dev/ttyUSB0 (or create2=...), hokuyo=/dev/ttyACM0 "
-        "(or hokuyo=HOST:PORT); may be given several times",
+        "(or hokuyo=HOST:PORT), kinect=usb; may be given several times",
     )
     group.addoption(
         "--may-drive",

@@ -1,6 +1,6 @@
 """A Kinect through libfreenect on the wall clock: ``--device kinect=usb``, or a recording played by fakenect.
 
-With ``--device kinect=usb`` its motor is tested too; the head moves, by five degrees, with ``--may-drive`` only.
+With ``--device kinect=usb`` its motor is tested too; the head moves by five degrees, if ``--may-drive``.
 """
 
 from __future__ import annotations
