@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.context import OpenRun, TreeContext
-from florence_bt.behaviours.keys import ValueProblem, resolve
+from florence_bt.behaviours.keys import ValueProblem, is_source, resolve
 from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.errors import closest_first
@@ -47,22 +47,16 @@ class RunSkill(Reactive, Behaviour):
         self._context = context
         self._declaration = context.declarations[skill]
         self._entry: OpenRun | None = None
+        self._written: dict[str, Any] | None = None
 
     def initialise(self) -> None:
         """Check the inputs and start the skill."""
         self.result = None
         self.feedback_message = ""
-        try:
-            inputs = {name: resolve(value, self._context.keys) for name, value in self.inputs.items()}
-        except ValueProblem as error:
-            self.result = error.as_result()
-            return
-        self.result = self._refusal(inputs)
-        if self.result is not None:
-            return
-        complete = self._declaration.complete(inputs)
-        self._entry = self._context.start(path_of(self), self.skill, complete)
-        self._entry.touched = self.touch
+        inputs = self._complete_inputs()
+        if inputs is not None:
+            self._entry = self._context.start(path_of(self), self.skill, inputs)
+            self._entry.touched = self.touch
 
     def update(self) -> Status:
         """Look at the run."""
@@ -85,6 +79,24 @@ class RunSkill(Reactive, Behaviour):
         entry, self._entry = self._entry, None
         if entry is not None and entry in self._context.runs:
             self._context.leave(entry)
+
+    def _complete_inputs(self) -> dict[str, Any] | None:
+        """What the skill is started with; None when it cannot be started, with the reason in the result."""
+        if self._written is not None and self.skill in self._context.skills:
+            return dict(self._written)
+        try:
+            inputs = {name: resolve(value, self._context.keys) for name, value in self.inputs.items()}
+        except ValueProblem as error:
+            self.result = error.as_result()
+            return None
+        self.result = self._refusal(inputs)
+        if self.result is not None:
+            return None
+        complete = self._declaration.complete(inputs)
+        if not any(is_source(value) for value in self.inputs.values()):
+            # All of it stands in the mission, so it is checked once.
+            self._written = dict(complete)
+        return complete
 
     def _refusal(self, inputs: Mapping[str, Any]) -> Result | None:
         if self.skill not in self._context.skills:

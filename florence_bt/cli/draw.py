@@ -10,7 +10,10 @@ import typer
 from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
 
 
-@app.command(epilog=f"Example: florence draw goto_user -o goto_user.svg\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence draw goto_user -o goto_user.svg\n\n{EXIT_CODES}",
+)
 def draw(
     mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
     out: Annotated[

@@ -18,7 +18,11 @@ StrictOption = Annotated[
 ]
 
 
-@app.command("import", epilog=f"Example: florence import navigate.xml -o missions/\n\n{EXIT_CODES}")
+@app.command(
+    "import",
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence import navigate.xml -o missions/\n\n{EXIT_CODES}",
+)
 def import_(
     file: Annotated[Path, typer.Argument(help="XML file of BehaviorTree.CPP, version 4 or 3.")],
     folder: Annotated[Path, typer.Option("-o", "--out", help="Folder for the mission files.")],
@@ -40,7 +44,10 @@ def import_(
         _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
 
 
-@app.command(epilog=f"Example: florence export goto_user -o goto_user.xml\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence export goto_user -o goto_user.xml\n\n{EXIT_CODES}",
+)
 def export(
     mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
     out: Annotated[

@@ -10,7 +10,10 @@ import typer
 from florence_bt.cli._common import EXIT_CODES, app, errors_to_exit_codes
 
 
-@app.command(epilog=f"Example: florence runs --mission goto_user --state failed\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="Runs",
+    epilog=f"Example: florence runs --mission goto_user --state failed\n\n{EXIT_CODES}",
+)
 def runs(
     mission: Annotated[str, typer.Option(help="Only runs of this mission.", show_default="all")] = "",
     state: Annotated[

@@ -10,7 +10,7 @@ import typer
 from florence_bt.cli._common import EXIT_CODES, app, errors_to_exit_codes
 
 kinect = typer.Typer(help="The Kinect: record what it sees.", no_args_is_help=True)
-app.add_typer(kinect, name="kinect")
+app.add_typer(kinect, name="kinect", rich_help_panel="The robot")
 
 
 @kinect.callback()

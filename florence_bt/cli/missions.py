@@ -12,7 +12,7 @@ import typer
 from florence_bt.cli._common import EXIT_CODES, FAILED, OK, FolderOption, app, errors_to_exit_codes
 
 
-@app.command(epilog=f"Example: florence missions\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Mission files", epilog=f"Example: florence missions\n\n{EXIT_CODES}")
 def missions(
     folders: FolderOption = None,
     live: Annotated[bool, typer.Option("--live", help="Those of the running system instead.")] = False,
@@ -33,7 +33,8 @@ def missions(
 
 
 @app.command(
-    epilog=f"Example: florence check my_mission.yaml --hotspots flat.yaml --map map.yaml\n\n{EXIT_CODES}"
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence check my_mission.yaml --hotspots flat.yaml --map map.yaml\n\n{EXIT_CODES}",
 )
 def check(
     files: Annotated[

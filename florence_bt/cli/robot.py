@@ -11,7 +11,9 @@ from florence_bt.cli._common import EXIT_CODES, FAILED, OK, app, errors_to_exit_
 from florence_bt.core.errors import ConfigError
 
 
-@app.command(epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="The robot", epilog=f"Example: florence doctor --config my_robot.yaml\n\n{EXIT_CODES}"
+)
 def doctor(
     config: Annotated[
         Path | None, typer.Option(help="The robot's configuration.", show_default="that of the package")
@@ -40,7 +42,9 @@ def doctor(
         raise typer.Exit(OK if healthy(findings) else FAILED)
 
 
-@app.command(epilog=f"Example: florence calibrate --write my_robot.yaml\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="The robot", epilog=f"Example: florence calibrate --write my_robot.yaml\n\n{EXIT_CODES}"
+)
 def calibrate(
     write: Annotated[
         Path | None,

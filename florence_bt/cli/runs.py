@@ -19,7 +19,7 @@ class PolicyChoice(StrEnum):
     preempt = "preempt"
 
 
-@app.command(epilog=f"Example: florence run goto_room room=kitchen\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence run goto_room room=kitchen\n\n{EXIT_CODES}")
 def run(
     mission: Annotated[str, typer.Argument(help="Name of the mission.")],
     inputs: Annotated[
@@ -54,8 +54,9 @@ def run(
 
 
 @app.command(
+    rich_help_panel="Runs",
     epilog="Examples: florence status --watch; florence status --folder runs/up/runs --events\n\n"
-    + EXIT_CODES
+    + EXIT_CODES,
 )
 def status(
     run_id: Annotated[
@@ -84,7 +85,7 @@ def status(
         raise typer.Exit(OK if show_status(run_id, Console(), watch=watch) else FAILED)
 
 
-@app.command(epilog=f"Example: florence stop\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence stop\n\n{EXIT_CODES}")
 def stop(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
 ) -> None:
@@ -95,7 +96,7 @@ def stop(
         _end_with(*stop_mission(run_id))
 
 
-@app.command(epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")
 def pause(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
     reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
@@ -107,7 +108,7 @@ def pause(
         _end_with(*pause_mission(run_id, reason))
 
 
-@app.command(epilog=f"Example: florence resume\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence resume\n\n{EXIT_CODES}")
 def resume(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
 ) -> None:
@@ -118,7 +119,7 @@ def resume(
         _end_with(*resume_mission(run_id))
 
 
-@app.command(epilog=f"Example: florence override\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")
 def override() -> None:
     """Stop everything at once and refuse every mission until `florence release`: the robot is yours."""
     with errors_to_exit_codes():
@@ -127,7 +128,7 @@ def override() -> None:
         typer.echo(set_override(True))
 
 
-@app.command(epilog=f"Example: florence release\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
 def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
     with errors_to_exit_codes():
@@ -136,7 +137,7 @@ def release() -> None:
         typer.echo(set_override(False))
 
 
-@app.command(epilog=f"Example: florence reload\n\n{EXIT_CODES}")
+@app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 def reload() -> None:
     """Take edited mission files over; a file with an error keeps its version of before, and says so."""
     with errors_to_exit_codes():

@@ -10,7 +10,9 @@ import typer
 from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
 
 
-@app.command(epilog=f"Example: florence schema -o mission.schema.json\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="Mission files", epilog=f"Example: florence schema -o mission.schema.json\n\n{EXIT_CODES}"
+)
 def schema(
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="File to write.", show_default="the terminal")

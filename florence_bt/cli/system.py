@@ -18,7 +18,9 @@ SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random gene
 SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second aimed at.")]
 
 
-@app.command(epilog=f"Example: florence demo --person kitchen --seed 3\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="The system", epilog=f"Example: florence demo --person kitchen --seed 3\n\n{EXIT_CODES}"
+)
 def demo(
     person: PersonOption = None,
     seed: SeedOption = 0,
@@ -45,7 +47,9 @@ def demo(
         raise typer.Exit(OK if result.succeeded else FAILED)
 
 
-@app.command(epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="The system", epilog=f"Example: florence up --sim --person kitchen\n\n{EXIT_CODES}"
+)
 def up(
     sim: Annotated[bool, typer.Option("--sim", help="Simulated hardware instead of the robot's.")] = False,
     robot: Annotated[

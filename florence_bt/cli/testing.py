@@ -12,7 +12,9 @@ from florence_bt.cli._common import EXIT_CODES, FAILED, OK, FolderOption, app, e
 _STYLES = {"good": "green", "bad": "red", "head": "bold", "": ""}
 
 
-@app.command(epilog=f"Example: florence test scenarios --coverage\n\n{EXIT_CODES}")
+@app.command(
+    rich_help_panel="Mission files", epilog=f"Example: florence test scenarios --coverage\n\n{EXIT_CODES}"
+)
 def test(
     files: Annotated[list[Path], typer.Argument(help="Scenario files, or folders of them.")],
     keyword: Annotated[

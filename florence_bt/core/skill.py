@@ -53,6 +53,9 @@ class Phase(enum.Enum):
     """The other side was asked to stop and has not reported the end."""
     DONE = "done"
 
+    # Looked up at every step of a run; that of Enum is computed in Python.
+    __hash__ = object.__hash__
+
 
 class Event(enum.Enum):
     """What can happen to a run."""
@@ -61,6 +64,8 @@ class Event(enum.Enum):
     CANCEL = "cancel"
     FINISHED = "finished"
     """A result, a rejection, a passed deadline or the loss of the other side."""
+
+    __hash__ = object.__hash__
 
 
 TRANSITIONS: dict[tuple[Phase, Event], tuple[Phase, bool]] = {

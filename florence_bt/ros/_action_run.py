@@ -60,6 +60,10 @@ class GoalChannel(Protocol):
 SEARCH_PERIOD_S = 0.05
 """How often to look for a server that is not there yet: discovery reports nothing by itself."""
 
+SETTLE_S = 0.25
+"""How long a server that was just found is left alone: it may not know the way back to this client yet, and
+its first answer would be lost."""
+
 WATCH_PERIOD_S = 0.25
 """How often to look whether the server is still there."""
 
@@ -103,6 +107,7 @@ class ActionRun:
         self._deadline: Timer = self._steady.call_at(now + deadlines.accept_s, self._not_accepted)
         self._look: Timer | None = None
         self._seen = now
+        self._came_late = False
         self._search()
 
     @property
@@ -191,12 +196,16 @@ class ActionRun:
     def _search(self) -> None:
         if self._state.phase is Phase.DONE:
             return
-        if self._channel.server_is_there():
+        if not self._channel.server_is_there():
+            self._came_late = True
+            self._look = self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
+        elif self._came_late:
+            self._came_late = False
+            self._look = self._steady.call_at(self._steady.now() + SETTLE_S, self._search)
+        else:
             self._sent = True
             self._look = None
             self._channel.send_goal()
-        else:
-            self._look = self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
 
     def _watch(self) -> None:
         now = self._steady.now()

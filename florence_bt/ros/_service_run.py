@@ -8,7 +8,7 @@ from typing import Protocol
 from florence_bt.core.clock import Clock
 from florence_bt.core.outcome import Result, cancelled, failure
 from florence_bt.core.skill import Event, Phase, RunState
-from florence_bt.ros._action_run import SEARCH_PERIOD_S
+from florence_bt.ros._action_run import SEARCH_PERIOD_S, SETTLE_S
 
 
 class CallChannel(Protocol):
@@ -44,6 +44,7 @@ class ServiceRun:
         self._state = RunState(f"calling {label}")
         self._sent = False
         self._deadline = clock.call_at(clock.now() + deadline_s, self._too_late)
+        self._came_late = False
         self._search()
 
     @property
@@ -71,11 +72,15 @@ class ServiceRun:
     def _search(self) -> None:
         if self._state.phase is Phase.DONE:
             return
-        if self._channel.server_is_there():
+        if not self._channel.server_is_there():
+            self._came_late = True
+            self._clock.call_at(self._clock.now() + SEARCH_PERIOD_S, self._search)
+        elif self._came_late:
+            self._came_late = False
+            self._clock.call_at(self._clock.now() + SETTLE_S, self._search)
+        else:
             self._sent = True
             self._channel.send_request()
-        else:
-            self._clock.call_at(self._clock.now() + SEARCH_PERIOD_S, self._search)
 
     def _too_late(self) -> None:
         limit = f"within {self._deadline_s:g} s"

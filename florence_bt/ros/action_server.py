@@ -164,8 +164,9 @@ class SingleGoalServer:
 
     def _result_with_text(self, text: str) -> Any:
         result = self._result_type()
-        if hasattr(result, "error_msg"):
-            result.error_msg = text
+        for field in ("error_msg", "reason"):
+            if hasattr(result, field):
+                setattr(result, field, text)
         return result
 
     def _shut_down(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
 from florence_bt.core.errors import FlorenceError
@@ -71,18 +72,9 @@ class TopicSkill:
             return FinishedRun(failure("bad_input", f"no command for {self._label}: {error}"))
         if self._run is not None and self._run.poll() is None:
             self._run.finished(cancelled("replaced by a newer command"))
-        channel = _Channel(self, command)
+        channel = _Channel(self._commands, command, self._stop_command)
         self._run = TopicRun(self._node.timebase, channel, self._deadlines, self._label, self._node.steady)
         return self._run
-
-    def publish(self, command: Any) -> None:
-        """Send a command."""
-        self._commands.publish(command)
-
-    def take_back(self) -> None:
-        """Send the command that takes the other one back, if there is one."""
-        if self._stop_command is not None:
-            self._commands.publish(self._stop_command)
 
     def _on_status(self, message: Any) -> None:
         run = self._run
@@ -95,15 +87,17 @@ class TopicSkill:
 class _Channel:
     """The way of one command."""
 
-    def __init__(self, skill: TopicSkill, command: Any) -> None:
-        self._skill = skill
+    def __init__(self, publisher: Publisher, command: Any, stop_command: Any) -> None:
+        self._publisher = publisher
         self._command = command
+        self._stop_command = stop_command
 
     def listener_is_there(self) -> bool:
-        return self._skill.server_is_there()
+        return bool(self._publisher.get_subscription_count() > 0)
 
     def send_command(self) -> None:
-        self._skill.publish(self._command)
+        self._publisher.publish(self._command)
 
     def send_stop(self) -> None:
-        self._skill.take_back()
+        if self._stop_command is not None:
+            self._publisher.publish(self._stop_command)

@@ -49,9 +49,12 @@ class Executor(RunsInSight):
         call_soon: Runs a callback on the executor's thread after the current one has returned.
         log: Keeps what happens; nothing is acknowledged before it is safe there.
         queue_limit: How many runs may wait for their turn.
+        stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
+        let_others_run: Called when the skills of a tick were started and only the telling is left.
 
     Attributes:
         on_tick: Called with the run after each tick.
+        woken: When the last step began, on the stopwatch.
     """
 
     def __init__(
@@ -65,6 +68,8 @@ class Executor(RunsInSight):
         *,
         log: EventLog | None = None,
         queue_limit: int = QUEUE_LIMIT,
+        stopwatch: Callable[[], float] | None = None,
+        let_others_run: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(RunQueue(queue_limit))
         self._missions = library
@@ -77,6 +82,9 @@ class Executor(RunsInSight):
         self._announcer = Announcer(clock, log or NoLog())
         self._blocks: dict[str, str] = {}
         self._wake_asked = False
+        self._stopwatch = stopwatch or clock.now
+        self._let_others_run = let_others_run
+        self.woken = 0.0
 
     def add_listener(self, listener: Listener) -> None:
         """Call back with the run at every event: the topics, the live view, the recorder."""
@@ -275,7 +283,15 @@ class Executor(RunsInSight):
 
     def world(self) -> World:
         """What runs work with here."""
-        return World(self.library, self._skills, self._declarations, self._clock, self.wake, self._announcer)
+        return World(
+            self.library,
+            self._skills,
+            self._declarations,
+            self._clock,
+            self.wake,
+            self._announcer,
+            self._let_others_run,
+        )
 
     # ---- waking ---------------------------------------------------------------------------------------
 
@@ -290,13 +306,13 @@ class Executor(RunsInSight):
     def _on_wake(self) -> None:
         self._wake_asked = False
         if self._active is not None:
+            self.woken = self._stopwatch()
             self._active.step()
             self._announcer.log.commit()
 
     def _build(self, run: MissionRun) -> TreeRun:
         """Build what a run works with; starts nothing."""
-        world = World(self.library, self._skills, self._declarations, self._clock, self.wake, self._announcer)
-        return TreeRun(run, world, self._after_tick, self._on_over)
+        return TreeRun(run, self.world(), self._after_tick, self._on_over)
 
     def _begin(self, tree: TreeRun) -> None:
         run = tree.run

@@ -35,6 +35,10 @@ END_LIMIT_S = 15.0
 own limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
 
 
+def _nothing() -> None:
+    """Nobody waits for the processor."""
+
+
 @dataclass(frozen=True, slots=True)
 class World:
     """What every run works with.
@@ -46,6 +50,7 @@ class World:
         clock: Drives everything.
         wake: Asks for :meth:`TreeRun.step` soon.
         announcer: Tells what happens.
+        let_others_run: Called when what is urgent is done, before the rest: those who were told may begin.
     """
 
     library: MissionLibrary
@@ -54,6 +59,7 @@ class World:
     clock: Clock
     wake: Callable[[], None]
     announcer: Announcer
+    let_others_run: Callable[[], None] = _nothing
 
 
 class TreeRun:
@@ -131,7 +137,7 @@ class TreeRun:
     # ---- ticking --------------------------------------------------------------------------------------
 
     def _tick(self) -> None:
-        root = self.root
+        root = self.tree.root
         if self._ticks.spins(self._world.clock):
             self.end(
                 RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
@@ -166,6 +172,8 @@ class TreeRun:
             self._held.append(callback)
 
     def _do_held(self) -> None:
+        if self._held:
+            self._world.let_others_run()
         while self._held:
             held, self._held = self._held, []
             for callback in held:
@@ -355,7 +363,11 @@ class TreeRun:
         self._after_tick(partial(self._tell_started, path, skill, inputs))
 
     def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
-        self._after_tick(partial(self._tell_ended, path, skill, result, self._context.pause.active))
+        tell = partial(self._tell_ended, path, skill, result, self._context.pause.active)
+        if self._held is None:
+            tell()
+        else:
+            self._held.append(tell)
 
     def _tell_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
         self._world.announcer.tell(

@@ -21,10 +21,14 @@ class TreeTicks:
     Args:
         root: The tree.
         clock: The clock of the run: pauses do not count for the nodes.
+
+    Attributes:
+        tick: Ticks the tree once.
     """
 
     def __init__(self, root: Behaviour, clock: Clock) -> None:
         self._ticker = Ticker(root, record=True, incremental=True)
+        self.tick = self._ticker.tick
         self._clock = clock
         self._times: dict[Behaviour, tuple[float, float | None]] = {}
         self._paths: dict[Behaviour, str] = {}
@@ -39,10 +43,6 @@ class TreeTicks:
     def spins(self, clock: Clock) -> bool:
         """Whether one more tick at this moment of the real clock would be too much."""
         return self._count >= MAX_TICKS_AT_ONE_MOMENT and clock.now() == self._moment
-
-    def tick(self) -> None:
-        """Tick the tree once."""
-        self._ticker.tick()
 
     def changes(self) -> Iterator[dict[str, str]]:
         """What the last tick changed, in order: the data of events."""

@@ -14,6 +14,7 @@ from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.journal.tree_text import tree_from_events
 from florence_bt.runtime.node._convert import mission_to_ros
+from florence_bt.runtime.requests import checked_text
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
 from florence_bt.trees.findings import ERROR, has_errors
@@ -63,9 +64,14 @@ class Questions:
     ) -> MissionStatus.Response:
         response.blocked_by = self._missions.blocked_by or ""
         response.waiting = [run.run_id for run in self._missions.waiting]
-        run = self._missions.find(request.run_id or None)
+        try:
+            run_id = checked_text("the run's id", request.run_id)
+        except ConfigError as error:
+            response.tree = str(error)
+            return response
+        run = self._missions.find(run_id or None)
         if run is None:
-            return self._past_status(request.run_id, response)
+            return self._past_status(run_id, response)
         tree = self._missions.render(
             run, colour=request.colour, visited_only=request.visited_only, durations=request.durations
         )
@@ -116,7 +122,8 @@ class Questions:
         self, request: CheckMission.Request, response: CheckMission.Response
     ) -> CheckMission.Response:
         try:
-            mission = self._missions.library.get(request.mission)
+            name = checked_text("the name of the mission", request.mission)
+            mission = self._missions.library.get(name)
         except ConfigError as error:
             response.report = str(error)
             return response

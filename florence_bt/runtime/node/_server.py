@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -74,7 +75,6 @@ class MissionNode(FlorenceNode):
         self._on_recorded = on_recorded
         self._skills = make_skills(self)
         self._safety = make_safety(self) if make_safety is not None else None
-        self._woken = 0.0
         runs_folder = Path(self._settings.runs_folder)
         self._journal = Journal(
             runs_folder,
@@ -89,8 +89,10 @@ class MissionNode(FlorenceNode):
             declarations,
             self.timebase,
             RunIds(datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")),
-            call_soon=self._call_soon,
+            call_soon=self.call_soon,
             log=self._journal,
+            stopwatch=time.perf_counter,
+            let_others_run=os.sched_yield,
         )
         recorder = RunRecorder(
             self._missions,
@@ -130,17 +132,8 @@ class MissionNode(FlorenceNode):
         self._missions.blocked_by = "the mission server is shutting down"
         self._missions.abandon("the mission server is shutting down")
 
-    def _call_soon(self, callback: Callable[[], None]) -> None:
-        """Run a step of the executor soon, and note when it begins, for the statistics of its ticks."""
-
-        def step() -> None:
-            self._woken = time.perf_counter()
-            callback()
-
-        self.call_soon(step)
-
     def _after_tick(self, run: MissionRun) -> None:
-        duration = time.perf_counter() - self._woken
+        duration = time.perf_counter() - self._missions.woken
         self._watching.after_tick(run, duration)
         self._topics.after_tick(run)
 

@@ -36,8 +36,9 @@ class IncrementalTable(Table):
         """Make the functions for the class of a node, and let the records decide about their use."""
         cls = node.__class__
         self._full[cls] = self._functions_of(self, node)
-        self.ticks[cls] = lambda node: self.record_of(node).keeper.tick()
-        self.halts[cls] = lambda node: self.record_of(node).keeper.halt()
+        known, meet = self.records.get, self._meet
+        self.ticks[cls] = lambda node: (known(id(node)) or meet(node)).keeper.tick()
+        self.halts[cls] = lambda node: (known(id(node)) or meet(node)).keeper.halt()
 
     def record_of(self, node: Behaviour) -> Record:
         """The record of a node, made now when it is met for the first time."""

@@ -47,7 +47,12 @@ def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) ->
 
 
 def _hardware(config: dict[str, dict[str, Any]]) -> Iterator[Finding]:
-    ports = {node: str(config[node]["port"]) for node in SERIAL_NODES if config.get(node, {}).get("port")}
+    ports = {
+        node: str(config[node]["port"])
+        for node in SERIAL_NODES
+        # A laser with an address is on the network; its port is not used.
+        if config.get(node, {}).get("port") and not config[node].get("ip_address")
+    }
     yield from _guarded("ports", lambda: check_ports(ports))
     yield from _guarded("USB", check_usb)
     yield from _guarded("firmware", lambda: check_firmware(config, _is_free))

@@ -46,7 +46,7 @@ def check_firmware(
         (str(base.get("port", "")), _baud_of(base), _ask_base),
         (str(laser.get("port", "")), LASER_BAUD, _ask_laser),
     ):
-        if path and free(path):
+        if path and free(path) and not (ask is _ask_laser and laser.get("ip_address")):
             yield from _asked(path, baud, ask, open_port, now)
 
 
