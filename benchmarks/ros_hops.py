@@ -2,17 +2,22 @@
 
 ``python benchmarks/ros_hops.py FOLDER``: ``hops`` runs one skill after the other on topics, ``action_hops``
 on an action. Beside them, with the same executor and QoS, an echo answers each message, and a plain action
-client sends a goal as soon as it has the result of the one before.
+client sends a goal as soon as it has the result of the one before. ``python benchmarks/ros_hops.py stock``
+is an echo as everybody writes it, with ``rclpy.spin``. With ``sim`` behind it, either follows ``/clock``.
 """
 
 from __future__ import annotations
 
+import gc
 import sys
 from pathlib import Path
 from typing import Any
 
+import rclpy
 from nav2_msgs.action import Spin
 from rclpy.action import ActionClient
+from rclpy.executors import ExternalShutdownException
+from rclpy.parameter import Parameter
 from std_msgs.msg import String
 
 from florence_bt.core.declaration import SkillDeclaration
@@ -80,16 +85,37 @@ class Plain(FlorenceNode):
         future.result().get_result_async().add_done_callback(lambda result: self._send())
 
 
-def main(folder: Path) -> int:
+def stock(*, use_sim_time: bool) -> int:
+    """Echo until SIGTERM, with nothing of Florence."""
+    rclpy.init()
+    node = rclpy.create_node("stock", parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)])
+    echo = node.create_publisher(String, "stock/start", RELIABLE)
+    node.create_subscription(String, "stock/done", lambda message: echo.publish(String(data="go")), RELIABLE)
+    gc.collect()
+    gc.freeze()
+    try:
+        rclpy.spin(node)
+    except ExternalShutdownException:
+        node.destroy_node()
+    return 0
+
+
+def main(folder: Path, *, use_sim_time: bool) -> int:
     """Serve until SIGTERM."""
     missions = folder / "missions"
     missions.mkdir(parents=True)
     for name, skill in (("hops", "hop"), ("action_hops", "action_hop")):
-        (missions / f"{name}.yaml").write_text(MISSION.format(name=name, steps=STEPS * f"      - {skill}: {{}}\n"))
-    parameters = {"runs_folder": str(folder / "runs"), "mission_folders": (str(missions),)}
+        (missions / f"{name}.yaml").write_text(
+            MISSION.format(name=name, steps=STEPS * f"      - {skill}: {{}}\n")
+        )
+    parameters: dict[str, Any] = {"runs_folder": str(folder / "runs"), "mission_folders": (str(missions),)}
+    parameters["use_sim_time"] = use_sim_time
     declarations = {"hop": HOP, "action_hop": ACTION_HOP}
     return run_nodes([lambda: MissionNode(make_skills, declarations, parameters=parameters), Plain])
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))
+    simulated = sys.argv[2:] == ["sim"]
+    if sys.argv[1] == "stock":
+        sys.exit(stock(use_sim_time=simulated))
+    sys.exit(main(Path(sys.argv[1]), use_sim_time=simulated))

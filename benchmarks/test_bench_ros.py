@@ -1,23 +1,29 @@
 """Reaction over ROS between two processes, side by side with plain rclpy in one run; and the idle server.
 
 Measured from the message that ends one skill to the arrival of the start of the next one, here, where the
-skills are. The plain echo takes turns with the mission, hop by hop, so that whatever else the machine does
-meets both.
+skills are. The plain echoes take turns with the mission, hop by hop, so that whatever else the machine does
+meets all of them. One echo is served by the very loop that serves the mission (the events executor, which is
+the fastest that rclpy has), the other by ``rclpy.spin`` in a process of its own.
 """
 
 from __future__ import annotations
 
+import gc
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
 from nav2_msgs.action import Spin
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
+from florence_bt.core.clock import call_every
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.qos import RELIABLE
@@ -28,56 +34,85 @@ PAUSE_S = 0.002
 """Between two hops: a skill that ends while the tick that started it is still being recorded is no skill."""
 IDLE_S = 20.0
 PATIENCE_S = 20.0
+CLOCK_PERIOD_S = 0.01
 
 
-@pytest.fixture
-def client(monkeypatch, tmp_path):
-    """A client with the other process beside it."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", "96")
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+def cpu_seconds(pid):
+    """What the threads of a process have used so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@contextmanager
+def other_process(log, *arguments):
+    """``ros_hops`` beside us."""
     script = Path(__file__).with_name("ros_hops.py")
-    log = (tmp_path / "server.log").open("w")
-    process = subprocess.Popen([sys.executable, script, tmp_path], stdout=log, stderr=log)
+    process = subprocess.Popen([sys.executable, script, *arguments], stdout=log, stderr=log)
     try:
-        with MissionClient("bench") as made:
-            made.other = process
-            yield made
+        yield process
     finally:
         process.send_signal(signal.SIGTERM)
         process.wait(PATIENCE_S)
-        log.close()
+
+
+@pytest.fixture
+def client(request, monkeypatch, tmp_path):
+    """A client with the other processes beside it."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "96")
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    with ExitStack() as stack:
+        log = stack.enter_context((tmp_path / "server.log").open("w"))
+        more = getattr(request, "param", ())
+        server = stack.enter_context(other_process(log, tmp_path, *more))
+        stock = stack.enter_context(other_process(log, "stock", *more))
+        made = stack.enter_context(MissionClient("bench"))
+        made.other, made.stock, made.folder = server, stock, tmp_path
+        yield made
 
 
 def take_turns(client, hops, *sides):
-    """Microseconds of each hop, by side: what ends a hop, and the list that notes the next start."""
+    """Microseconds of each hop, by side: what ends a hop, and the list that notes the next start.
+
+    Each round begins with another side, and the garbage of everything before is out of the way.
+    """
     times = [[] for _ in sides]
-    for _ in range(hops):
-        for (end, arrivals), noted in zip(sides, times, strict=True):
-            time.sleep(PAUSE_S)
-            arrivals.clear()
-            begin = time.perf_counter()
-            end()
-            while not arrivals:
-                client._loop.spin_once(1.0)
-            noted.append(1e6 * (arrivals[0] - begin))
+    gc.collect()
+    gc.freeze()
+    try:
+        for hop in range(hops):
+            for turn in range(len(sides)):
+                side = (hop + turn) % len(sides)
+                end, arrivals = sides[side]
+                time.sleep(PAUSE_S)
+                arrivals.clear()
+                begin = time.perf_counter()
+                end()
+                while not arrivals:
+                    client._loop.spin_once(1.0)
+                times[side].append(1e6 * (arrivals[0] - begin))
+    finally:
+        gc.unfreeze()
     return [sorted(noted) for noted in times]
 
 
-def report(figures, what, floor, ours):
+def report(figures, what, floor, ours, aims="aims 1.3 / 2"):
+    """Add the ratios to the figures, and give them back: of the medians, and of the 99th percentiles."""
+
     def at(noted, share):
         return noted[int(len(noted) * share)]
 
     median, late = (at(ours, share) / at(floor, share) for share in (0.5, 0.99))
     figures.add(
-        f"reaction over ROS, {what}: times plain rclpy, median / 99th percentile",
+        f"reaction over ROS, {what}, median / 99th percentile",
         f"{median:.2f} / {late:.2f}",
         f"{at(ours, 0.5):.0f} / {at(ours, 0.99):.0f} us, plain {at(floor, 0.5):.0f} / "
-        f"{at(floor, 0.99):.0f} us; aims 1.3 / 2",
+        f"{at(floor, 0.99):.0f} us; {aims}",
     )
+    return median, late
 
 
 def test_reaction_on_topics(benchmark, figures, client):
-    starts = {"plain": [], "hop": []}
+    starts = {"stock": [], "plain": [], "hop": []}
     publishers = {}
     for side, noted in starts.items():
         publishers[side] = client.node.create_publisher(String, f"{side}/done", RELIABLE)
@@ -92,8 +127,10 @@ def test_reaction_on_topics(benchmark, figures, client):
         for side, noted in starts.items()
     ]
     client.spin_until(lambda: False, 0.5)
-    floor, ours = benchmark.pedantic(take_turns, args=(client, HOPS, *sides), rounds=1)
-    report(figures, "topics", floor, ours)
+    stock, floor, ours = benchmark.pedantic(take_turns, args=(client, HOPS, *sides), rounds=1)
+    median, _ = report(figures, "topics: times a plain echo with rclpy.spin", stock, ours)
+    report(figures, "topics: times an echo in our own loop", floor, ours)
+    assert median <= 1.3
 
 
 def test_reaction_on_actions(benchmark, figures, client):
@@ -120,19 +157,47 @@ def test_reaction_on_actions(benchmark, figures, client):
         for side, noted in starts.items()
     ]
     floor, ours = benchmark.pedantic(take_turns, args=(client, ACTION_HOPS, *sides), rounds=1)
-    report(figures, "actions", floor, ours)
+    report(figures, "actions: times a plain client in our own loop", floor, ours)
 
 
-def test_idle_server(benchmark, figures, client):
+@pytest.mark.parametrize(
+    ("client", "time_source"), [((), "wall clock"), (("sim",), "/clock at 100 Hz")], indirect=["client"]
+)
+def test_idle_server(benchmark, figures, client, time_source):
+    if time_source != "wall clock":
+        publisher = client.node.create_publisher(Clock, "/clock", 1)
+        call_every(
+            client.node.steady,
+            CLOCK_PERIOD_S,
+            lambda: publisher.publish(Clock(clock=client.node.get_clock().now().to_msg())),
+        )
     assert client.spin_until(lambda: client.servers() == 1, PATIENCE_S)
     client.spin_until(lambda: False, 3.0)
-    stat = Path(f"/proc/{client.other.pid}/stat")
-
-    def cpu_seconds():
-        fields = stat.read_text().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-    before = cpu_seconds()
+    both = (client.other, client.stock)
+    before = [cpu_seconds(process.pid) for process in both]
     benchmark.pedantic(lambda: client.spin_until(lambda: False, IDLE_S), rounds=1)
-    share = 100 * (cpu_seconds() - before) / IDLE_S
-    figures.add("idle mission server, wall clock", f"{share:.2f} % of a core", "aim 0.5 %")
+    ours, stock = (
+        100 * (cpu_seconds(process.pid) - then) / IDLE_S for process, then in zip(both, before, strict=True)
+    )
+    figures.add(
+        f"idle mission server, {time_source}",
+        f"{ours:.2f} % of a core",
+        f"aim 0.5 %; one rclpy node with rclpy.spin: {stock:.2f} %",
+    )
+
+
+def test_ticks_while_a_skill_goes_on(benchmark, figures, client):
+    starts = []
+    client.node.create_subscription(String, "hop/start", starts.append, RELIABLE)
+    assert client.spin_until(lambda: client.servers() == 1, PATIENCE_S)
+    answer = client.run("hops", {}, caller="benchmark")
+    assert answer.accepted and client.spin_until(lambda: bool(starts), PATIENCE_S)
+    benchmark.pedantic(lambda: client.spin_until(lambda: False, IDLE_S), rounds=1)
+    client.stop("measured")
+    record = client.folder / "runs" / answer.run_id / "result.json"
+    assert client.spin_until(record.exists, PATIENCE_S)
+    ticks = json.loads(record.read_text())["ticks"] - 1  # the first one started the skill
+    figures.add(
+        "ticks while one skill goes on and nothing happens", f"{ticks * 60 / IDLE_S:.0f} a minute", "aim 0"
+    )
+    assert ticks == 0

@@ -48,14 +48,17 @@ class RunSkill(Reactive, Behaviour):
         self._declaration = context.declarations[skill]
         self._entry: OpenRun | None = None
         self._written: dict[str, Any] | None = None
+        self._path = ""
 
     def initialise(self) -> None:
         """Check the inputs and start the skill."""
         self.result = None
         self.feedback_message = ""
-        inputs = self._complete_inputs()
+        known = self._written is not None and self.skill in self._context.skills
+        inputs = dict(self._written or {}) if known else self._complete_inputs()
         if inputs is not None:
-            self._entry = self._context.start(path_of(self), self.skill, inputs)
+            self._path = self._path or path_of(self)
+            self._entry = self._context.start(self._path, self.skill, inputs)
             self._entry.touched = self.touch
 
     def update(self) -> Status:
@@ -68,7 +71,7 @@ class RunSkill(Reactive, Behaviour):
             self.result = self._too_late() if result is None else self._checked(result)
         assert self.result is not None
         self.feedback_message = self.result.reason
-        if not self.result.succeeded:
+        if self.result.outcome is not Outcome.SUCCEEDED:
             return Status.FAILURE
         for output, key in self.outputs.items():
             self._context.keys.write(key, self.result.outputs[output])
@@ -82,8 +85,6 @@ class RunSkill(Reactive, Behaviour):
 
     def _complete_inputs(self) -> dict[str, Any] | None:
         """What the skill is started with; None when it cannot be started, with the reason in the result."""
-        if self._written is not None and self.skill in self._context.skills:
-            return dict(self._written)
         try:
             inputs = {name: resolve(value, self._context.keys) for name, value in self.inputs.items()}
         except ValueProblem as error:
@@ -113,9 +114,10 @@ class RunSkill(Reactive, Behaviour):
 
     def _checked(self, result: Result) -> Result:
         """Make a result keep its promises: a code and a reason on failure, outputs on success."""
-        if result.outcome is Outcome.CANCELLED:
+        outcome = result.outcome
+        if outcome is Outcome.CANCELLED:
             return failure("cancelled", result.reason or f"{self.skill} was cancelled by its own side")
-        if not result.succeeded:
+        if outcome is not Outcome.SUCCEEDED:
             return (
                 result if result.reason else failure(result.code, f"{self.skill} failed with {result.code}")
             )

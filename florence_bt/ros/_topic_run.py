@@ -59,9 +59,10 @@ class TopicRun:
         self._state = RunState(f"commanding {label}")
         self._deadline: Timer | None = None
         self._give_up_at = 0.0
-        self.sent = False
-        if channel.listener_is_there():
-            self._send()
+        self.sent = channel.listener_is_there()
+        if self.sent:
+            channel.send_command()
+            self._limit()
         else:
             self._give_up_at = self._steady.now() + deadlines.accept_s
             self._search()
@@ -98,7 +99,9 @@ class TopicRun:
         if self._state.phase is Phase.DONE:
             return
         if self._channel.listener_is_there():
-            self._send()
+            self.sent = True
+            self._channel.send_command()
+            self._limit()
         elif self._steady.now() >= self._give_up_at:
             limit = f"within {self._deadlines.accept_s:g} s"
             reason = f"nobody listens to {self._label}, looked {limit}; start the node that does"
@@ -106,10 +109,8 @@ class TopicRun:
         else:
             self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
 
-    def _send(self) -> None:
-        self.sent = True
-        self._channel.send_command()
-        # Nothing stands between the end of one run and the command of the next.
+    def _limit(self) -> None:
+        """After the command: nothing stands between the end of one run and the command of the next."""
         when = self._clock.now() + self._deadlines.result_s
         self._deadline = self._clock.call_at(when, self._too_late)
 

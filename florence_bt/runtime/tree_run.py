@@ -25,7 +25,7 @@ from florence_bt.runtime.announcer import Announcer
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_clock import RunClock
-from florence_bt.runtime.tree_ticks import TreeTicks
+from florence_bt.runtime.tree_ticks import MAX_TICKS_AT_ONE_MOMENT, TreeTicks
 from florence_bt.trees.ascii import TreeRow, draw_rows, tree_rows
 from florence_bt.trees.compile import CompiledTree, compile_mission
 from florence_bt.trees.loader import MissionLibrary
@@ -138,7 +138,7 @@ class TreeRun:
 
     def _tick(self) -> None:
         root = self.tree.root
-        if self._ticks.spins(self._world.clock):
+        if self._ticks.count >= MAX_TICKS_AT_ONE_MOMENT and self._ticks.spins(self._world.clock.now()):
             self.end(
                 RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
             )

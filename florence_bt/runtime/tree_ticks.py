@@ -24,6 +24,7 @@ class TreeTicks:
 
     Attributes:
         tick: Ticks the tree once.
+        count: How many ticks there were at the moment of the last one.
     """
 
     def __init__(self, root: Behaviour, clock: Clock) -> None:
@@ -32,17 +33,17 @@ class TreeTicks:
         self._clock = clock
         self._times: dict[Behaviour, tuple[float, float | None]] = {}
         self._paths: dict[Behaviour, str] = {}
-        self._count = 0
+        self.count = 0
         self._moment = -1.0
 
     def note(self, now: float) -> None:
         """Count a tick at a moment of the real clock."""
-        self._count = self._count + 1 if now == self._moment else 1
+        self.count = self.count + 1 if now == self._moment else 1
         self._moment = now
 
-    def spins(self, clock: Clock) -> bool:
+    def spins(self, now: float) -> bool:
         """Whether one more tick at this moment of the real clock would be too much."""
-        return self._count >= MAX_TICKS_AT_ONE_MOMENT and clock.now() == self._moment
+        return self.count >= MAX_TICKS_AT_ONE_MOMENT and now == self._moment
 
     def changes(self) -> Iterator[dict[str, str]]:
         """What the last tick changed, in order: the data of events."""

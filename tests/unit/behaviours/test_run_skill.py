@@ -157,6 +157,17 @@ def test_a_new_round_starts_a_new_run(clock):
     assert (node.status, node.result.succeeded, len(skill.runs)) == (Status.SUCCESS, True, 2)
 
 
+def test_written_inputs_are_checked_once_and_given_afresh_each_time(clock):
+    node, skill, context, _ = build(clock, Step(success(driven=1.0), after=0.0))
+    tick_until(node, clock, context)
+    skill.runs[0].inputs["way"] = 5.0
+    tick_until(node, clock, context)
+    assert skill.runs[1].inputs["way"] == 2.0
+    context.skills.clear()  # as when a run is taken up by a robot that lacks the skill
+    node.tick_once()
+    assert (node.status, node.result.code) == (Status.FAILURE, "no_skill")
+
+
 @pytest.mark.parametrize("outputs", [{}, {"driven": "far"}, {"driven": float("inf")}])
 def test_a_success_without_the_promised_output_is_a_failure(clock, outputs):
     node, _, context, _ = build(clock, Step(success(**outputs)), outputs={"driven": "d"})

@@ -43,6 +43,45 @@ def test_a_skill_starts_at_the_very_moment_the_one_before_ends(bench):
     assert ended.time == began.time == 102.0
 
 
+def test_the_next_skill_starts_before_the_end_of_the_last_one_is_told_and_the_order_stays(bench):
+    # What every listener sees of the next skill when it hears of the end of the one before.
+    started = []
+    bench.executor.add_listener(
+        lambda run, event: started.append((event.kind, event.data.get("skill"), len(bench.work.runs)))
+    )
+    bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(2.5)
+    assert (EventKind.SKILL_ENDED, "drive", 1) in started
+    skills = [(kind, skill) for kind, skill, _ in started if skill is not None]
+    assert skills == [
+        (EventKind.SKILL_STARTED, "drive"),
+        (EventKind.SKILL_ENDED, "drive"),
+        (EventKind.SKILL_STARTED, "work"),
+    ]
+
+
+def test_what_a_tick_did_is_told_before_its_break_down(bench, monkeypatch):
+    def explode(inputs):
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr(bench.work, "start", explode)
+    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.clock.advance(2.5)
+    kinds = [event.kind for event in bench.events if event.kind is not EventKind.NODE]
+    ended, broken = kinds.index(EventKind.SKILL_ENDED), kinds.index(EventKind.BROKEN)
+    assert ended < broken < kinds.index(EventKind.ENDED)
+    assert (run.status, run.code) == (RunStatus.FAILED, "internal_error")
+
+
+def test_the_processor_is_given_away_once_the_skills_of_a_tick_have_started(bench):
+    seen = []
+    bench.executor._let_others_run = lambda: seen.append((len(bench.drive.runs), len(bench.events)))
+    bench.executor.trigger(Request("drive_once"))
+    told = len(bench.events)  # that the run has started
+    bench.clock.advance(0.0)
+    assert seen == [(1, told)] and len(bench.events) > told
+
+
 def test_a_failure_carries_code_reason_and_leaf(bench):
     bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0))
     run = bench.executor.trigger(Request("drive_once"))
