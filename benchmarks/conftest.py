@@ -20,7 +20,7 @@ class Figure:
 
 
 class Figures:
-    """What the benchmarks measured."""
+    """What the benchmarks of one file measured."""
 
     def __init__(self) -> None:
         self.lines: list[Figure] = []
@@ -35,7 +35,29 @@ class Figures:
         return "\n".join(head + [f"| {f.what} | {f.value} | {f.remark} |" for f in self.lines]) + "\n"
 
 
-FIGURES = pytest.StashKey[Figures]()
+Sections = dict[str, Figures]
+"""By the name of the benchmark file."""
+
+
+def write_figures(file: Path, sections: Sections) -> None:
+    """Write the tables; those of benchmarks that did not run this time stay."""
+    tables: dict[str, str] = {}
+    if file.exists():
+        for part in file.read_text(encoding="utf-8").split("\n## ")[1:]:
+            name, _, table = part.partition("\n")
+            tables[name] = table.strip() + "\n"
+    machine = f"{os.cpu_count()} cores, Python {platform.python_version()}"
+    tables |= {name: figures.markdown() for name, figures in sections.items() if figures.lines}
+    text = (
+        '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`, one table for each file of '
+        "`benchmarks/`; medians unless said otherwise. "
+        f"Machine of the last run: {machine}. Compare ratios, not absolute times.\n"
+    )
+    body = "".join(f"\n## {name}\n\n{table}" for name, table in sorted(tables.items()))
+    file.write_text(text + body, encoding="utf-8")
+
+
+FIGURES = pytest.StashKey[Sections]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -43,28 +65,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.stash[FIGURES] = Figures()
+    config.stash[FIGURES] = {}
 
 
 @pytest.fixture
 def figures(request: pytest.FixtureRequest) -> Figures:
-    return request.config.stash[FIGURES]
+    return request.config.stash[FIGURES].setdefault(request.node.path.stem, Figures())
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    figures = config.stash[FIGURES]
-    if not figures.lines:
+    sections = config.stash[FIGURES]
+    lines = [figure for figures in sections.values() for figure in figures.lines]
+    if not lines:
         return
     terminalreporter.section("figures")
-    for figure in figures.lines:
+    for figure in lines:
         remark = f"  ({figure.remark})" if figure.remark else ""
         terminalreporter.write_line(f"{figure.what:<62} {figure.value}{remark}")
     file = config.getoption("--figures")
     if file is not None:
-        machine = f"{os.cpu_count()} cores, Python {platform.python_version()}"
-        text = (
-            '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`; medians unless said '
-            f"otherwise. Machine of the last run: {machine}. Compare ratios, not absolute times.\n\n"
-        )
-        file.write_text(text + figures.markdown(), encoding="utf-8")
+        write_figures(file, sections)
         terminalreporter.write_line(f"written to {file}")
