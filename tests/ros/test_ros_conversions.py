@@ -229,5 +229,6 @@ def test_maps() -> None:
 
 
 def test_every_conversion_is_listed() -> None:
-    public: list[Any] = [name for name in vars(c) if not name.startswith("_") and name != "annotations"]
+    # pytest adds names with an @ to modules of packages that have a plugin of its.
+    public: list[Any] = [name for name in vars(c) if name[0] not in "_@" and name != "annotations"]
     assert sorted(public) == c.__all__
