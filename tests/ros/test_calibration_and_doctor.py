@@ -59,7 +59,8 @@ def system(ros_domain, tmp_path: Path, wrong_config: Path) -> Iterator[None]:
 def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
     examined = florence("doctor", "--no-hardware", "--format", "json")
     found = {finding["item"]: finding for finding in json.loads(examined.stdout)}
-    assert found["system"]["level"] == "ok" and found["base"]["group"] == "battery"
+    assert found["system"]["level"] == "ok", found["system"]
+    assert found["base"]["group"] == "battery"
     assert any(finding["group"] == "drivers" for finding in found.values())
 
     done = florence(

@@ -19,8 +19,8 @@ from florence_bt.wiring.doctor.usb import check_usb
 from florence_bt.wiring.topology import NODES
 
 SERIAL_NODES = ("turtlebot_node", "hokuyo_node")
-WATCH_S = 2.5
-"""Seconds to look at the ROS graph."""
+WATCH_S, WATCH_LONGER_S = 2.5, 15.0
+"""Seconds to look at the ROS graph, and how long when a part of a system has not been seen by then."""
 
 
 def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) -> Iterator[Finding]:
@@ -75,8 +75,8 @@ def _ros() -> Iterator[Finding]:
     yield from (finding for seen in view for finding in check_graph(seen))
 
 
-def _watched(view: list[GraphView], watch: Callable[[float], GraphView]) -> Iterator[Finding]:
-    view.append(watch(WATCH_S))
+def _watched(view: list[GraphView], watch: Callable[[float, float], GraphView]) -> Iterator[Finding]:
+    view.append(watch(WATCH_S, WATCH_LONGER_S))
     return iter(())
 
 

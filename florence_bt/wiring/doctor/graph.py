@@ -32,6 +32,25 @@ class GraphView:
     diagnostics: Mapping[str, tuple[int, str]] = field(default_factory=dict)
 
 
+def wanted_nodes() -> list[str]:
+    """The names, without namespace, of the nodes that a running system has (of a simulator only it has)."""
+    return [name for group, names in NODES.items() if group != "simulator" for name in names]
+
+
+def missing_nodes(view: GraphView) -> list[str]:
+    """Those of :func:`wanted_nodes` that a view lacks, in their order."""
+    seen = {name.rsplit("/", 1)[-1] for name in view.nodes}
+    return [name for name in wanted_nodes() if name not in seen]
+
+
+def is_partial(view: GraphView) -> bool:
+    """Whether a system is there of which something has not been seen: looking longer may show it."""
+    missing = len(missing_nodes(view))
+    if missing == len(wanted_nodes()):
+        return False
+    return missing > 0 or view.charge is None or not view.diagnostics
+
+
 def check_settings(environment: Mapping[str, str]) -> Iterator[Finding]:
     """The environment variables of ROS."""
     domain = environment.get("ROS_DOMAIN_ID", "0") or "0"
@@ -53,9 +72,7 @@ def check_settings(environment: Mapping[str, str]) -> Iterator[Finding]:
 
 def check_graph(view: GraphView) -> Iterator[Finding]:
     """What a view of the graph means."""
-    ours = {name.rsplit("/", 1)[-1] for name in view.nodes}
-    wanted = [name for group, names in NODES.items() if group != "simulator" for name in names]
-    missing = [name for name in wanted if name not in ours]
+    wanted, missing = wanted_nodes(), missing_nodes(view)
     if len(missing) == len(wanted):
         yield note(GROUP, "system", "is not running", "florence up --sim, or florence up --robot CONFIG")
         return

@@ -15,16 +15,17 @@ from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.wiring.doctor.graph import GraphView
+from florence_bt.wiring.doctor.graph import GraphView, is_partial
 
 NAME = "florence_doctor"
 
 
-def watch_graph(seconds: float) -> GraphView:
+def watch_graph(least: float, most: float) -> GraphView:
     """See who is there and what the drivers say.
 
     Args:
-        seconds: How long to look; discovery and diagnostics at 1 Hz take two.
+        least: How long to look, in seconds; discovery and diagnostics at 1 Hz take two on an idle machine.
+        most: How long to look when a part of a system has not been seen by then.
     """
     stay_on_this_machine()
     context = rclpy.Context()
@@ -33,7 +34,7 @@ def watch_graph(seconds: float) -> GraphView:
     node = FlorenceNode(NAME, context=context)
     try:
         loop.add(node)
-        return _watch(loop, node, seconds)
+        return _watch(loop, node, least, most)
     finally:
         node.shut_down()
         loop.close()
@@ -41,7 +42,7 @@ def watch_graph(seconds: float) -> GraphView:
         rclpy.try_shutdown(context=context)
 
 
-def _watch(loop: SpinLoop, node: FlorenceNode, seconds: float) -> GraphView:
+def _watch(loop: SpinLoop, node: FlorenceNode, least: float, most: float) -> GraphView:
     diagnostics: dict[str, tuple[int, str]] = {}
     charge: list[float] = []
 
@@ -56,14 +57,17 @@ def _watch(loop: SpinLoop, node: FlorenceNode, seconds: float) -> GraphView:
 
     node.create_subscription(DiagnosticArray, "diagnostics", on_diagnostics, RELIABLE)
     node.create_subscription(BatteryState, "battery_state", on_battery, RELIABLE)
-    end = time.monotonic() + seconds
-    while (left := end - time.monotonic()) > 0.0:
-        loop.spin_once(min(left, 0.1))
-    names = [
-        f"{namespace.rstrip('/')}/{name}"
-        for name, namespace in node.get_node_names_and_namespaces()
-        if name != NAME
-    ]
-    return GraphView(
-        tuple(sorted(names)), node.count_publishers("/clock"), charge[-1] if charge else None, diagnostics
-    )
+
+    def view() -> GraphView:
+        names = (
+            f"{namespace.rstrip('/')}/{name}"
+            for name, namespace in node.get_node_names_and_namespaces()
+            if name != NAME
+        )
+        last = charge[-1] if charge else None
+        return GraphView(tuple(sorted(names)), node.count_publishers("/clock"), last, dict(diagnostics))
+
+    begin = time.monotonic()
+    while (passed := time.monotonic() - begin) < least or (passed < most and is_partial(view())):
+        loop.spin_once(0.1)
+    return view()

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from florence_bt.wiring.doctor import examination
 from florence_bt.wiring.doctor.finding import Finding, Level, good, note, problem, warning
-from florence_bt.wiring.doctor.graph import GraphView, check_graph, check_settings
+from florence_bt.wiring.doctor.graph import GraphView, check_graph, check_settings, is_partial
 from florence_bt.wiring.doctor.libraries import LIBRARIES, check_libraries
 from florence_bt.wiring.doctor.machine import NOT_SYNCHRONISED, check_machine
 from florence_bt.wiring.doctor.ports import check_ports, users_of
@@ -168,6 +168,21 @@ def test_a_graph_where_all_is_well():
 def test_no_system():
     (finding,) = check_graph(GraphView(("/somebody_else",)))
     assert finding.level is Level.NOTE and "florence up" in finding.advice
+
+
+@pytest.mark.parametrize(
+    ("view", "partial"),
+    [
+        (GraphView(), False),
+        (GraphView(("/somebody_else",)), False),
+        (GraphView(everything()[:3], 1, 0.8, {"x": (0, "ok")}), True),
+        (GraphView(everything(), 1, None, {"x": (0, "ok")}), True),
+        (GraphView(everything(), 1, 0.8, {}), True),
+        (GraphView(everything(), 1, 0.8, {"x": (0, "ok")}), False),
+    ],
+)
+def test_what_is_worth_a_longer_look(view, partial):
+    assert is_partial(view) is partial
 
 
 def test_what_is_wrong_in_a_graph():
