@@ -14,13 +14,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.simulation.server import STEP_S, HardwareServer
+from florence_bt.simulation.slowest_reader import SlowestReader
 
 CLOCK_PERIOD_S = 0.01
 RESTING_CLOCK_PERIOD_S = 0.05
@@ -33,6 +35,12 @@ LONGEST_BURST_S = 0.02
 TRUTH_PERIOD_S = 0.2
 MAX_BACKLOG_S = 0.05
 """Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
+MOST_LAG_S = 0.4
+"""Simulated seconds that the scans may be behind; frames are looked up until half a second after the last."""
+PATIENCE_S = 2.0
+"""Wall seconds without a scan after which the simulated time goes on without the drivers."""
+WAIT_S = 0.005
+"""Wall seconds between two looks whether the drivers have caught up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +48,7 @@ class SimulatorParameters:
     """Parameters of the simulator.
 
     Attributes:
-        speed: Simulated seconds per wall second aimed at.
+        speed: Simulated seconds per wall second aimed at; fewer where the drivers cannot follow.
     """
 
     speed: float = 1.0
@@ -67,6 +75,8 @@ class SimulatorNode(FlorenceNode):
         self._make_server = make_server
         self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
+        self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
+        self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated hardware")
         self._thread.start()
@@ -75,6 +85,9 @@ class SimulatorNode(FlorenceNode):
         """Stop the world and unplug the ports."""
         self._stop.set()
         self._thread.join()
+
+    def _on_scan(self, message: LaserScan) -> None:
+        self._drivers.heard(stamp_from_ros(message.header.stamp), time.monotonic())
 
     def _run(self) -> None:
         # Raised on the executor's thread: a world that stands still without a word would be a riddle.
@@ -90,7 +103,7 @@ class SimulatorNode(FlorenceNode):
             server.close()
 
     def _pace(self, server: HardwareServer) -> None:
-        """Step the world at ``speed`` times the wall clock, or as fast as it goes if that is slower."""
+        """Step the world at ``speed`` times the wall clock, or as fast as it and the drivers go."""
         due = time.monotonic()
         next_clock = next_truth = paced = server.time
         while not self._stop.is_set():
@@ -112,3 +125,13 @@ class SimulatorNode(FlorenceNode):
                 select.select([], [], [], wait)
             elif wait < -MAX_BACKLOG_S:
                 due = time.monotonic() - MAX_BACKLOG_S
+            if self._drivers.is_behind(server.time, time.monotonic()):
+                self._wait_for_drivers(server)
+                due = time.monotonic()
+
+    def _wait_for_drivers(self, server: HardwareServer) -> None:
+        while not self._stop.is_set():
+            select.select([], [], [], WAIT_S)
+            if not self._drivers.is_behind(server.time, time.monotonic()):
+                return
+            server.serve()

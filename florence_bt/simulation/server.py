@@ -84,8 +84,12 @@ class HardwareServer:
     def step(self) -> None:
         """Advance the world by one step and serve the ports."""
         self._steps += 1
+        self.world.step_to(self.time)
+        self.serve()
+
+    def serve(self) -> None:
+        """Serve the ports without advancing the world."""
         now = self.time
-        self.world.step_to(now)
         for emulator, port in ((self._create, self._base_port), (self._laser, self._laser_port)):
             received = port.read()
             answer = emulator.receive(received, now) if received else b""

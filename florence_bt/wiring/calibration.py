@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import GetParameters
@@ -13,12 +15,15 @@ from rclpy.context import Context
 from florence_bt.core.errors import ConfigError
 from florence_bt.skills.calibrate.factors import GYRO_PARAMETER, ODOMETRY_PARAMETER, Factors
 from florence_bt.skills.calibrate.node import CalibrationNode
-from florence_bt.wiring.client import ACTIVE_STATES, MissionClient
+from florence_bt.wiring.client import ANSWER_BUDGET_S, OVERRIDDEN, MissionClient
 from florence_bt.wiring.config_edit import set_numbers
+from florence_bt.wiring.run_watch import LIVE_STATES
 
 BASE_NODE = "turtlebot_node"
 LONGEST_S = 3600.0
 """Wall seconds for all rounds; the calibration's own limits are far below it."""
+LOOK_PERIOD_S = 0.5
+"""Wall seconds between two questions whether somebody else wants the base."""
 _BOOLEAN, _DOUBLE = 1, 3
 """Types of rcl_interfaces/ParameterValue."""
 
@@ -57,14 +62,12 @@ def calibrate(
 
     Raises:
         SystemNotThere: No running system answers.
-        ConfigError: A mission is running, or a value is wrong.
+        ConfigError: A mission is running, the manual override is on, or a value is wrong.
         KeyboardInterrupt: Somebody asked for the end; by then the base was stopped.
     """
     with MissionClient("florence_calibrate") as client:
         old = _parameters_of_base(client)
-        client.spin_until(lambda: bool(client.state.run_id), 1.0)
-        if client.state.state in ACTIVE_STATES:
-            raise ConfigError(f"{client.state.run_id} is running", valid=["florence stop, then calibrate"])
+        others = _Others(client)
         has_gyro = GYRO_PARAMETER in old
         ended: list[bool] = []
 
@@ -81,7 +84,7 @@ def calibrate(
 
         with client.serving(make) as node:
             assert isinstance(node, CalibrationNode)
-            client.spin_until(lambda: bool(ended), LONGEST_S)
+            client.spin_until(lambda: bool(ended or others.claim), LONGEST_S, watch=others.look)
             measured = node.rounds
     result = measured.result
     factors = {ODOMETRY_PARAMETER: measured.odometry}
@@ -89,10 +92,48 @@ def calibrate(
         factors = {GYRO_PARAMETER: measured.gyro, **factors}
     return Calibrated(
         result is not None and result.succeeded,
-        "it was not done in time" if result is None else result.reason,
+        (others.claim or "it was not done in time") if result is None else result.reason,
         {name: (old[name], factor, old[name] * factor) for name, factor in factors.items()},
         measured.rounds,
     )
+
+
+class _Others:
+    """Who else wants the base: the calibration gives way to a mission and to the manual override.
+
+    Raises:
+        ConfigError: Somebody has it already.
+    """
+
+    def __init__(self, client: MissionClient) -> None:
+        self._client = client
+        self._asked: Any = None
+        self._next = 0.0
+        self.claim = ""
+        status = client.status()
+        if OVERRIDDEN in status.blocked_by:
+            raise ConfigError("the manual override is on", valid=["florence release, then calibrate"])
+        if status.found and status.state in LIVE_STATES:
+            raise ConfigError(f"{status.run_id} is running", valid=["florence stop, then calibrate"])
+
+    def look(self) -> None:
+        """Ask the mission server twice a second; afterwards ``claim`` says why to end, or is empty.
+
+        Not by the override's topic: what somebody tells who has just come into sight can be missed.
+        """
+        now = time.monotonic()
+        if self._asked is not None and self._asked.done():
+            self._judge(self._asked.result())
+            self._asked, self._next = None, now + LOOK_PERIOD_S
+        elif now >= self._next:
+            # Also anew after a while, should an answer be lost.
+            self._asked, self._next = self._client.ask_status(), now + ANSWER_BUDGET_S
+
+    def _judge(self, status: Any) -> None:
+        if OVERRIDDEN in status.blocked_by:
+            self.claim = "the manual override was switched on"
+        elif status.found and status.state in LIVE_STATES:
+            self.claim = f"{status.run_id} was started meanwhile"
 
 
 def report_lines(calibrated: Calibrated) -> list[str]:

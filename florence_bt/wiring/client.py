@@ -29,12 +29,18 @@ from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.wiring.locks import bring_up_here
 from florence_bt.wiring.signals import held_back
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
 ANSWER_BUDGET_S = 5.0
-"""Wall seconds to wait for the answer of a service that is there."""
+"""Wall seconds to wait for the answer of a service that is there, and for a service to come in sight."""
+BUSY_BUDGET_S = 25.0
+"""Wall seconds more for a service to come in sight while a bring-up is seen on this machine: perhaps it
+starts its mission server again, or the machine is busy."""
+EVERYONE_S = 1.0
+"""Wall seconds in which everybody who listens to the override comes in sight of a new publisher."""
 LAST_WORDS_S = 0.2
 """Wall seconds for the last messages of a node that was served."""
 RELOAD_BUDGET_S = 30.0
@@ -163,7 +169,7 @@ class MissionClient:
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(service_type, name)
-        if not self.spin_until(client.service_is_ready, ANSWER_BUDGET_S):
+        if not self._comes_in_sight(client):
             raise SystemNotThere(f"nobody serves {name}; is the system up? Start it with: florence up --sim")
         tries = 3 if repeat else 1
         for _ in range(tries):
@@ -172,6 +178,20 @@ class MissionClient:
                 return future.result()
             client.remove_pending_request(future)
         raise DeviceTimeout(f"{name} did not answer within {budget_s:.0f} s")
+
+    def _comes_in_sight(self, client: Any) -> bool:
+        patience = time.monotonic() + ANSWER_BUDGET_S
+
+        def settled() -> bool:
+            return client.service_is_ready() or (time.monotonic() > patience and not bring_up_here())
+
+        return self.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S) and bool(client.service_is_ready())
+
+    def _client(self, service_type: Any, name: str) -> Any:
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(service_type, name)
+        return client
 
     def missing(self) -> list[str]:
         """The servers that are not there yet, by name."""
@@ -216,6 +236,10 @@ class MissionClient:
         )
         return self.call(MissionStatus, "florence_bt/status", question, repeat=True)
 
+    def ask_status(self) -> Any:
+        """Ask for the status without waiting; the answer comes in the future that is returned."""
+        return self._client(MissionStatus, "florence_bt/status").call_async(MissionStatus.Request())
+
     def stop(self, reason: str, run_id: str = "") -> Any:
         """Stop a run, or the current one."""
         return self.call(StopMission, "florence_bt/stop", StopMission.Request(run_id=run_id, reason=reason))
@@ -243,7 +267,7 @@ class MissionClient:
         return self.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
 
     def override(self, on: bool) -> Any:
-        """Switch the manual override and wait until it has taken effect.
+        """Switch the manual override and wait until it has taken effect and everybody has heard it.
 
         Returns:
             The status of the mission server afterwards.
@@ -257,13 +281,17 @@ class MissionClient:
             # The button first, questions later: somebody presses it because the robot moves.
             self.spin_until(lambda: publisher.get_subscription_count() > 0, ANSWER_BUDGET_S)
             publisher.publish(Bool(data=on))
-            end = time.monotonic() + ANSWER_BUDGET_S
-            while time.monotonic() < end:
+            begin = told = time.monotonic()
+            listeners = publisher.get_subscription_count()
+            while (now := time.monotonic()) < begin + ANSWER_BUDGET_S:
                 status = self.status()
-                if OVERRIDDEN in status.blocked_by if on else OVERRIDDEN not in status.blocked_by:
+                obeyed = (OVERRIDDEN in status.blocked_by) == on
+                if obeyed and now >= told + EVERYONE_S:
                     return status
-                # Should it have been sent before the mission server knew this publisher.
-                publisher.publish(Bool(data=on))
+                if not obeyed or publisher.get_subscription_count() > listeners:
+                    # Sent before the mission server, or somebody else who obeys it, was in sight.
+                    listeners, told = publisher.get_subscription_count(), now
+                    publisher.publish(Bool(data=on))
                 self.spin_until(lambda: False, 0.1)
         finally:
             self.node.destroy_publisher(publisher)

@@ -32,7 +32,7 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
     backup = file.with_name(file.name + ".bak")
     try:
         shutil.copy2(file, backup)
-        _replace(file, text)
+        _replace(file.resolve(), text)
     except OSError as error:
         raise ConfigError(
             f"cannot be written: {error.strerror}", file=file, valid=["a file in a folder you may write to"]

@@ -72,6 +72,22 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
     assert base["gyro_scale_correction"] == pytest.approx(TRUE_GYRO, rel=0.02)
     assert base["odom_angular_scale_correction"] == pytest.approx(TRUE_ODOMETRY, rel=0.03)
     assert wrong_config.with_name("robot.yaml.bak").is_file()
+    gives_way_to_the_override()
+
+
+def gives_way_to_the_override() -> None:
+    with subprocess.Popen([*FLORENCE, "calibrate", "--rest", "3"], stdout=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        try:
+            assert any("turning towards the wall" in line for line in running.stdout)
+            assert florence("override").returncode == 0
+            told = running.stdout.read()
+            assert running.wait(60) == 1, told
+        finally:
+            running.kill()
+    assert "no round was completed: the manual override was switched on" in told
+    refused = florence("calibrate")
+    assert refused.returncode == 2 and "florence release, then calibrate" in refused.stderr
 
 
 def test_without_a_system(ros_domain, tmp_path: Path):

@@ -66,6 +66,7 @@ class Robot(FlorenceNode):
     def __init__(self) -> None:
         super().__init__("robot")
         self.depth: np.ndarray | None = None
+        self.frames_late = 0.0
         self.users: list[TrackedUsers] = []
         self.filtered: list[TrackedUsers] = []
         self.detected: list[DetectedUser] = []
@@ -82,8 +83,9 @@ class Robot(FlorenceNode):
 
     def _tick(self) -> None:
         now = self.timebase.now()
-        self._moving.send("map", "odom", now, Pose2(1.0, 2.0, math.pi / 2))
-        self._moving.send("odom", "base_footprint", now, Pose2())
+        known = now - self.frames_late
+        self._moving.send("map", "odom", known, Pose2(1.0, 2.0, math.pi / 2))
+        self._moving.send("odom", "base_footprint", known, Pose2())
         self._info.publish(camera_info_to_ros(CAMERA, FRAME, now))
         if self.depth is not None:
             self.pictures.publish(depth_to_ros(DepthImage(now, FRAME, CAMERA, self.depth)))
@@ -153,6 +155,17 @@ def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracke
     ros.spin_until(lambda: robot.detected, what="detected_user")
     assert robot.detected[0].command
     assert robot.detected[0].user_position_y == pytest.approx(result.result.y)
+
+
+def test_a_picture_waits_for_the_pose_it_was_taken_at(
+    ros: Any, robot: Robot, tracker: UserTrackerNode
+) -> None:
+    robot.depth = person_picture(2.0)
+    robot.frames_late = 1.2
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(
+        lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user with late frames"
+    )
 
 
 def test_a_look_at_nobody_fails_in_time_and_leaves_the_tracker_as_it_was(

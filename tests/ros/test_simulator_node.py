@@ -1,11 +1,18 @@
-"""The simulator as a node: what goes wrong in its thread ends the process."""
+"""The simulator as a node: what goes wrong in its thread ends the process; it waits for slow drivers."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
+from sensor_msgs.msg import LaserScan
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.simulation.node import SimulatorNode
+from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import SENSOR
+from florence_bt.simulation.node import LONGEST_BURST_S, MOST_LAG_S, SimulatorNode
+from florence_bt.simulation.server import STEP_S
 
 pytestmark = pytest.mark.ros
 
@@ -17,3 +24,57 @@ def test_a_world_that_cannot_be_made_is_reported_and_not_a_silent_standstill(ros
     ros.add(SimulatorNode(broken))
     with pytest.raises(ConfigError, match="no floor"):
         ros.spin_until(lambda: False, timeout_s=20.0)
+
+
+class EmptyWorld:
+    """Hardware that does nothing but count."""
+
+    def __init__(self):
+        self.time = 0.0
+        self.served = 0
+        self.world = SimpleNamespace(resting=False)
+
+    def open(self):
+        pass
+
+    close = open
+
+    def step(self):
+        self.time += STEP_S
+
+    def serve(self):
+        self.served += 1
+
+    def truth(self):
+        return {}
+
+
+def test_the_simulated_time_waits_for_the_drivers(ros):
+    hardware = EmptyWorld()
+    driver = ros.add(FlorenceNode("driver"))
+    scans = driver.create_publisher(LaserScan, "scan", SENSOR)
+    simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
+
+    def told(stamp: float) -> None:
+        message = LaserScan()
+        message.header.stamp = stamp_to_ros(stamp)
+        scans.publish(message)
+
+    def waits_for(stamp: float) -> bool:
+        """The driver is alive, but comes no further."""
+        told(stamp)
+        served = hardware.served
+        ros.loop.spin_once(0.02)
+        return hardware.served > served
+
+    ros.spin_until(lambda: scans.get_subscription_count() and hardware.time > 1.0)
+    reached = hardware.time
+    ros.spin_until(lambda: waits_for(reached))
+    stands_at = hardware.time
+    for _ in range(20):
+        assert waits_for(reached) or hardware.time == stands_at
+    assert hardware.time == stands_at
+    reached = stands_at
+    ros.spin_until(lambda: waits_for(reached) and hardware.time > stands_at)
+    assert reached + MOST_LAG_S < hardware.time <= reached + MOST_LAG_S + 2 * LONGEST_BURST_S
+    ros.close_node(simulator)

@@ -25,6 +25,8 @@ FRESH_S = 1.0
 """An older scan says nothing about where the robot looks now."""
 CLOSE = 0.5
 """Radians: where the odometry puts the wall it is to be found within this."""
+TRIES = 5
+"""How often the robot turns back to a wall that it stopped at and then does not see."""
 LARGEST_ERROR = math.pi / 2
 """A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous."""
 
@@ -82,6 +84,7 @@ class Calibration:
         self._before: Mapping[Source, Reading] = {}
         self._drift: float | None = None
         self._direction = 0.0
+        self._tries = 0
 
     @property
     def feedback(self) -> str:
@@ -172,8 +175,15 @@ class Calibration:
     def _sync(self, now: float) -> Twist2:
         assert self._since is not None
         after = self._since + self._parameters.settle
-        if now < after or self.readings.behind(after, self._sources):
+        behind = self.readings.behind(after, self._sources)
+        if now >= after and behind == [Source.WALL] and self.readings.no_wall and self._tries < TRIES:
+            # A base that stopped late turned past the wall: back to it.
+            self._tries += 1
+            self._direction = -self._direction
+            return self._go(State.ALIGN if self.state is State.SYNC_BEFORE else State.RETURN, now)
+        if now < after or behind:
             return self._wait_for_sensors(now, self._sources, after)
+        self._tries = 0
         seen = {source: self.readings.newest[source] for source in self._sources}
         if self.state is State.SYNC_BEFORE:
             self._before = seen

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, Odometry
 from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
 
 _ODOM, _BASE = "odom", "base"
+MOST_WAITING = 10
+"""Scans of one source that wait at most; an odometry that is further behind is of no use."""
 
 
 class ScanQueue:
-    """Keeps the newest scan of each source and the odometry of the last seconds.
+    """Keeps the newest scans of each source and the odometry of the last seconds.
 
     Attributes:
         odometry: The newest odometry, None before the first.
@@ -18,7 +22,7 @@ class ScanQueue:
 
     def __init__(self, keep_s: float = 3.0) -> None:
         self._poses = TransformBuffer(keep_s)
-        self._waiting: dict[str, LaserScan] = {}
+        self._waiting: dict[str, deque[LaserScan]] = {}
         self.odometry: Odometry | None = None
 
     def add_odometry(self, odometry: Odometry) -> None:
@@ -30,18 +34,24 @@ class ScanQueue:
             self.odometry = odometry
 
     def add_scan(self, source: str, scan: LaserScan) -> None:
-        """Queue a scan; an older one of the same source that still waits is dropped."""
-        self._waiting[source] = scan
+        """Queue a scan. Older ones wait on: an odometry that is always late never reaches the newest."""
+        self._waiting.setdefault(source, deque(maxlen=MOST_WAITING)).append(scan)
 
     def take_ready(self) -> list[tuple[str, LaserScan, Pose2]]:
-        """Every scan whose moment the odometry has reached, with base_footprint in the odometry frame."""
+        """The newest scan of each source whose moment the odometry has reached; older ones are dropped.
+
+        Returns:
+            Source, scan and the pose of base_footprint in the odometry frame at the scan's moment.
+        """
         if self.odometry is None:
             return []
         ready = []
-        for source, scan in tuple(self._waiting.items()):
-            if scan.stamp > self.odometry.stamp:
+        for source, waiting in self._waiting.items():
+            scan = None
+            while waiting and waiting[0].stamp <= self.odometry.stamp:
+                scan = waiting.popleft()
+            if scan is None:
                 continue
-            del self._waiting[source]
             try:
                 ready.append((source, scan, self._poses.lookup_pose(_ODOM, _BASE, scan.stamp)))
             except TransformUnavailable:

@@ -42,6 +42,8 @@ from florence_bt.skills.track_users.tracker import UserTracker
 from florence_bt.skills.track_users.user_filter import filter_users
 
 WARNING_PERIOD_S = 5.0
+MOST_WAIT_S = 2.0
+"""A picture waits this long for the pose it was taken at; the robot was somewhere else by then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,7 @@ class UserTrackerNode(FlorenceNode):
         self._colour: ColourImage | None = None
         self._known: KnownObstacles | None = None
         self._last_stamp = float("-inf")
+        self._waiting: Image | None = None
         self._tf = TransformListener(self)
         self._frames = TransformBroadcaster(self)
         self._users_topic = self.create_publisher(TrackedUsers, "tracked_users", RELIABLE)
@@ -136,7 +139,7 @@ class UserTrackerNode(FlorenceNode):
 
     def _stop(self) -> None:
         self._tracker.stop()
-        self._colour = None
+        self._colour = self._waiting = None
         if self._pictures and self._forget_timer is None:
             when = self.timebase.now() + self._use.keep_pictures_s
             self._forget_timer = self.timebase.call_at(when, self._forget_pictures)
@@ -174,14 +177,35 @@ class UserTrackerNode(FlorenceNode):
         # A picture may still be on its way when the tracker stops.
         if not self._tracker.running or self._depth_camera is None:
             return
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            # A picture can overtake the pose it was taken at. The first that does is kept, not the newest: on
+            # a busy machine the newest is always too new.
+            self._use_picture(waiting, stamp_from_ros(message.header.stamp))
         stamp = stamp_from_ros(message.header.stamp)
-        if 0.0 <= stamp - self._last_stamp < self._use.period_s:
-            return
-        self._last_stamp = stamp
+        if self._waiting is None and not 0.0 <= stamp - self._last_stamp < self._use.period_s:
+            self._use_picture(message, stamp)
+
+    def _use_picture(self, message: Image, now: float) -> None:
+        """Detect people in a picture, or keep it until the pose it was taken at is known.
+
+        Args:
+            message: The picture.
+            now: Stamp of the newest picture, seconds.
+        """
+        assert self._depth_camera is not None
+        stamp = stamp_from_ros(message.header.stamp)
         try:
             self._take_picture(depth_from_ros(message, self._depth_camera))
-        except (TransformUnavailable, FlorenceError) as error:
+        except TransformUnavailable as error:
+            if 0.0 <= now - stamp < MOST_WAIT_S:
+                self._waiting = message
+            else:
+                self._warn(f"a depth picture is left out: {error}")
+            return
+        except FlorenceError as error:
             self._warn(f"a depth picture is left out: {error}")
+        self._last_stamp = stamp
 
     def _take_picture(self, depth: DepthImage) -> None:
         use, buffer = self._use, self._tf.buffer
@@ -194,7 +218,7 @@ class UserTrackerNode(FlorenceNode):
         users = self._tracker.update(depth.stamp, [detection.moved_by(robot) for detection in found])
         self._publish(users, depth.stamp)
         if self._action.active:
-            self._feed_look(users, robot)
+            self._feed_look(depth.stamp, users, robot)
 
     def _publish(self, users: tuple[TrackedUser, ...], stamp: float) -> None:
         present = filter_users(users)
@@ -218,9 +242,9 @@ class UserTrackerNode(FlorenceNode):
         self._look_timer = self.timebase.call_at(self._look.deadline, self._judge_look)
         return None
 
-    def _feed_look(self, users: tuple[TrackedUser, ...], robot: Pose2) -> None:
+    def _feed_look(self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2) -> None:
         before = self._look.users_seen
-        self._look.feed(self._last_stamp, users, robot)
+        self._look.feed(stamp, users, robot)
         if self._look.users_seen != before:
             self._action.publish_feedback(LookAction.Feedback(users_seen=self._look.users_seen))
         self._judge_look()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 import pytest
@@ -69,7 +70,8 @@ def test_bad_parameters(wrong):
 class TurningRobot:
     """A robot before a wall: truth, wrong odometry, wrong gyro; sees the wall within half a radian."""
 
-    def __init__(self, odometry=1.0, gyro=1.0, drift=0.0, heading=0.0, stuck=False, wall=True):
+    def __init__(self, odometry=1.0, gyro=1.0, drift=0.0, heading=0.0, stuck=False, wall=True, delay_steps=0):
+        self.commands = deque([0.0] * delay_steps)
         self.now = 0.0
         self.rate = 0.0
         self.true = heading
@@ -82,8 +84,10 @@ class TurningRobot:
         self.silent: set[Source] = set()
 
     def move(self, twist, duration=STEP_PERIOD_S):
+        self.commands.append(twist.angular)
+        wanted = self.commands.popleft()
         # The velocity filter brakes at 1 rad/s^2.
-        self.rate = max(twist.angular, self.rate - duration) if self.rate > 0.0 else twist.angular
+        self.rate = max(wanted, self.rate - duration) if self.rate > 0.0 else wanted
         turn = 0.0 if self.stuck else self.rate * duration
         self.now += duration
         self.true += turn
@@ -121,6 +125,13 @@ def test_factors_undo_the_wrong_scales(odometry, gyro, drift):
     assert factors.gyro == pytest.approx(1.0 / gyro, rel=2e-3)
     assert [turn.speed for turn in factors.turns] == [0.3, 0.7, 1.0, 1.5]
     assert factors.near(0.01) == (odometry == gyro == 1.0)
+
+
+def test_a_base_that_stops_late_turns_back_to_the_wall():
+    factors = run(TurningRobot(0.985, 0.854, heading=-0.6, delay_steps=32)).factors
+    assert factors is not None
+    assert factors.odometry == pytest.approx(1.0 / 0.985, rel=5e-3)
+    assert factors.gyro == pytest.approx(1.0 / 0.854, rel=5e-3)
 
 
 def test_without_gyro():

@@ -144,6 +144,16 @@ def test_a_scan_waits_for_the_odometry() -> None:
     assert queue.take_ready() == []
 
 
+def test_scans_are_used_with_an_odometry_that_is_always_late() -> None:
+    queue = ScanQueue()
+    used = []
+    for tenths in range(40):
+        queue.add_scan("scan", scan_at(tenths / 10.0))
+        queue.add_odometry(Odometry(tenths / 10.0 - 0.35, Pose2()))
+        used += [round(scan.stamp, 3) for _, scan, _ in queue.take_ready()]
+    assert used == [tenths / 10.0 for tenths in range(36)]
+
+
 def test_the_newest_scan_of_each_source_counts_and_old_ones_are_dropped() -> None:
     queue = ScanQueue()
     queue.add_odometry(Odometry(5.0, Pose2()))

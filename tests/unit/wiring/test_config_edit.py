@@ -43,6 +43,14 @@ def test_one_number(file, before, after):
     assert load_config(path)["base"]["gain"] == 2.5
 
 
+def test_a_link_stays_a_link(file, tmp_path):
+    path = file("base:\n  gain: 1\n")
+    link = tmp_path / "link.yaml"
+    link.symlink_to(path)
+    set_numbers(link, "base", {"gain": 2.5})
+    assert link.is_symlink() and path.read_text() == "base:\n  gain: 2.5\n"
+
+
 def test_our_own_configuration(tmp_path):
     path = tmp_path / "robot.yaml"
     path.write_bytes(find_data("config", "robot.yaml").read_bytes())

@@ -1,0 +1,47 @@
+"""Keeps the simulated time from running away from whoever reads the simulated hardware.
+
+On a machine that is busy with other things a driver falls behind the hardware that it reads; missions would then
+fail for want of computing time, which says nothing about the robot. The simulated time waits instead.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+
+
+class SlowestReader:
+    """How far the reader has come; told on one thread and asked on another.
+
+    Args:
+        most_lag_s: Simulated seconds that it may be behind.
+        patience_s: Wall seconds without a word from it after which it is not waited for: it may have ended or
+            be unplugged on purpose.
+    """
+
+    def __init__(self, most_lag_s: float, patience_s: float) -> None:
+        self._most_lag_s = most_lag_s
+        self._patience_s = patience_s
+        self._lock = threading.Lock()
+        self._reached = math.inf
+        self._heard = -math.inf
+
+    def heard(self, stamp: float, wall: float) -> None:
+        """What it made of the hardware's data of a moment has come.
+
+        Args:
+            stamp: Simulated seconds of that moment.
+            wall: Wall seconds now, monotonic.
+        """
+        with self._lock:
+            self._reached, self._heard = stamp, wall
+
+    def is_behind(self, time: float, wall: float) -> bool:
+        """Whether the simulated time has to wait.
+
+        Args:
+            time: Simulated seconds now.
+            wall: Wall seconds now, monotonic.
+        """
+        with self._lock:
+            return time - self._reached > self._most_lag_s and wall - self._heard < self._patience_s

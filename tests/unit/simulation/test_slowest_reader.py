@@ -1,0 +1,37 @@
+"""The simulated time waits for a reader that is behind, but not for one that is gone."""
+
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.simulation.slowest_reader import SlowestReader
+
+
+def test_nobody_is_waited_for_before_the_first_word():
+    assert not SlowestReader(0.4, 2.0).is_behind(100.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("time", "wall", "behind"),
+    [
+        (10.35, 50.0, False),
+        (10.5, 50.0, True),
+        (10.5, 51.9, True),
+        (10.5, 52.1, False),
+        (9.0, 50.0, False),
+    ],
+)
+def test_behind(time, wall, behind):
+    reader = SlowestReader(0.4, 2.0)
+    reader.heard(10.0, 50.0)
+    assert reader.is_behind(time, wall) is behind
+
+
+def test_it_is_waited_for_again_when_it_comes_back():
+    reader = SlowestReader(0.4, 2.0)
+    reader.heard(10.0, 50.0)
+    assert not reader.is_behind(20.0, 60.0)
+    reader.heard(11.0, 61.0)
+    assert reader.is_behind(21.0, 61.0)
+    reader.heard(20.9, 61.5)
+    assert not reader.is_behind(21.0, 61.5)
