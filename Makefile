@@ -3,6 +3,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
+PARALLEL = -n $(WORKERS) --dist loadgroup
 WORKERS ?= 2
 ARGS ?=
 
@@ -19,13 +20,13 @@ demo: setup ## run the demonstration in the simulated flat (ARGS="--help" for it
 	$(BIN)/florence demo $(ARGS)
 
 test: setup ## run every test that needs no hardware
-	$(PYTEST) -n $(WORKERS) $(ARGS)
+	$(PYTEST) $(PARALLEL) $(ARGS)
 
 unit: setup ## run the tests that start no ROS and no whole missions
-	$(PYTEST) -n $(WORKERS) -m "not ros and not slow" tests/unit $(ARGS)
+	$(PYTEST) $(PARALLEL) -m "not ros and not slow" tests/unit $(ARGS)
 
 ros: setup ## run the tests that start ROS nodes
-	$(PYTEST) -n $(WORKERS) -m ros $(ARGS)
+	$(PYTEST) $(PARALLEL) -m ros $(ARGS)
 
 check: setup ## check format, style, types and the direction of imports
 	$(BIN)/ruff format --check .

@@ -37,8 +37,16 @@ DOMAINS = range(1, 101)
 """Higher ones use ports that Linux gives to others."""
 _tests = itertools.count()
 
-GENEROUS_S = 30.0
+GENEROUS_S = 60.0
 """How long to wait for what takes milliseconds, on a machine that may be busy."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Whole systems run one after the other (``--dist loadgroup``): two at once overload two cores."""
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents and item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.xdist_group("whole systems"))
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,9 @@ from florence_bt.skills.calibrate.parameters import CalibrationParameters
 from florence_bt.skills.calibrate.readings import Source
 from florence_bt.skills.calibrate.rounds import CalibrationRounds
 from florence_bt.skills.calibrate.wall_angle import WallParameters, find_wall
+
+DISCOVERY_S = 10.0
+"""Wall seconds to wait for the first word of every sensor: simulated time may pass faster than discovery."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,13 +64,16 @@ class CalibrationNode(FlorenceNode):
     ) -> None:
         super().__init__("turtlebot_calibration", parameters=parameters, context=context)
         settings = self.read_parameters(CalibrationNodeParameters)
-        self.rounds = CalibrationRounds(self.read_parameters(CalibrationParameters))
+        turning = self.read_parameters(CalibrationParameters)
+        self.rounds = CalibrationRounds(turning)
         self._wall = self.read_parameters(WallParameters)
         self._scale = settings.odom_scale
         self._turned = 0.0
         self._on_feedback = on_feedback
         self._on_end = on_end
         self._told = ""
+        self._unheard = set(Source) if turning.has_gyro else set(Source) - {Source.GYRO}
+        self._begin_by = time.monotonic() + DISCOVERY_S
         self._commands = self.create_publisher(Twist, "cmd_vel", RELIABLE)
         self.create_subscription(LaserScanMsg, settings.scan_topic, self._on_scan, SENSOR)
         self.create_subscription(
@@ -82,6 +89,7 @@ class CalibrationNode(FlorenceNode):
 
     def _on_scan(self, message: LaserScanMsg) -> None:
         scan = scan_from_ros(message)
+        self._unheard.discard(Source.WALL)
         wall = find_wall(scan, self._wall)
         readings = self.rounds.current.readings
         if isinstance(wall, str):
@@ -91,12 +99,14 @@ class CalibrationNode(FlorenceNode):
 
     def _on_state(self, message: TurtlebotSensorState) -> None:
         """The wheels alone: the heading of ``odom`` is the gyro's."""
+        self._unheard.discard(Source.ODOMETRY)
         self._turned += message.angle * self._scale
         self.rounds.current.readings.take(
             Source.ODOMETRY, stamp_from_ros(message.header.stamp), math.remainder(self._turned, math.tau)
         )
 
     def _on_gyro(self, message: Imu) -> None:
+        self._unheard.discard(Source.GYRO)
         self.rounds.current.readings.take(
             Source.GYRO,
             stamp_from_ros(message.header.stamp),
@@ -107,6 +117,8 @@ class CalibrationNode(FlorenceNode):
         now = self.timebase.now()
         if now <= 0.0:
             return  # the simulated time is not known yet
+        if self._unheard and time.monotonic() < self._begin_by:
+            return
         going_on = self.rounds.current
         turns = len(going_on.turns)
         twist = self.rounds.step(now)
