@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,7 +41,7 @@ Sections = dict[str, Figures]
 
 
 def write_figures(file: Path, sections: Sections) -> None:
-    """Write the tables; those of benchmarks that did not run this time stay."""
+    """Write the tables; those of benchmark files that did not run, or not as a whole, stay."""
     tables: dict[str, str] = {}
     if file.exists():
         for part in file.read_text(encoding="utf-8").split("\n## ")[1:]:
@@ -58,6 +59,8 @@ def write_figures(file: Path, sections: Sections) -> None:
 
 
 FIGURES = pytest.StashKey[Sections]()
+INCOMPLETE = pytest.StashKey[set[str]]()
+"""The names of the benchmark files of which something was left out, or failed."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -66,6 +69,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[FIGURES] = {}
+    config.stash[INCOMPLETE] = set()
+
+
+def pytest_deselected(items: Sequence[pytest.Item]) -> None:
+    for item in items:
+        item.config.stash[INCOMPLETE].add(item.path.stem)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    if report.failed:
+        item.config.stash[INCOMPLETE].add(item.path.stem)
+    return report
 
 
 @pytest.fixture
@@ -84,5 +101,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         terminalreporter.write_line(f"{figure.what:<62} {figure.value}{remark}")
     file = config.getoption("--figures")
     if file is not None:
-        write_figures(file, sections)
-        terminalreporter.write_line(f"written to {file}")
+        incomplete = config.stash[INCOMPLETE]
+        write_figures(file, {name: table for name, table in sections.items() if name not in incomplete})
+        left = ", ".join(sorted(incomplete & set(sections)))
+        terminalreporter.write_line(
+            f"written to {file}" + (f", without the incomplete {left}" if left else "")
+        )

@@ -29,12 +29,20 @@ class Done(Behaviour):
         return Status.SUCCESS
 
 
+class Mirror(decorators.Decorator):
+    """A decorator of one's own."""
+
+    def update(self) -> Status:
+        return self.decorated.status
+
+
 LEAVES: dict[str, MakeLeaf] = {
     "Running": behaviours.Running,
     "Success": behaviours.Success,
     "own, running": Busy,
     "own, success": Done,
     "Count over Running": lambda name: decorators.Count(name, behaviours.Running(f"{name} leaf")),
+    "own decorator over own": lambda name: Mirror(name, Busy(f"{name} leaf")),
     "TickCounter": lambda name: behaviours.TickCounter(name, 3, Status.SUCCESS),
 }
 

@@ -47,6 +47,7 @@ class OpenRun:
         told: Whether the end of the cancelled run was told already.
         touched: Called when the node should look at the run again, before the tick is asked for.
         deadline: The timer behind ``late``.
+        resources: What no other skill may use until this run has ended.
     """
 
     path: str
@@ -60,6 +61,7 @@ class OpenRun:
     told: bool = False
     touched: Callable[[], None] = _ignore
     deadline: Timer | None = None
+    resources: frozenset[str] = frozenset()
 
 
 @dataclass(slots=True)
@@ -90,6 +92,7 @@ class TreeContext:
             left ``runs``, unless it will be started again after a pause.
         pause: Whether the run is paused.
         later: Does what is not urgent: during a tick when it is over, at once otherwise.
+        waiting: Called when a run has ended: skills that wait until what they need is free.
     """
 
     clock: Clock
@@ -102,6 +105,7 @@ class TreeContext:
     on_skill_ended: EndedHook = _ignore
     pause: Pause = field(default_factory=Pause)
     later: Callable[[Callable[[], None]], None] = _at_once
+    waiting: list[Callable[[], None]] = field(default_factory=list)
 
     def with_keys(self, keys: KeyStore) -> TreeContext:
         """The same context for a called mission, which has its own keys."""
@@ -117,6 +121,7 @@ class TreeContext:
         """
         entry = self.adopt(path, skill, self._begin(path, skill, inputs))
         entry.inputs = inputs
+        entry.resources = self.declarations[skill].resources
         self._limit(entry)
         return entry
 
@@ -135,7 +140,17 @@ class TreeContext:
             if entry.deadline is not None:
                 self.later(partial(_end_limit, entry))
             self.on_skill_ended(entry.path, entry.skill, result)
+            self._call_waiting()
         return result
+
+    def holder(self, skill: str) -> OpenRun | None:
+        """The run that uses what a skill needs for itself; None when nothing keeps it from starting."""
+        needed = self.declarations[skill].resources
+        for entry in tuple(self.runs) if needed else ():
+            # A run that nobody looks at any more may have ended without a word.
+            if entry.resources & needed and not (entry.left and self.poll(entry) is not None):
+                return entry
+        return None
 
     def leave(self, entry: OpenRun) -> None:
         """Cancel a run that no node will look at any more, and wait for its end in the background."""
@@ -152,6 +167,7 @@ class TreeContext:
         """Keep a run no longer."""
         self.runs.remove(entry)
         _end_limit(entry)
+        self._call_waiting()
 
     def suspend(self) -> None:
         """Cancel every run that goes on, for a pause; a run that had finished keeps its result."""
@@ -178,6 +194,10 @@ class TreeContext:
                 run.on_change(partial(self._on_change, entry, run))
                 self._limit(entry)
                 _tell(entry)
+
+    def _call_waiting(self) -> None:
+        for call in tuple(self.waiting):
+            call()
 
     def _begin(self, path: str, skill: str, inputs: Mapping[str, Any]) -> SkillRun:
         # A mock of a test may answer differently at different nodes.

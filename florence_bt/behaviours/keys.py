@@ -44,7 +44,7 @@ class MissingKey(ValueProblem):
     def __init__(self, key: str, known: Mapping[str, Any]) -> None:
         self.key = key
         self.known = tuple(sorted(known))
-        has = ", ".join(closest_first(key, known)) or "none at all"
+        has = ", ".join(closest_first(key, known)) if known else "none at all"
         super().__init__(f"the key {key!r} has no value yet (keys with a value: {has})")
 
 

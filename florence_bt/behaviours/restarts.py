@@ -12,7 +12,7 @@ from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.keys import resolve
 from florence_bt.behaviours.reactive import Reactive
-from florence_bt.behaviours.why import explain
+from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.outcome import Outcome, Result, failure
 
 COOLING_DOWN = "cooling_down"
@@ -79,6 +79,12 @@ class Once(Reactive, PreparedDecorator):
     def __init__(self, name: str, child: Behaviour) -> None:
         super().__init__(name, child)
         self._remembered: Result | None = None
+        self._why: Why | None = None
+
+    @property
+    def kept(self) -> Why | None:
+        """Why the child failed that time."""
+        return self._why
 
     def settled(self) -> bool:
         """Also once it has been done: from then on the result stays."""
@@ -92,6 +98,7 @@ class Once(Reactive, PreparedDecorator):
         """The status of the child; the first result is remembered."""
         why = explain(self.decorated)
         if why is not None:
+            self._why = why
             self._remembered = failure(why.code, why.reason)
         elif self.decorated.status is Status.SUCCESS:
             self._remembered = Result(Outcome.SUCCEEDED, reason="done before")

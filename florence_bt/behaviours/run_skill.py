@@ -8,6 +8,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours._turn import Turn
 from florence_bt.behaviours.context import OpenRun, TreeContext
 from florence_bt.behaviours.keys import ValueProblem, is_source, resolve
 from florence_bt.behaviours.reactive import Reactive
@@ -20,8 +21,9 @@ class RunSkill(Reactive, Behaviour):
     """Runs a skill.
 
     RUNNING while the run goes on, SUCCESS with its outputs written to keys, FAILURE with the result in
-    :attr:`result`. Nothing is started when an input is missing or outside what the skill declares. A run that
-    takes longer than the declaration allows is cancelled and fails with ``timed_out``.
+    :attr:`result`. Nothing is started when an input is missing or outside what the skill declares, and not
+    before every other skill of the run has left what this one needs for itself. A run that takes longer than
+    the declaration allows is cancelled and fails with ``timed_out``.
 
     Args:
         name: The name of the node in dumps.
@@ -47,6 +49,8 @@ class RunSkill(Reactive, Behaviour):
         self._context = context
         self._declaration = context.declarations[skill]
         self._entry: OpenRun | None = None
+        self._turn: Turn | None = Turn(context, skill, self.touch) if self._declaration.resources else None
+        self._waiting: dict[str, Any] | None = None
         self._written: dict[str, Any] | None = None
         self._path = ""
 
@@ -55,14 +59,18 @@ class RunSkill(Reactive, Behaviour):
         self.result = None
         self.feedback_message = ""
         known = self._written is not None and self.skill in self._context.skills
-        inputs = dict(self._written or {}) if known else self._complete_inputs()
-        if inputs is not None:
-            self._path = self._path or path_of(self)
-            self._entry = self._context.start(self._path, self.skill, inputs)
-            self._entry.touched = self.touch
+        self._waiting = dict(self._written or {}) if known else self._complete_inputs()
+        self._start_in_turn()
 
     def update(self) -> Status:
-        """Look at the run."""
+        """Look at the run, or whether it can be started by now."""
+        if self._waiting is not None and self._turn is not None:
+            self._start_in_turn()
+            if self._waiting is not None:
+                self.result = self._turn.too_late
+                if self.result is None:
+                    self.feedback_message = self._turn.feedback
+                    return Status.RUNNING
         if self._entry is not None:
             result = self._context.poll(self._entry)
             if result is None and not self._entry.late:
@@ -79,9 +87,19 @@ class RunSkill(Reactive, Behaviour):
 
     def terminate(self, new_status: Status) -> None:
         """Leave no run behind, also when its goal was not accepted yet."""
-        entry, self._entry = self._entry, None
+        if self._turn is not None:
+            self._turn.end()
+        entry, self._entry, self._waiting = self._entry, None, None
         if entry is not None and entry in self._context.runs:
             self._context.leave(entry)
+
+    def _start_in_turn(self) -> None:
+        if self._waiting is None or (self._turn is not None and not self._turn.come()):
+            return
+        inputs, self._waiting = self._waiting, None
+        self._path = self._path or path_of(self)
+        self._entry = self._context.start(self._path, self.skill, inputs)
+        self._entry.touched = self.touch
 
     def _complete_inputs(self) -> dict[str, Any] | None:
         """What the skill is started with; None when it cannot be started, with the reason in the result."""

@@ -60,6 +60,15 @@ class PointsToCause(Protocol):
         """The child, or None when the node failed by itself."""
 
 
+@runtime_checkable
+class KeepsFailure(Protocol):
+    """A node that fails with what has failed before, such as a ``once``."""
+
+    @property
+    def kept(self) -> Why | None:
+        """Why it failed the first time; the leaf of that time is still the cause."""
+
+
 @dataclass(frozen=True, slots=True)
 class Because:
     """Reasons that the author of a mission gave for the failures of a node.
@@ -146,6 +155,8 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
 def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
     own = node.result if isinstance(node, FailsByItself) else None
     if own is not None and not own.succeeded:
+        if isinstance(node, KeepsFailure) and node.kept is not None:
+            return node.kept
         return Why(path_of(node), own.code, own.reason)
     children = [node.cause] if isinstance(node, PointsToCause) and node.cause is not None else node.children
     failed = [child for child in children if child.status is Status.FAILURE]
@@ -161,12 +172,21 @@ def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
 def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) -> Why:
     """The cause of a selector: that of the last branch, and in short why the others failed."""
     why = _why(last, known)
-    others = []
+    others: dict[str, list[str]] = {}
     for child in takewhile(lambda child: child is not last, selector.children):
         other = explain(child, known) or remembered_failure(child)
         if other is not None:
-            others.append(f"{child.name}: {_short(other.reason)}")
-    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(others)})") if others else why
+            others.setdefault(other.reason, []).append(child.name)
+    told = [_told(names, reason, why.reason) for reason, names in others.items()]
+    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(told)})") if told else why
+
+
+def _told(names: list[str], reason: str, last: str) -> str:
+    """Branches with one reason; a reason that the last branch gives anyway is not said again."""
+    branches = ", ".join(dict.fromkeys(names))
+    if reason in (last, last.split(EARLIER)[0]):
+        return f"{branches} too"
+    return f"{branches}: {_short(reason)}"
 
 
 def _why(child: Behaviour, known: dict[Behaviour, Why]) -> Why:

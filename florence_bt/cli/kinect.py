@@ -37,6 +37,7 @@ def record(
     """Record the Kinect into a folder that fakenect, and our node with `source: recording:FOLDER`, play.
 
     A second takes about 20 MB, with colour 45. Pictures are written with 640 x 480 pixels, as fakenect wants.
+    Ctrl-C ends it early; what came until then can be played.
     """
     with errors_to_exit_codes():
         from florence_bt.wiring.kinect_recording import record as run
@@ -51,3 +52,5 @@ def record(
         typer.echo(
             f"play it: kinect_node: {{source: 'recording:{folder.resolve()}'}} in the robot's configuration"
         )
+        if made.interrupted:
+            raise KeyboardInterrupt

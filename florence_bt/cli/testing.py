@@ -18,7 +18,11 @@ _STYLES = {"good": "green", "bad": "red", "head": "bold", "": ""}
 def test(
     files: Annotated[list[Path], typer.Argument(help="Scenario files, or folders of them.")],
     keyword: Annotated[
-        str, typer.Option("-k", help="Only scenarios with these words; 'and', 'or' and 'not' join them.")
+        str,
+        typer.Option(
+            "-k",
+            help="Only scenarios with these words in file or name; 'and', 'or', 'not', (...) join them.",
+        ),
     ] = "",
     folders: FolderOption = None,
     junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None,
@@ -28,7 +32,15 @@ def test(
     min_coverage: Annotated[
         float | None, typer.Option(min=0, max=100, help="Fail when less per cent of the outcomes were seen.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Name only scenarios that failed.")] = False,
+    named: Annotated[
+        bool | None,
+        typer.Option(
+            "--verbose/--quiet",
+            "-v/-q",
+            help="Name each scenario, or only those that failed; otherwise each when there are few.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Test missions with scenarios: mocked skills, no robot, no waiting."""
     with errors_to_exit_codes():
@@ -38,6 +50,6 @@ def test(
         from florence_bt.wiring.scenario_runs import TestOptions, run_scenarios
 
         console = Console(highlight=False, soft_wrap=True)
-        options = TestOptions(files, folders or [], keyword, junit, coverage, min_coverage, not quiet)
+        options = TestOptions(files, folders or [], keyword, junit, coverage, min_coverage, named)
         passed = run_scenarios(options, lambda line, style: console.print(Text(line, _STYLES[style])))
         raise typer.Exit(OK if passed else FAILED)

@@ -110,7 +110,16 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
         names: All names that exist.
 
     Returns:
-        The close matches, best first, or all names in alphabetical order when none is close.
+        The close matches, best first, or all names in alphabetical order when none is close. A name of
+        several words is close when it has all the words that were wanted: ``front_door`` for ``door``.
     """
     known = sorted(names)
-    return tuple(difflib.get_close_matches(wanted, known, n=3, cutoff=0.6)) or tuple(known)
+    close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.6)
+    words = _words(wanted)
+    longer = [name for name in known if words and words <= _words(name)] if len(wanted) > 2 else []
+    closest = difflib.get_close_matches(wanted, close, n=3, cutoff=0.8)
+    return tuple(dict.fromkeys((*closest, *longer, *close)))[:3] or tuple(known)
+
+
+def _words(name: str) -> set[str]:
+    return set(name.lower().replace("-", "_").replace(" ", "_").split("_"))

@@ -25,6 +25,8 @@ MAX_PARTS = 60_000
 """How many keys, values, lists and tables one file has at most."""
 MAX_TEXT = 10_000
 """How many characters a single text has at most."""
+MAX_PROBLEMS = 200
+"""With how many problems that can be passed over a file is still read to its end."""
 
 __all__ = [
     "MAX_BYTES",
@@ -137,15 +139,21 @@ def read_source(path: Path) -> Source:
     return parse_source(read_bytes(path), path)
 
 
-def parse_source(data: bytes, path: Path) -> Source:
+def parse_source(data: bytes, path: Path, problems: list[ConfigError] | None = None) -> Source:
     """Read YAML bytes; ``path`` is only named in errors.
 
+    Args:
+        data: The bytes.
+        path: The file.
+        problems: Receives what is wrong and can be passed over: keys that stand twice, tags, anchors, a
+            second document. Without it the first of them is raised.
+
     Raises:
-        ConfigError: As :func:`read_source`.
+        ConfigError: As :func:`read_source`; or more than :data:`MAX_PROBLEMS` problems came together.
     """
     text = decode(data, path)
     try:
-        return _Composer(text, path).document()
+        return _Composer(text, path, problems).document()
     except yaml.MarkedYAMLError as error:
         raise _not_yaml(error, text, path) from error
     except yaml.YAMLError as error:
@@ -157,7 +165,7 @@ def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path) -> ConfigError
     position = min(_position(mark) if mark is not None else Position(), _end_of(text))
     begun = error.context_mark.line + 1 if error.context_mark is not None else position.line
     hint = explain(LINE_BREAK.split(text), position.line, position.column, error.problem or str(error))
-    problem = hint.problem + (f" (begun in line {begun})" if begun != position.line else "")
+    problem = hint.problem + (f" (begun in line {begun})" if begun < position.line else "")
     return ConfigError(
         f"not YAML: {problem}", file=path, line=position.line, column=position.column, valid=hint.valid
     )
@@ -179,11 +187,16 @@ def _first_column(event: Any, position: Position, quoted: bool) -> int | None:
     return position.column + quoted if as_it_is else None
 
 
+def _sign_of(event: Any) -> str:
+    return "*" if isinstance(event, yaml.AliasEvent) else "&"
+
+
 class _Composer:
     """Builds the sources of one document from YAML events."""
 
-    def __init__(self, text: str, path: Path) -> None:
+    def __init__(self, text: str, path: Path, problems: list[ConfigError] | None) -> None:
         self._path = path
+        self._problems = problems
         self._parts = 0
         self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_LOADER))
 
@@ -192,7 +205,8 @@ class _Composer:
         for event in self._events:
             if isinstance(event, yaml.DocumentStartEvent):
                 if root is not None:
-                    raise self._error(event, "a second document begins here", "one document in a file")
+                    self._note(self._error(event, "a second document begins here", "one document in a file"))
+                    break
                 root = self._node(next(self._events), 0)
         if root is None or (isinstance(root, Text) and root.empty):
             raise EmptyFile("the file is empty", file=self._path, line=1, column=1)
@@ -213,9 +227,14 @@ class _Composer:
 
     def _refuse_what_is_not_plain(self, event: Any, depth: int) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            raise self._error(event, "anchors and aliases are not allowed", "writing the value again")
+            valid = ("writing the value again", f"quotes round it, if it is a text with {_sign_of(event)}")
+            error = self._error(event, "anchors and aliases are not allowed", *valid)
+            if isinstance(event, yaml.AliasEvent):
+                raise error
+            self._note(error)
         if event.tag not in _PLAIN_TAGS:
-            raise self._error(event, f"the tag {event.tag} is not allowed", "the value without a tag")
+            valid = ("the value without a tag", "quotes round it, if it is a text with !")
+            self._note(self._error(event, f"the tag {event.tag} is not allowed", *valid))
         if depth > MAX_DEPTH:
             problem = f"lists and tables are nested more than {MAX_DEPTH} deep"
             raise self._error(event, problem, "a flatter file")
@@ -233,15 +252,28 @@ class _Composer:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key = self._node(event, depth + 1)
             if not isinstance(key, Text):
-                raise self._error(event, "a key must be a plain text")
+                braces = isinstance(event, yaml.MappingStartEvent) and event.flow_style
+                valid = (
+                    ("$key for the value of a key, without braces",) if braces else ("a name and a colon",)
+                )
+                raise self._error(event, "a key must be a plain text", *valid)
             if key.text == "<<" and not key.quoted:
                 raise self._error(event, "merges (<<) are not allowed", "writing the entries again")
+            value = self._node(next(self._events), depth + 1)
             if key.text in seen:
-                raise self._error(
-                    event, f"the key {key.text!r} stands here twice (first in line {seen[key.text]})"
-                )
+                twice = f"the key {key.text!r} stands here twice (first in line {seen[key.text]})"
+                self._note(self._error(event, twice, "one of the two", "another name"))
+                continue
             seen[key.text] = key.position.line
-            yield key, self._node(next(self._events), depth + 1)
+            yield key, value
+
+    def _note(self, error: ConfigError) -> None:
+        """Something that is wrong and can be passed over."""
+        if self._problems is None:
+            raise error
+        if len(self._problems) == MAX_PROBLEMS:
+            raise self._problems[0]
+        self._problems.append(error)
 
     def _error(self, event: Any, problem: str, *valid: str) -> ConfigError:
         position = _position(event.start_mark)

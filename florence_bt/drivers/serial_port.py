@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import errno
 import select
+import termios
 from typing import Protocol
 
 import serial
@@ -108,6 +109,18 @@ class SerialPort:
             return False
         return True
 
+    def set_baud_rate(self, baud_rate: int) -> None:
+        """Speak at another speed from now on.
+
+        Raises:
+            DeviceLost: The device went away, or cannot be so fast.
+        """
+        try:
+            if self._serial.baudrate != baud_rate:
+                self._serial.baudrate = baud_rate
+        except (OSError, TypeError, ValueError) as error:
+            raise DeviceLost(f"{self.name} cannot be set to {baud_rate} baud: {error}") from error
+
     def close(self) -> None:
         """Give the port back; harmless when it is closed already."""
         self._serial.close()
@@ -122,6 +135,8 @@ def _explain_open(path: str, error: OSError | ValueError) -> str:
         advice = "another program uses it: end that program first"
     elif number == errno.ENOENT:
         advice = "there is no such port: plug the device in or correct the parameter 'port'"
+    elif number == errno.EISDIR or isinstance(error.__context__, termios.error):
+        advice = "it is no serial port: correct the parameter 'port'"
     else:
         advice = f"{error}: correct the parameter 'port'"
     found = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"

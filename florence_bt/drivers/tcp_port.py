@@ -112,9 +112,9 @@ class TcpPort:
     def _begin(self) -> None:
         """Look up the address and send the first packet."""
         try:
-            family, kind, protocol, _, address = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)[
-                0
-            ]
+            found = socket.getaddrinfo(*self._address, type=socket.SOCK_STREAM)
+            # Scanners speak IPv4, though a name such as localhost may stand for an IPv6 address first.
+            family, kind, protocol, _, address = min(found, key=lambda entry: entry[0] != socket.AF_INET)
             peer = socket.socket(family, kind, protocol)
         except OSError as error:
             raise self._unreachable(str(error)) from error

@@ -50,6 +50,12 @@ class GoalChannel(Protocol):
     def server_is_there(self) -> bool:
         """Whether a server is in sight."""
 
+    def goals_server_is_there(self) -> bool:
+        """Whether a server is in sight that was there when the goal was taken, not only a newer one."""
+
+    def servers(self) -> int:
+        """How many servers of this name are in sight: each of them is sent the goal."""
+
     def send_goal(self) -> None:
         """Send the goal; the answer comes later."""
 
@@ -171,6 +177,7 @@ class ActionRun:
 
     def rejected(self) -> None:
         """The server refused the goal."""
+        self._stop_twins()
         self._goal_is_over()
         if self._state.phase is Phase.PENDING_CANCEL:
             self._finish(cancelled("cancelled; the server had refused the goal"))
@@ -190,8 +197,14 @@ class ActionRun:
 
     def finished(self, result: Result) -> None:
         """The goal came to its end."""
+        self._stop_twins()
         self._goal_is_over()
         self._finish(result)
+
+    def _stop_twins(self) -> None:
+        """A second server of the same name was sent the goal too; only the first answer of any comes here."""
+        if not self._over and self._channel.servers() > 1:
+            self._channel.send_cancel()
 
     def _search(self) -> None:
         if self._state.phase is Phase.DONE:
@@ -209,7 +222,7 @@ class ActionRun:
 
     def _watch(self) -> None:
         now = self._steady.now()
-        if self._channel.server_is_there():
+        if self._channel.goals_server_is_there():
             self._seen = now
         elif now - self._seen >= self._deadlines.lost_s:
             # Perhaps it is only out of sight, and still working: it is asked until it answers.

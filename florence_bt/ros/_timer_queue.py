@@ -70,6 +70,11 @@ class TimerQueue:
             self._arm()
         return timer
 
+    @property
+    def waiting(self) -> int:
+        """How many callbacks wait."""
+        return len(self._queue) - self._cancelled
+
     def forget_one(self) -> None:
         """A waiting timer was cancelled; clear up when those are many."""
         self._cancelled += 1

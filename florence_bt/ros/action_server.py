@@ -8,6 +8,7 @@ the result.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -55,6 +56,7 @@ class SingleGoalServer:
         *,
         on_goal: Callable[[Any], str | None],
         on_cancel: Callable[[], None],
+        on_replaced: Callable[[], Any] | None = None,
     ) -> None:
         """Serve an action until the node is closed.
 
@@ -67,12 +69,15 @@ class SingleGoalServer:
                 may call :meth:`finish` at once; that ends the new goal.
             on_cancel: The goal shall end; the component then calls ``finish`` with Outcome.CANCELLED (or with
                 what was reached in the meantime).
+            on_replaced: Gives the result message of a running goal when a newer one takes its place; it ends
+                as ABORTED. Without this the result has :data:`PREEMPTED` as its text.
         """
         self._node = node
         self._name = name
         self._result_type = action_type.Result
         self._on_goal = on_goal
         self._on_cancel = on_cancel
+        self._replaced = on_replaced or partial(self._result_with_text, PREEMPTED)
         self._goal: _Goal | None = None
         self._server = _Server(
             node,
@@ -128,7 +133,7 @@ class SingleGoalServer:
             self._node.get_logger().warning(f"{self._name}: goal refused: {refusal}")
             return GoalResponse.REJECT
         if older is not None and older.handle is not None:
-            self._end(older.handle, self._result_with_text(PREEMPTED), Outcome.FAILED)
+            self._end(older.handle, self._replaced(), Outcome.FAILED)
         return GoalResponse.ACCEPT
 
     def _accepted(self, handle: ServerGoalHandle) -> None:

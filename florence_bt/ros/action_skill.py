@@ -34,6 +34,23 @@ _STOP_ANSWERS = {
 }
 
 
+class _Client(ActionClient):
+    """An action client that outlives a second server of the same name.
+
+    Both are sent the goal and both answer; rclpy raises when the second answer comes on the heels of the
+    first one, which ends the process. The first answer counts here; the run tells the other server to stop.
+    """
+
+    async def execute(self, taken_data: dict[str, Any]) -> None:
+        """Serve what has arrived."""
+        if "goal" in taken_data:
+            sequence_number, _ = taken_data["goal"]
+            pending = self._pending_goal_requests.get(sequence_number)
+            if pending is not None and pending.done():
+                del taken_data["goal"]
+        await super().execute(taken_data)
+
+
 class ActionSkill:
     """A skill whose runs are goals of an action."""
 
@@ -67,7 +84,7 @@ class ActionSkill:
         self._to_feedback = to_feedback
         self._deadlines = deadlines or Deadlines()
         self._runs: list[ActionRun] = []
-        self._client = ActionClient(node, action_type, name)
+        self._client = _Client(node, action_type, name)
         self._label = f"action {node.resolve_service_name(name)} ({_type_name(action_type)})"
         node.on_close(self._shut_down)
         node.before_leaving(self._goals_are_over)
@@ -127,12 +144,26 @@ class _Channel:
         self._goal = goal
         self._read_result = read_result
         self._to_feedback = to_feedback
+        self._status_topic = f"{client._action_name}/_action/status"
         self._id = UUID(uuid=list(uuid.uuid4().bytes))
+        self._servers: set[bytes] = set()
         self._handle: ClientGoalHandle | None = None
         self.run: ActionRun | None = None
 
     def server_is_there(self) -> bool:
         return bool(self._client.server_is_ready())
+
+    def goals_server_is_there(self) -> bool:
+        if not self._client.server_is_ready():
+            return False
+        found = {
+            bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
+        }
+        self._servers = self._servers or found
+        return not self._servers or not self._servers.isdisjoint(found)
+
+    def servers(self) -> int:
+        return self._node.count_publishers(self._status_topic)
 
     def send_goal(self) -> None:
         feedback = self._node.guarded(self._on_feedback) if self._to_feedback is not None else None

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Protocol
 
 from rclpy.clock import Clock as RclClock
 from rclpy.clock import ClockChange, ClockType, JumpThreshold, TimeJump
@@ -18,6 +19,17 @@ from florence_bt.ros._timer_queue import NANO, TimerQueue
 
 FIRST_TIME_S = 1.0
 """A simulated clock that starts below this is taken to have been known from the beginning."""
+
+
+class TimeSource(Protocol):
+    """Who tells a node the simulated time; see :mod:`florence_bt.ros.shared_clock`."""
+
+    @property
+    def listens(self) -> bool:
+        """Whether the time is told."""
+
+    def listen(self) -> None:
+        """Tell the time now and from now on."""
 
 
 class SteadyClock(TimerQueue):
@@ -39,7 +51,13 @@ class RosClock(TimerQueue):
 
     With simulated time, the time is zero until the first message on ``/clock``. Who waits across that moment,
     or across a simulation that starts over, keeps the rest of the wait: only the epoch changes.
+
+    Attributes:
+        source: Who tells the simulated time; None when rclpy does, and for the wall clock.
+        sure: Whether the time is known to go on from here. If not, the next message begins a new epoch.
     """
+
+    _read = TimerQueue.now
 
     def __init__(self, node: Node, call_soon: Callable[[Callback], None]) -> None:
         """Make the clock.
@@ -51,6 +69,9 @@ class RosClock(TimerQueue):
         ros_clock = node.get_clock()
         super().__init__(node, ros_clock)
         self._call_soon = call_soon
+        self.source: TimeSource | None = None
+        self.sure = True
+        self._asked = False
         self._before_jump = 0.0
         self._jumps = ros_clock.create_jump_callback(
             JumpThreshold(
@@ -62,18 +83,35 @@ class RosClock(TimerQueue):
             post_callback=self._after_time_jump,
         )
 
+    def now(self) -> float:
+        """The time in seconds."""
+        self.refresh()
+        return self._read()
+
+    def refresh(self) -> None:
+        """Have the clock of rclpy tell the time of this moment, also when nobody has asked for long."""
+        self._asked = True
+        source = self.source
+        if source is not None and not source.listens:
+            source.listen()
+
+    def was_asked(self) -> bool:
+        """Whether somebody waits, or has asked for the time since the last call of this."""
+        asked, self._asked = self._asked, False
+        return asked or self.waiting > 0
+
     def close(self) -> None:
         """Forget every callback and stop listening to time jumps; what is asked for later never comes."""
         self._jumps.unregister()
         super().close()
 
     def _before_time_jump(self) -> None:
-        self._before_jump = self.now()
+        self._before_jump = self._read()
 
     def _after_time_jump(self, jump: TimeJump) -> None:
-        now = self.now()
+        now = self._read()
         new_epoch = jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED)
-        if new_epoch or now < self._before_jump or self._before_jump == 0.0:
+        if new_epoch or now < self._before_jump or self._before_jump == 0.0 or not self.sure:
             self.shift(now - self._before_jump)
             # The ROS timer is in the midst of the jump itself; it is set when that is over.
             self._call_soon(self.rearm)

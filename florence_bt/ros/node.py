@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.clock import Clock as RclClock
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.service import Service
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
@@ -25,6 +27,7 @@ class FlorenceNode(Node):
 
     Attributes:
         timebase: The node's ROS clock as a core clock; its callbacks run on the executor.
+        ros_timebase: The same as what it is.
         steady: The time of this machine as a core clock, for what depends on other processes only.
         served_by: Identity of the thread that runs callbacks of the node right now, None between them.
         failures: Exceptions of guarded callbacks; whoever spins the node raises them
@@ -61,10 +64,16 @@ class FlorenceNode(Node):
         }
         overrides = [Parameter(key, value=value) for key, value in self._given.items()]
         super().__init__(name, namespace=namespace, parameter_overrides=overrides, context=context)
-        self._ros_timebase = RosClock(self, self.call_soon)
-        self.timebase = self._ros_timebase
+        self.ros_timebase = RosClock(self, self.call_soon)
+        self.timebase = self.ros_timebase
         self._steady = SteadyClock(self)
         self.steady = self._steady
+
+    def get_clock(self) -> RclClock:
+        """The node's clock of rclpy; to be read at once: a kept one stands still while nobody asks here."""
+        if hasattr(self, "ros_timebase"):
+            self.ros_timebase.refresh()
+        return super().get_clock()
 
     def read_parameters(self, cls: type[T]) -> T:
         """Declare a parameter for each field of a frozen dataclass and read them all.
@@ -121,7 +130,10 @@ class FlorenceNode(Node):
         self._closers.append(callback)
 
     def before_leaving(self, settled: Callable[[], bool]) -> None:
-        """Let a closed node be served on, for a moment, until this says that nothing is open any more."""
+        """Let a closed node be served on, for a moment, until this says that nothing is open any more.
+
+        The time of this machine goes on for it meanwhile, so that what got no answer is said again.
+        """
         self._settled.append(settled)
 
     def may_leave(self) -> bool:
@@ -132,10 +144,34 @@ class FlorenceNode(Node):
         """Call back when the node is destroyed, the latest first: for clients that hear the last answers."""
         self._destroyers.append(callback)
 
+    def retire_service(self, service: Service) -> None:
+        """Destroy a service that may have just been called.
+
+        What the events executor of rclpy 7.1 has noticed but not served yet it serves also when its object
+        was destroyed meanwhile, and that ends the process. So the executor is told first to let go of it;
+        what it has noticed before that is served, and then the service is destroyed.
+        """
+        self._services.remove(service)
+        self._wake_executor()
+        self._when_let_go(service.destroy)
+
+    def _when_let_go(self, destroy: Callable[[], None]) -> None:
+        """Run when the executor has let go of what was taken from the node's lists, and has served the rest.
+
+        It works in the order of what comes in. The first task comes after the letting go; what was noticed
+        until then stands before the second one.
+        """
+        executor = self.executor
+        if executor is None:
+            destroy()
+        else:
+            executor.create_task(lambda: executor.create_task(destroy) and None)
+
     def destroy_node(self) -> None:
         """Take the node away; nobody serves it any more."""
         while self._destroyers:
             self._destroyers.pop()()
+        self._steady.close()
         super().destroy_node()
 
     def missing(self) -> list[str]:
@@ -154,7 +190,7 @@ class FlorenceNode(Node):
             ExceptionGroup: Some of them failed.
         """
         errors: list[Exception] = []
-        for part in (self.close, *reversed(self._closers), self._ros_timebase.close, self._steady.close):
+        for part in (self.close, *reversed(self._closers), self.ros_timebase.close):
             try:
                 part()
             except Exception as error:

@@ -66,7 +66,7 @@ def run_nodes(
             gc.collect()
             gc.freeze()
             if on_ready is not None and nodes:
-                _tell_when_ready(nodes, on_ready)
+                _tell_when_ready(nodes, on_ready, asked)
             loop.spin_while(lambda: not asked())
         except Exception as error:
             failed = True
@@ -75,11 +75,15 @@ def run_nodes(
     return 1 if failed else 0
 
 
-def _tell_when_ready(nodes: Sequence[FlorenceNode], on_ready: Callable[[], None]) -> None:
+def _tell_when_ready(
+    nodes: Sequence[FlorenceNode], on_ready: Callable[[], None], asked_to_end: Callable[[], bool]
+) -> None:
     """Look now and then, on the loop; discovery reports nothing by itself."""
     steady = nodes[0].steady
 
     def look() -> None:
+        if asked_to_end():
+            return
         if any(node.missing() for node in nodes):
             steady.call_at(steady.now() + READY_PERIOD_S, look)
         else:

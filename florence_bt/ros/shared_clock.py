@@ -2,11 +2,16 @@
 
 Every rclpy node subscribes to the simulated time by itself, and each of these subscriptions costs a call into
 Python a hundred times a second. Nodes that one loop serves can share the first one's message.
+
+And nobody needs each message while nobody waits for a moment: an idle process does not listen at all. Who
+asks for the time then, or begins to wait, has it listen again and is given the time of the next message; that
+takes some ten milliseconds, once.
 """
 
 from __future__ import annotations
 
 import struct
+import time
 from typing import Any
 
 from rclpy.clock import ClockType
@@ -15,21 +20,36 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
 
+from florence_bt.core.clock import Timer
+from florence_bt.ros.node import FlorenceNode
+
 CLOCK_TOPIC = "/clock"
 QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """As in rclpy."""
+IDLE_S = 5.0
+"""How often to look whether anybody has asked for the time since, or waits for a moment; steady time."""
+FIRST_S = 0.5
+"""How long to wait at most for the first message when it is needed again: the simulation may be standing."""
+_PAUSE_S = 0.0005
 
 
 class SharedClock:
     """Hands the simulated time to the nodes that follow it; those on the wall clock are left alone.
 
     A node belongs to it from :meth:`add` to :meth:`remove`; before and after it follows ``/clock`` by itself.
+
+    Attributes:
+        listens: Whether each message is heard. If not, :meth:`listen` has to be called before the clocks of
+            the nodes are read; :class:`florence_bt.ros.clock.RosClock` does.
     """
 
     def __init__(self) -> None:
+        self.listens = True
         self._nodes: list[Node] = []
         self._subscription: Any = None
         self._time: Time | None = None
+        self._sure = True
+        self._look: Timer | None = None
 
     def add(self, node: Node) -> None:
         """Tell a node the time from now on; nothing happens when it does not follow the simulated time."""
@@ -38,26 +58,72 @@ class SharedClock:
             return
         node.destroy_subscription(source._clock_sub)
         source._clock_sub = None
+        if self._nodes:
+            self.listen()
         self._nodes.append(node)
         if len(self._nodes) == 1:
+            self.listens = True
             self._subscribe(node)
         elif self._time is not None:
             source.clock_callback(ClockMessage(clock=self._time.to_msg()))
+        if isinstance(node, FlorenceNode):
+            node.ros_timebase.source = self
+        self._look_later()
 
     def remove(self, node: Node) -> None:
         """Let a node follow the time by itself again; another one takes over its part."""
         if node not in self._nodes:
             return
-        first = self._nodes[0]
+        if isinstance(node, FlorenceNode):
+            node.ros_timebase.source = None
+        self._forget_look()
+        if self._subscription is not None and node is self._nodes[0]:
+            self._unsubscribe()
         self._nodes.remove(node)
-        if node is first:
-            node.destroy_subscription(self._subscription)
-            self._subscription = None
-            if self._nodes:
-                self._subscribe(self._nodes[0])
+        if self.listens and self._nodes and self._subscription is None:
+            self._subscribe(self._nodes[0])
+        self._look_later()
         source: Any = node._time_source
         if source.ros_time_is_active:
             source._subscribe_to_clock_topic()
+
+    def listen(self) -> None:
+        """Hear each message from now on, and wait for the first one if somebody publishes any."""
+        if self.listens:
+            return
+        self.listens = True
+        node = self._nodes[0]
+        self._subscribe(node)
+        self._look_later()
+        end = time.monotonic() + FIRST_S
+        while node.count_publishers(CLOCK_TOPIC) > 0 and time.monotonic() < end:
+            taken = self._subscription.handle.take_message(ClockMessage, True)
+            if taken is not None:
+                self._on_clock(taken[0])
+                return
+            time.sleep(_PAUSE_S)
+        self._tell_whether_sure(sure=False)
+
+    def _rest(self) -> None:
+        """Listen no more, unless somebody waits for a moment or has asked for the time lately."""
+        self._look = None
+        asked = [node.ros_timebase.was_asked() for node in self._nodes if isinstance(node, FlorenceNode)]
+        if self._time is None or any(asked):
+            self._look_later()
+        else:
+            self._unsubscribe()
+            self.listens = False
+
+    def _look_later(self) -> None:
+        ours = all(isinstance(node, FlorenceNode) for node in self._nodes)
+        if self._look is None and self.listens and self._nodes and ours:
+            steady = self._nodes[0].steady  # type: ignore[attr-defined]
+            self._look = steady.call_at(steady.now() + IDLE_S, self._rest)
+
+    def _forget_look(self) -> None:
+        if self._look is not None:
+            self._look.cancel()
+            self._look = None
 
     def _subscribe(self, node: Node) -> None:
         # Raw: the message object costs more than all the rest, a hundred times a second in every process.
@@ -65,12 +131,24 @@ class SharedClock:
             ClockMessage, CLOCK_TOPIC, self._on_clock, QOS, raw=True
         )
 
+    def _unsubscribe(self) -> None:
+        self._nodes[0].destroy_subscription(self._subscription)
+        self._subscription = None
+
     def _on_clock(self, message: bytes) -> None:
         seconds, nanoseconds = _STAMP[message[1] & 1].unpack_from(message, _HEADER)
-        time = self._time = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
+        now = self._time = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
         for node in self._nodes:
-            clock: Any = node.get_clock()
-            clock.set_ros_time_override(time)
+            clock: Any = node._clock
+            clock.set_ros_time_override(now)
+        if not self._sure:
+            self._tell_whether_sure(sure=True)
+
+    def _tell_whether_sure(self, *, sure: bool) -> None:
+        self._sure = sure
+        for node in self._nodes:
+            if isinstance(node, FlorenceNode):
+                node.ros_timebase.sure = sure
 
 
 _HEADER = 4

@@ -1,9 +1,4 @@
-"""A latched publisher whose messages are made only while somebody listens.
-
-Making a message can cost more than what it tells of. So nothing is published without a listener; who joins
-is given the state of the moment, and when the last one has left, the old message is forgotten: a late joiner
-must not be given a state that has passed.
-"""
+"""Latched publishers that know their listeners, for messages that cost more than what they tell of."""
 
 from __future__ import annotations
 
@@ -12,47 +7,39 @@ from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
 
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 
 
-class WatchedPublisher:
+class LatchedPublisher:
     """A latched publisher that knows its listeners.
 
     Args:
         node: The node that publishes.
         message_type: Type of the messages.
         topic: Name of the topic.
-        on_join: Called when somebody has begun to listen; should publish the state of the moment.
-        on_leave: Called when the last one has stopped listening.
     """
 
-    def __init__(
-        self,
-        node: FlorenceNode,
-        message_type: Any,
-        topic: str,
-        on_join: Callable[[], None],
-        on_leave: Callable[[], None] | None = None,
-    ) -> None:
+    def __init__(self, node: FlorenceNode, message_type: Any, topic: str) -> None:
         self._node = node
-        self._type = message_type
-        self._topic = topic
-        self._on_join = on_join
-        self._on_leave = on_leave
         self._holds = False
-        self._publisher: Publisher | None = self._make()
-
-    @property
-    def topic(self) -> str:
-        """The full name of the topic, empty when it is closed."""
-        return self._publisher.topic_name if self._publisher is not None else ""
+        self._publisher: Publisher | None = self._make(message_type, topic)
+        self.topic = str(self._publisher.topic_name)
 
     @property
     def holds(self) -> bool:
-        """Whether who joins is given a message by the topic itself."""
+        """Whether who joins is given a message by the topic itself, not always that of the moment."""
         return self._holds
+
+    @property
+    def tells_joiners(self) -> bool:
+        """Whether everybody who listens now is given the last message by the topic itself.
+
+        Not before there is one, and not when somebody listens who does not ask for earlier messages.
+        """
+        return self._holds and not self._somebody_is_volatile()
 
     @property
     def listeners(self) -> int:
@@ -71,31 +58,40 @@ class WatchedPublisher:
         if publisher is not None:
             self._node.destroy_publisher(publisher)
 
-    def _make(self) -> Publisher:
-        self._holds = False
-        return self._node.create_publisher(
-            self._type,
-            self._topic,
-            LATCHED,
-            event_callbacks=PublisherEventCallbacks(matched=self._on_matched),
-        )
+    def _make(self, message_type: Any, topic: str) -> Publisher:
+        return self._node.create_publisher(message_type, topic, LATCHED)
+
+    def _somebody_is_volatile(self) -> bool:
+        listeners = self._node.get_subscriptions_info_by_topic(self.topic)
+        return any(one.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL for one in listeners)
+
+
+class WatchedPublisher(LatchedPublisher):
+    """A latched publisher that is told when somebody joins. It lives as long as its node.
+
+    It cannot be closed before: the events executor of rclpy 7.1 crashes when a publisher goes while it has
+    still to tell that somebody joined or left.
+
+    Args:
+        node: The node that publishes.
+        message_type: Type of the messages.
+        topic: Name of the topic.
+        on_join: Called when somebody has begun to listen; should publish the state of the moment.
+    """
+
+    def __init__(
+        self, node: FlorenceNode, message_type: Any, topic: str, on_join: Callable[[], None]
+    ) -> None:
+        self._on_join = on_join
+        super().__init__(node, message_type, topic)
+
+    def close(self) -> None:
+        """Nothing: see the class."""
+
+    def _make(self, message_type: Any, topic: str) -> Publisher:
+        events = PublisherEventCallbacks(matched=self._on_matched)
+        return self._node.create_publisher(message_type, topic, LATCHED, event_callbacks=events)
 
     def _on_matched(self, status: Any) -> None:
         if status.current_count_change > 0:
-            # Not from within the event of the publisher itself, which the callback may want to close.
-            self._node.call_soon(self._joined)
-        elif status.current_count == 0:
-            self._node.call_soon(self._left)
-
-    def _joined(self) -> None:
-        if self._publisher is not None:
-            self._on_join()
-
-    def _left(self) -> None:
-        if self._publisher is None or self.listeners:
-            return
-        if self._holds:
-            self._node.destroy_publisher(self._publisher)
-            self._publisher = self._make()
-        if self._on_leave is not None:
-            self._on_leave()
+            self._node.call_soon(self._on_join)

@@ -20,7 +20,8 @@ from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.runtime.run import MissionRun, Request, RunIds, RunStatus
 from florence_bt.runtime.run_queue import RunQueue
 from florence_bt.runtime.runs_in_sight import RunsInSight
-from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun, World
+from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun
+from florence_bt.runtime.world import World
 from florence_bt.trees.findings import raise_first_error
 from florence_bt.trees.inputs import parse_inputs
 from florence_bt.trees.loader import MissionLibrary
@@ -202,7 +203,8 @@ class Executor(RunsInSight):
         """Pause the current run: its skills are cancelled, its tree is not ticked, its time stands still.
 
         Returns:
-            The run. Pausing a paused run once more takes a resume back that has not come into effect.
+            The run, with the reason that counts: of a run that is paused already it is the first one, unless
+            somebody has asked for its resume meanwhile, which is taken back.
 
         Raises:
             RequestRefused: There is no run that could be paused; says why.
@@ -227,12 +229,17 @@ class Executor(RunsInSight):
         return active.run
 
     def override(self, reason: str) -> None:
-        """Stop the current run, drop every queued one and let nothing start until :meth:`release`."""
+        """Stop the current run, drop every queued one and let nothing start until :meth:`release`.
+
+        Clean-ups go on without what drives: the base belongs to somebody else now.
+        """
         self.block(
             OVERRIDE,
             f"the manual override is on ({reason}); release it first: florence release, or false on "
             "florenceLocator/manualOverride",
         )
+        if self._active is not None:
+            self._active.keep_off(f"manual override: {reason}")
         self.stop_all(f"manual override: {reason}")
         self._announcer.log.note(OVERRIDE, reason)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,11 @@ from florence_bt.trees.loader import MissionLibrary
 
 Stamp = tuple[int, int, int]
 """Time of the last change in ns, size in bytes, inode: what an edit changes."""
+YOUNG_NS = 2_000_000_000
+"""A file can change twice within one step of its file system's clock, which is up to 2 s long (FAT). Until
+its stamp is as old as that, its text is compared too."""
+READINGS = 5
+"""How often files that change while they are read are read again."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +66,14 @@ class MissionFolders:
         load: Reads all folders anew.
         declarations: What the skills say about themselves.
         hotspots: The labels of all hotspots, None when they are not known.
+        date_ns: Tells the date, in the unit of the files' stamps.
 
     Attributes:
         library: The missions in force.
         held: Mission -> why the version of before is in force instead of its file.
 
     Raises:
-        ConfigError: A folder does not exist.
+        ConfigError: A folder does not exist, or its files do not hold still.
     """
 
     def __init__(
@@ -74,15 +81,20 @@ class MissionFolders:
         load: Callable[[], MissionLibrary],
         declarations: Mapping[str, SkillDeclaration],
         hotspots: Collection[str] | None = None,
+        *,
+        date_ns: Callable[[], int] = time.time_ns,
     ) -> None:
         self.held: dict[str, str] = {}
         self._load = load
         self._declarations = declarations
         self._hotspots = hotspots
+        self._date_ns = date_ns
         self._known_versions: dict[str, str] = {}
-        self.library = load()
-        self._stamps = self._look()
-        self._prints = {mission.file: _fingerprint(mission.file) for mission in self.library}
+        self._stamps: dict[Path, Stamp] = {}
+        self._prints: dict[Path, str] = {}
+        self._young: set[Path] = set()
+        self.library = load()  # only its folders count: what is in force comes from files that held still
+        self.library, self._stamps, self._prints = self._read()
         self._versions = self._file_versions(self.library)
 
     @classmethod
@@ -113,10 +125,7 @@ class MissionFolders:
         A folder that is out of reach for a moment changes nothing.
         """
         try:
-            stamps = self._look()
-            if stamps == self._stamps:
-                return ReloadReport(held=dict(self.held))
-            return self._reload(stamps)
+            return self._reload() if self._edited() else ReloadReport(held=dict(self.held))
         except (OSError, ConfigError) as error:
             return ReloadReport(held={**self.held, "the folders": f"cannot be read: {error}"})
 
@@ -141,17 +150,48 @@ class MissionFolders:
         for folder in self.library.folders:
             with os.scandir(folder) as entries:
                 for entry in entries:
-                    if entry.name.endswith(".yaml"):
-                        stat = entry.stat()
-                        stamps[folder / entry.name] = (stat.st_mtime_ns, stat.st_size, stat.st_ino)
+                    if entry.name.endswith(".yaml") and not entry.name.startswith("."):
+                        stamps[folder / entry.name] = _stamp(entry)
         return stamps
 
-    def _reload(self, stamps: dict[Path, Stamp]) -> ReloadReport:
-        before, new = self.library, self._load()
-        touched = {path for path in stamps if stamps[path] != self._stamps.get(path)}
-        for mission in new:
-            if mission.file in touched or mission.file not in self._prints:
-                self._prints[mission.file] = _fingerprint(mission.file)
+    def _edited(self) -> bool:
+        """Whether a file is not as it was read; young ones are compared by their texts."""
+        stamps = self._look()
+        if stamps != self._stamps or any(_fingerprint(path) != self._prints[path] for path in self._young):
+            return True
+        self._young = self._young_of(stamps)
+        return False
+
+    def _young_of(self, stamps: Mapping[Path, Stamp]) -> set[Path]:
+        oldest = self._date_ns() - YOUNG_NS
+        return {path for path, stamp in stamps.items() if stamp[0] > oldest}
+
+    def _read(self) -> tuple[MissionLibrary, dict[Path, Stamp], dict[Path, str]]:
+        """Read all folders: the missions with the stamps and the fingerprints of the very same texts.
+
+        Without that a broken edit could get the fingerprint of the good one before, and pass as no edit.
+
+        Raises:
+            ConfigError: The files do not hold still.
+        """
+        for _ in range(READINGS):
+            stamps = self._look()
+            young = self._young_of(stamps)
+            same = {path for path, stamp in stamps.items() if stamp == self._stamps.get(path)} - young
+            prints = {path: self._prints[path] if path in same else _fingerprint(path) for path in stamps}
+            library = self._load()
+            changed = any(_fingerprint(path) != prints[path] for path in stamps.keys() - same)
+            if not changed and self._look() == stamps:
+                self._young = young
+                return library, stamps, prints
+        raise ConfigError(
+            "the files of the missions are being written at this moment", valid=["a reload later"]
+        )
+
+    def _reload(self) -> ReloadReport:
+        before = self.library
+        new, stamps, prints = self._read()
+        self._prints = prints
         versions = self._file_versions(new)
         edited = {
             name
@@ -164,7 +204,7 @@ class MissionFolders:
         self._stamps, self.library, self._versions, self.held = stamps, new, versions, held
         self._known_versions.clear()
         good = sorted(edited - set(held))
-        broken = {name: text for name in good if (text := self._error_of(new, name)) and name in new}
+        broken = {name: text for name in good if (text := self._error_of(new, name))}
         return ReloadReport(
             tuple(name for name in good if name in new and name not in broken),
             tuple(name for name in good if name not in new and name in before),
@@ -208,9 +248,17 @@ class MissionFolders:
 
     def _file_versions(self, library: MissionLibrary) -> dict[str, str]:
         return {
-            **{mission.file.stem: self._prints[mission.file] for mission in library},
+            **{mission.file.stem: self._prints.get(mission.file, "") for mission in library},
             **{name: f"unreadable: {error}" for name, error in library.unreadable().items()},
         }
+
+
+def _stamp(entry: os.DirEntry[str]) -> Stamp:
+    try:
+        stat = entry.stat()
+    except FileNotFoundError:  # a link that leads nowhere, or gone this very moment
+        return (0, 0, 0)
+    return (stat.st_mtime_ns, stat.st_size, stat.st_ino)
 
 
 def _fingerprint(file: Path) -> str:

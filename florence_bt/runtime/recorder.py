@@ -81,7 +81,7 @@ class RunRecorder:
         runs_folder: Parent of the runs' folders; made when needed.
         clock: Times the notes of the path.
         robot_pose: Where the robot is now in the map frame, None when unknown.
-        on_recorded: Called with the record when all its files are written.
+        on_recorded: Called with the record when all its files are written; not of a run that only waited.
         on_trouble: Told in one sentence that a run cannot be recorded; without it the error is raised.
     """
 
@@ -175,7 +175,7 @@ class RunRecorder:
         (record.folder / "result.json").write_text(
             json.dumps(result_json(run, record), indent=1) + "\n", encoding="utf-8"
         )
-        if self._on_recorded is not None:
+        if self._on_recorded is not None and run.started is not None:
             self._on_recorded(record)
 
 

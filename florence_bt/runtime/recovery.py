@@ -82,7 +82,6 @@ class Recovery:
 
         Returns:
             Whether there was something to take up.
-
         """
         if not self._something_left():
             return False
@@ -115,6 +114,10 @@ class Recovery:
         with JournalReader(self._journal.folder) as reader:
             self._past = [LeftRun(row, tuple(reader.events(row.run_id))) for row in reader.unfinished()]
             overridden = reader.note(OVERRIDE)
+            latest = reader.runs(1)
+        if latest and latest[0].status.final:
+            # Who asks for the last run after a restart means this one.
+            self._executor.last = latest[0].as_run()
         if overridden:
             self._executor.override(overridden)
             self._tell(f"the manual override is still on: {overridden}")

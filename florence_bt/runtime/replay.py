@@ -24,7 +24,8 @@ from florence_bt.runtime.events import Event, EventKind, plain
 from florence_bt.runtime.journal import JournaledEvent
 from florence_bt.runtime.journal.text import match_ends, with_one_clock
 from florence_bt.runtime.run import MissionRun, RunStatus
-from florence_bt.runtime.tree_run import TreeRun, World
+from florence_bt.runtime.tree_run import TreeRun
+from florence_bt.runtime.world import World
 from florence_bt.trees.loader import MissionLibrary
 
 EARLY_S = (0.0, 0.002, 0.02)
@@ -124,6 +125,8 @@ class _Replay:
             elif event.kind == EventKind.PAUSED.value:
                 self._advance(event.time, 0.0)
                 self._tree.pause(event.reason)
+                # Told once more when a resume was taken back: then this reason counts.
+                self._run.paused = event.reason
             elif event.kind in (EventKind.RESUMED.value, EventKind.RECOVERED.value):
                 self._advance(event.time, 0.0)
                 self._tree.pause(event.reason)

@@ -17,6 +17,9 @@ from py_trees.common import BlackBoxLevel, Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
+from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.parallel import CountingParallel
+
 WITH_MEMORY = "WithMemory"
 
 
@@ -126,20 +129,15 @@ def type_of(node: Behaviour) -> NodeType:
     A watcher rebuilds the tree from its own classes and knows five. Composites of ours that choose among
     their children are selectors to it, those that do one after the other are sequences.
     """
-    if isinstance(node, Parallel):
+    if isinstance(node, (Parallel, CountingParallel)):
         return NodeType.PARALLEL
-    if isinstance(node, Sequence):
+    if isinstance(node, (Sequence, Finally)):
         return NodeType.SEQUENCE
     if isinstance(node, Selector):
         return NodeType.SELECTOR
     if isinstance(node, Decorator) and len(node.children) == 1:
         return NodeType.DECORATOR
-    if isinstance(node, Composite):
-        return _OWN_COMPOSITES.get(type(node).__name__, NodeType.SELECTOR)
-    return NodeType.BEHAVIOUR
-
-
-_OWN_COMPOSITES = {"Finally": NodeType.SEQUENCE, "ParallelPolicy": NodeType.PARALLEL}
+    return NodeType.SELECTOR if isinstance(node, Composite) else NodeType.BEHAVIOUR
 
 
 def detail_of(node: Behaviour) -> str:
@@ -150,6 +148,9 @@ def detail_of(node: Behaviour) -> str:
         if chosen is None:
             return policy
         return f"{policy}({', '.join(str(node.children.index(child)) for child in chosen)})"
+    if isinstance(node, CountingParallel):
+        limit = "" if node.fail is None else f", Fail({node.fail})"
+        return f"Succeed({node.succeed}){limit}"
     remembers = isinstance(node, (Sequence, Selector)) and node.memory
     return WITH_MEMORY if remembers else ""
 

@@ -2,22 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from florence_bt.runtime.events import seconds_text
+from florence_bt.runtime.events import plain, seconds_text
 from florence_bt.runtime.run import MissionRun, RunStatus
 
 
 def head_line(run: MissionRun, now: float) -> str:
     """One line: mission, status, duration, id and caller."""
-    duration = seconds_text(run.started, run.ended if run.ended is not None else now)
     parts = [
         f"{run.mission}: {run.status.value}",
-        duration,
+        duration_text(run, now),
         f"run {run.run_id}",
         f"asked by {run.request.caller}",
     ]
     return " · ".join(part for part in parts if part)
+
+
+def duration_text(run: MissionRun, now: float) -> str:
+    """How long a run took, or has taken so far; of one that died with its process what is known of that."""
+    text = seconds_text(run.started, run.ended if run.ended is not None else now)
+    return f"at least {text}" if text and run.status is RunStatus.ABORTED else text
+
+
+def details_line(run: MissionRun, accepted: str = "") -> str:
+    """When the run was accepted and with which inputs, as far as there is something to say."""
+    date = accepted.replace("T", " ").partition(".")[0]
+    inputs = values_text(plain(run.inputs))
+    return " · ".join([*([f"accepted {date} UTC"] if date else []), *([f"inputs{inputs}"] if inputs else [])])
+
+
+def values_text(values: Mapping[str, Any]) -> str:
+    """Plain values by name in one line, each with a blank before it; SI units."""
+    return "".join(f" {name}={_value(value)}" for name, value in values.items())
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"({', '.join(f'{name} {_value(item)}' for name, item in value.items())})"
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)
 
 
 def why_line(run: MissionRun) -> str:
@@ -35,7 +59,9 @@ def note_line(run: MissionRun) -> str:
     return f"note: {run.note}" if run.note else ""
 
 
-def status_text(run: MissionRun | None, tree: str, now: float, warnings: Iterable[str] = ()) -> str:
+def status_text(
+    run: MissionRun | None, tree: str, now: float, warnings: Iterable[str] = (), *, accepted: str = ""
+) -> str:
     """The whole status.
 
     Args:
@@ -43,11 +69,13 @@ def status_text(run: MissionRun | None, tree: str, now: float, warnings: Iterabl
         tree: Its ASCII tree.
         now: The clock's time, for the duration of a running mission.
         warnings: What else people should know, beside the run.
+        accepted: Date and time (UTC) at which the run was accepted, empty to leave it away.
     """
     notes = [f"warning: {warning}" for warning in warnings]
     if run is None:
         return "\n".join(["no mission has run yet", *notes])
-    parts = (head_line(run, now), note_line(run), tree.rstrip("\n"), why_line(run), *notes)
+    head = (head_line(run, now), details_line(run, accepted), note_line(run))
+    parts = (*head, tree.rstrip("\n"), why_line(run), *notes)
     return "\n".join(part for part in parts if part)
 
 

@@ -6,7 +6,7 @@ A :class:`TreeRun` ticks, pauses and ends the tree; which run comes next is the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,49 +17,19 @@ from florence_bt.behaviours.composites import CLEANUP
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.why import Why, explain
-from florence_bt.core.clock import Clock, Timer
-from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.clock import Timer
 from florence_bt.core.outcome import Result
-from florence_bt.core.skill import Skill
-from florence_bt.runtime.announcer import Announcer
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_clock import RunClock
 from florence_bt.runtime.tree_ticks import MAX_TICKS_AT_ONE_MOMENT, TreeTicks
+from florence_bt.runtime.world import World, keep_off_the_base
 from florence_bt.trees.ascii import TreeRow, draw_rows, tree_rows
 from florence_bt.trees.compile import CompiledTree, compile_mission
-from florence_bt.trees.loader import MissionLibrary
 
 END_LIMIT_S = 15.0
 """How long skills may take to report their end after their run has ended or was paused; longer than a skill's
 own limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
-
-
-def _nothing() -> None:
-    """Nobody waits for the processor."""
-
-
-@dataclass(frozen=True, slots=True)
-class World:
-    """What every run works with.
-
-    Attributes:
-        library: The missions.
-        skills: The skills by name.
-        declarations: What the skills say about themselves.
-        clock: Drives everything.
-        wake: Asks for :meth:`TreeRun.step` soon.
-        announcer: Tells what happens.
-        let_others_run: Called when what is urgent is done, before the rest: those who were told may begin.
-    """
-
-    library: MissionLibrary
-    skills: Mapping[str, Skill]
-    declarations: Mapping[str, SkillDeclaration]
-    clock: Clock
-    wake: Callable[[], None]
-    announcer: Announcer
-    let_others_run: Callable[[], None] = _nothing
 
 
 class TreeRun:
@@ -182,14 +152,16 @@ class TreeRun:
     # ---- pausing --------------------------------------------------------------------------------------
 
     def pause(self, reason: str) -> None:
-        """Stop the robot and the time of a running run, or take the resume of a paused one back."""
+        """Stop the robot and the time of a running run, or take the resume of a paused one back.
+
+        A run that stays paused keeps its first reason.
+        """
         run = self.run
         self._do_held()
-        self._resume_wanted = False
-        self._cancel_limit()
-        run.paused = reason
         if run.status is RunStatus.PAUSED:
+            self._stay_paused(reason)
             return
+        run.paused = reason
         run.status = RunStatus.PAUSED
         self.clock.freeze()
         # The log first, so that it tells which skills ended because of the pause.
@@ -198,6 +170,14 @@ class TreeRun:
                 self._context.suspend()
             except Exception as error:
                 self._break_down(error)
+
+    def _stay_paused(self, reason: str) -> None:
+        if not self._resume_wanted:
+            return
+        self._resume_wanted = False
+        self._cancel_limit()
+        self.run.paused = reason
+        self._world.announcer.tell(self.run, EventKind.PAUSED, reason=reason, tip=self.tip())
 
     def resume(self, kind: EventKind = EventKind.RESUMED) -> None:
         """Go on as soon as the skills that were cancelled for the pause have reported their ends.
@@ -251,6 +231,10 @@ class TreeRun:
         at = Why(run.mission, "stopped", f"{reason} (was at {tip!r})" if tip else reason)
         with self._world.announcer.telling(run, EventKind.STOP_ASKED, reason=reason):
             self.end(RunStatus.STOPPED, at)
+
+    def keep_off(self, reason: str) -> None:
+        """Drive no more: a person has the robot. The rest of the clean-ups goes on; call it before a stop."""
+        keep_off_the_base(self._skills, self._world.declarations, self._context.runs, reason)
 
     def end(self, status: RunStatus, why: Why | None) -> None:
         """End the tree; the run is over when every skill has reported its end.

@@ -116,14 +116,12 @@ class BaseSensors:
 
     def take_distance_mm(self) -> int:
         """Forward travel in whole millimetres since the last call of this."""
-        whole = _int16(self._distance_mm)
-        self._distance_mm -= whole
+        whole, self._distance_mm = _int16(self._distance_mm)
         return whole
 
     def take_angle_deg(self) -> int:
         """Turn in whole degrees since the last call of this, counter-clockwise positive."""
-        whole = _int16(self._angle_deg)
-        self._angle_deg -= whole
+        whole, self._angle_deg = _int16(self._angle_deg)
         return whole
 
     def gyro_adc(self) -> int:
@@ -146,6 +144,7 @@ class BaseSensors:
         return travel_m * scale + (float(self._random.normal(0.0, slip)) if slip > 0.0 else 0.0)
 
 
-def _int16(value: float) -> int:
-    """The whole part, toward zero, saturated to 16 bits."""
-    return max(-INT16_MAX - 1, min(INT16_MAX, math.trunc(value)))
+def _int16(value: float) -> tuple[int, float]:
+    """The whole part, toward zero, and the rest; what saturates 16 bits is lost (REFERENCE 1.5)."""
+    whole = math.trunc(value)
+    return max(-INT16_MAX - 1, min(INT16_MAX, whole)), value - whole

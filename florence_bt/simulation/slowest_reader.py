@@ -13,10 +13,12 @@ import threading
 class SlowestReader:
     """How far the reader has come; told on one thread and asked on another.
 
+    A reader that has nothing more to say at the lag where it is waited for is always behind by so much, or is
+    gone. That lag is then taken for granted until it has been smaller, so that time never crawls.
+
     Args:
         most_lag_s: Simulated seconds that it may be behind.
-        patience_s: Wall seconds without a word from it after which it is not waited for: it may have ended or
-            be unplugged on purpose.
+        patience_s: Wall seconds without a word from it for which it is waited.
     """
 
     def __init__(self, most_lag_s: float, patience_s: float) -> None:
@@ -25,6 +27,7 @@ class SlowestReader:
         self._lock = threading.Lock()
         self._reached = math.inf
         self._heard = -math.inf
+        self._granted = 0.0
 
     def heard(self, stamp: float, wall: float) -> None:
         """What it made of the hardware's data of a moment has come.
@@ -44,4 +47,11 @@ class SlowestReader:
             wall: Wall seconds now, monotonic.
         """
         with self._lock:
-            return time - self._reached > self._most_lag_s and wall - self._heard < self._patience_s
+            lag = time - self._reached
+            self._granted = min(self._granted, max(lag, 0.0))
+            if lag <= self._granted + self._most_lag_s:
+                return False
+            if wall - self._heard < self._patience_s:
+                return True
+            self._granted = lag
+            return False

@@ -10,8 +10,9 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.testing.board import Call
-from florence_bt.testing.paths import MissionMap, Place, closest_paths, matching, read_pattern
-from florence_bt.testing.record import INVALID, Record, seconds_text, trace_text
+from florence_bt.testing.paths import MissionMap, Place, matching, read_pattern
+from florence_bt.testing.record import INVALID, Change, Record, seconds_text, trace_text
+from florence_bt.testing.unmatched import unmatched
 from florence_bt.testing.values import read_kind, same
 from florence_bt.trees.quantities import format_value
 
@@ -40,6 +41,7 @@ class PlayState:
         run: The run as the executor keeps it.
         places: The nodes of the mission.
         record: What the nodes did.
+        unused: Tells the mocks that answered no call, for the report.
     """
 
     def __init__(
@@ -54,6 +56,7 @@ class PlayState:
         self.places = places
         self.record = Record(places)
         self.key_store: KeyStore | None = None
+        self.unused: Callable[[], Sequence[str]] = tuple
         self._declarations = declarations
         self._all_calls = all_calls
         self._render = render
@@ -126,12 +129,16 @@ class PlayState:
             pattern: Which nodes.
             inner: Whether to show nodes with others below too, not only leaves.
         """
+        return trace_text(self.changes(pattern, inner=inner))
+
+    def changes(self, pattern: str = "**", *, inner: bool = False) -> list[Change]:
+        """The changes that the lines of a trace are about; arguments as of :meth:`trace`."""
         read = read_pattern(pattern)
-        return trace_text(
+        return [
             change
             for change in self.record.changes()
             if (inner or change.place.leaf) and change.new != INVALID and read.matches(change.place)
-        )
+        ]
 
     def calls(self, pattern: str = "**") -> list[Call]:
         """The starts of skills by nodes that a pattern means, in order."""
@@ -158,9 +165,7 @@ class PlayState:
         places = self.places.places.values()
         found = matching(pattern, places)
         if not found and pattern not in self._declarations:
-            raise ConfigError(
-                f"{pattern!r} matches no node of {self.run.mission}", valid=closest_paths(pattern, places)
-            )
+            raise unmatched(pattern, self.places, self._declarations, skills_only=False)
         return found
 
     def fits(self, call: Call, wanted: Mapping[str, Any]) -> bool:
@@ -194,7 +199,9 @@ class PlayState:
         calls = "\n".join(self.call_text(call) for call in self.calls()) or "      none"
         broken = "".join(f"\n\nan exception came out of the tree:\n{text}" for text in self.record.broken)
         tree = "\n".join(visited(self.tree)) or "(no node was reached)"
-        return f"{tree}\n\ncalls of skills:\n{calls}{broken}"
+        unused = ", ".join(self.unused())
+        unused = f"\n\nmocks that answered no call: {unused}" if unused else ""
+        return f"{tree}\n\ncalls of skills:\n{calls}{unused}{broken}"
 
     def fail(self, problem: str) -> NoReturn:
         """Fail the test with a problem, the tree and the calls.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -11,7 +12,8 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text
 from florence_bt.testing.known import MissionMaps
-from florence_bt.testing.paths import MissionMap, Place, closest_paths, matching
+from florence_bt.testing.paths import MissionMap, Place, matching
+from florence_bt.testing.unmatched import unmatched
 from florence_bt.testing.values import read_duration, read_port
 from florence_bt.trees.findings import ERROR, Finding
 from florence_bt.trees.loader import MissionLibrary
@@ -137,16 +139,11 @@ class Reading:
             return None
         if found or (unused and key.text in self.declarations):
             return found
-        what = "skill" if skills_only else "node"
-        self.problem(
-            key.position,
-            f"{key.text!r} matches no {what} of {places.mission}",
-            closest_paths(key.text, candidates),
-        )
+        self.wrong(key.position, unmatched(key.text, places, self.declarations, skills_only=skills_only))
         return None
 
-    def check_input(self, mission: str, name: str, text: str) -> None:
-        """Read one input of a mission as a caller's is read.
+    def check_input(self, mission: str, name: str, text: str | None) -> None:
+        """Read one input of a mission as a caller's is read; None stands for one that is not given.
 
         Raises:
             ConfigError: The mission has no such input, or the text does not fit.
@@ -156,7 +153,8 @@ class Reading:
             raise ConfigError(
                 f"{mission} has no input {name!r}", valid=closest_first(name, ports) or ("no inputs",)
             )
-        read_port(text, ports[name])
+        if text is not None:
+            read_port(text, ports[name])
 
     def mission(self, source: Source, what: str) -> str | None:
         """The name of a mission that can run."""
@@ -164,7 +162,7 @@ class Reading:
         if name is None:
             return None
         if name.endswith((".yaml", ".yml")):
-            path = self.file.parent / name
+            path = Path(os.path.normpath(self.file.parent / name))
             name = path.stem
             if self._added.setdefault(name, path) != path:
                 self.problem(
@@ -178,7 +176,10 @@ class Reading:
             self.maps.of(mission, self.library, self.declarations)
         except ConfigError as error:
             where = f"{error.file}:{error.line}:{error.column}: " if error.file and error.line else ""
-            self.problem(source.position, f"{where}{error.problem}", error.valid)
+            unknown = name not in self.library and not self.library.unreadable().get(name)
+            close = closest_first(name, self.library.names())[:3]
+            valid = (*close, "missions: [FOLDER] at the top of this file") if unknown else error.valid
+            self.problem(source.position, f"{where}{error.problem}", valid)
             return None
         return name
 

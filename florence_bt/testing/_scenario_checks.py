@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from typing import Any
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Source, Table, Text
+from florence_bt.core.plain_yaml import Listing, Source, Table, Text
 from florence_bt.runtime.run import RunStatus
 from florence_bt.testing._reading import Reading, plain
-from florence_bt.testing.paths import MissionMap, Place, matching, read_pattern
+from florence_bt.testing._scenario_sense import check_sense
+from florence_bt.testing.paths import MissionMap, Place, matching
 from florence_bt.testing.play import Play
 from florence_bt.testing.record import INVALID, STATUSES
 from florence_bt.testing.scenario import Check, Expectation
+from florence_bt.testing.trace import read_line
 from florence_bt.testing.values import read_kind
 
 THEN_KEYS = (
@@ -33,7 +35,11 @@ Assertion = Callable[[Play], object]
 
 
 def read_expectation(
-    reading: Reading, source: Source | None, places: MissionMap | None, what: str
+    reading: Reading,
+    source: Source | None,
+    places: MissionMap | None,
+    what: str,
+    happens: Collection[str] | None = None,
 ) -> Expectation:
     """Read the table under ``then`` or ``expect``.
 
@@ -42,21 +48,25 @@ def read_expectation(
         source: The table.
         places: The nodes of the mission; None when it is not known.
         what: What the table is called, for messages.
+        happens: What happens before; None when that is not known.
     """
     entries = reading.entries(source, what, THEN_KEYS)
     checks: list[Check] = []
-    goes_on = False
+    status: RunStatus | None = None
     for name, (key, value) in entries.items():
+        before = len(reading.findings)
         if name == "status":
             status = _status(reading, value)
-            goes_on = status in GO_ON
             assertions: list[Assertion] = []
             if status is not None:
                 assertions.append(partial(Play.assert_status, status=status.value))
         else:
             assertions = _READERS[name](reading, value, places)
+        if not assertions and len(reading.findings) == before:
+            reading.problem(key.position, f"{name} expects nothing", ["leaving it out"])
         checks += [Check(assertion, key.position) for assertion in assertions]
-    return Expectation(tuple(checks), goes_on)
+    check_sense(reading, entries, status, places, happens)
+    return Expectation(tuple(checks), status in GO_ON)
 
 
 def _status(reading: Reading, value: Source) -> RunStatus | None:
@@ -89,23 +99,46 @@ def _leaf(reading: Reading, value: Source, places: MissionMap | None) -> list[As
 
 
 def _outputs(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+    """Outputs by name; an empty table stands for none at all."""
+    if places is None:
+        return [lambda play: play]
     wanted: dict[str, Any] = {}
-    mission = reading.library.find(places.mission) if places is not None else None
     for key, item in reading.table(value, "outputs"):
-        port = mission.outputs.get(key.text) if mission is not None else None
-        if mission is not None and port is None:
-            valid = closest_first(key.text, mission.outputs) or ("no outputs",)
-            reading.problem(key.position, f"{mission.name} has no output {key.text!r}", valid)
-        elif port is not None:
-            try:
-                wanted[key.text] = read_kind(plain(item), port.kind)
-            except ConfigError as error:
-                reading.wrong(item.position, error)
-    return [partial(Play.assert_outputs, outputs=wanted)]
+        port = places.outputs.get(key.text)
+        if port is None:
+            valid = closest_first(key.text, places.outputs) or ("no outputs",)
+            reading.problem(key.position, f"{places.mission} has no output {key.text!r}", valid)
+            continue
+        try:
+            wanted[key.text] = read_kind(plain(item), port.kind)
+        except ConfigError as error:
+            reading.wrong(item.position, error)
+    if isinstance(value, Table) and not value.entries:
+        return [_assert_no_outputs]
+    return [partial(Play.assert_outputs, outputs=wanted)] if wanted else []
+
+
+def _assert_no_outputs(play: Play) -> None:
+    if play.outputs:
+        play.fail(f"{play.run.mission} gave the outputs {', '.join(play.outputs)}, not none")
 
 
 def _keys(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
-    return [partial(Play.assert_keys, keys={k.text: plain(item) for k, item in reading.table(value, "keys")})]
+    wanted: dict[str, Any] = {}
+    for key, item in reading.table(value, "keys"):
+        wanted[key.text] = plain(item)
+        if places is None:
+            continue
+        kind = places.prospects.kinds.get(key.text)
+        try:
+            if key.text not in places.prospects.keys:
+                valid = closest_first(key.text, places.prospects.keys) or ("no keys",)
+                reading.problem(key.position, f"{places.mission} has no key {key.text!r}", valid)
+            elif kind is not None:
+                wanted[key.text] = read_kind(plain(item), kind)
+        except ConfigError as error:
+            reading.wrong(item.position, error)
+    return [partial(Play.assert_keys, keys=wanted)] if wanted else []
 
 
 def _duration(
@@ -136,7 +169,7 @@ def _calls(
             found = reading.pattern(key, places, skills_only=True)
             if found is not None:
                 wanted.append((key.text, _inputs(reading, inputs, found)))
-    return [lambda play: play.assert_calls(wanted, only=only)]
+    return [lambda play: play.assert_calls(wanted, only=only)] if wanted or only else []
 
 
 def _inputs(reading: Reading, source: Source | None, users: list[Place]) -> dict[str, Any]:
@@ -221,20 +254,31 @@ def _trace(reading: Reading, value: Source, places: MissionMap | None) -> list[A
     pattern, inner = "**", False
     if isinstance(value, Table):
         entries = reading.entries(value, "trace", ("of", "inner", "lines"))
-        if "of" in entries and isinstance(entries["of"][1], Text):
-            reading.pattern(entries["of"][1], places)
-            pattern = entries["of"][1].text
+        if "of" in entries:
+            pattern = reading.text(entries["of"][1], "of") or pattern
+            if reading.pattern(Text(pattern, True, entries["of"][1].position), places) is None:
+                return []
         inner = "inner" in entries and reading.flag(entries["inner"][1], "inner")
         if "lines" not in entries:
             reading.problem(value.position, "the trace has no lines", ["lines: [...]"])
             return []
         value = entries["lines"][1]
-    parts = [reading.text(item, "a line of a trace") or "" for item in reading.items(value)]
-    try:
-        read_pattern(pattern)
-    except ConfigError:
+    lines = [line for item in reading.items(value) for line in _trace_lines(reading, item, places)]
+    if not lines and not isinstance(value, Listing):
         return []
-    return [lambda play: play.assert_trace("\n".join(parts), pattern, inner=inner)]
+    return [lambda play: play.assert_trace("\n".join(lines), pattern, inner=inner)]
+
+
+def _trace_lines(reading: Reading, item: Source, places: MissionMap | None) -> Iterator[str]:
+    """The lines in one item of a list: one, or those of a block of text."""
+    for text in (reading.text(item, "a line of a trace") or "").splitlines():
+        try:
+            line = read_line(text)
+        except ConfigError as error:
+            reading.wrong(item.position, error)
+            continue
+        if reading.pattern(Text(line.node, True, item.position), places) is not None:
+            yield text
 
 
 def _tree(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from florence_bt.core.errors import ConfigError, FlorenceError, closest_first
-from florence_bt.core.plain_yaml import Source, Table, Text
+from florence_bt.core.plain_yaml import Position, Source, Table, Text
 from florence_bt.runtime.run import Policy
 from florence_bt.testing._reading import Reading, input_text
 from florence_bt.testing._scenario_checks import read_expectation
@@ -53,7 +54,7 @@ def read_happenings(
         table = item
         if isinstance(item, Text):
             word, _, rest = item.text.strip().partition(" ")
-            value = Text(rest.strip(), False, item.position)
+            value = Text(rest.strip(), False, _position_of(item, rest.strip()))
             table = Table(((Text(word, False, item.position), value),), item.position)
         if not isinstance(table, Table):
             reading.problem(
@@ -62,21 +63,33 @@ def read_happenings(
             continue
         act = _happening(reading, table, places, others)
         if act is not None:
-            happenings.append(Happening(table.entries[0][0].text, act, table.position))
+            word = next((key.text for key, _ in table.entries if key.text in KINDS), "at")
+            happenings.append(Happening(word, act, table.position))
     return tuple(happenings), others
+
+
+def _position_of(item: Text, rest: str) -> Position:
+    """Where the text behind the first word begins."""
+    if item.first_column is None or not rest:
+        return item.position
+    return replace(item.position, column=item.first_column + item.text.rindex(rest))
 
 
 def _happening(
     reading: Reading, table: Table, places: MissionMap | None, others: dict[str, MissionMap]
 ) -> Act | None:
     kinds = [key for key, _ in table.entries if key.text in KINDS]
-    if len(kinds) != 1 and not (table.key("at") and len(table.entries) == 1):
-        unknown = next((key.text for key, _ in table.entries if key.text not in (*KINDS, "at")), "")
-        reading.problem(
-            table.position,
-            f"what happens must be one of: {', '.join(KINDS)}",
-            closest_first(unknown, KINDS) if unknown and not kinds else (),
-        )
+    if len(kinds) > 1:
+        message = f"{kinds[1].text!r} cannot stand beside {kinds[0].text!r}"
+        reading.problem(kinds[1].position, message, [f"an entry of its own: - {kinds[1].text}: ..."])
+        return None
+    if not kinds and not (table.key("at") and len(table.entries) == 1):
+        unknown = next((key for key, _ in table.entries if key.text != "at"), None)
+        if unknown is None:
+            reading.problem(table.position, "nothing happens here", list(KINDS))
+        else:
+            message = f"nothing that happens is called {unknown.text!r}"
+            reading.problem(unknown.position, message, closest_first(unknown.text, KINDS))
         return None
     kind = kinds[0].text if kinds else ""
     allowed = (kind, *KINDS.get(kind, ()), "at")
@@ -149,7 +162,10 @@ def _release(reading: Reading, entries: Entries, places: MissionMap | None, othe
 
 
 def _expect(reading: Reading, entries: Entries, places: MissionMap | None, others: Others) -> Act | None:
-    expectation = read_expectation(reading, entries["expect"], places, "expect")
+    source = entries["expect"]
+    expectation = read_expectation(reading, source, places, "expect")
+    if (isinstance(source, Text) and source.empty) or (isinstance(source, Table) and not source.entries):
+        reading.problem(source.position, "nothing is expected here", ["expect: {status: RUNNING}"])
 
     def act(scene: Scene) -> None:
         for check in expectation.checks:
@@ -187,13 +203,18 @@ def read_trigger(reading: Reading, mission: Source, entries: Entries, what: str)
         what: What the name is called, for messages.
     """
     name = reading.mission(mission, what)
-    inputs = {key.text: input_text(value) for key, value in reading.table(entries.get("inputs"), "inputs")}
+    # An input that stands there with nothing behind it is not given, also when the file gives it to all.
+    inputs = {
+        key.text: input_text(value)
+        for key, value in reading.table(entries.get("inputs"), "inputs")
+        if not (isinstance(value, Text) and value.empty)
+    }
     options: dict[str, Any] = {}
     if "policy" in entries:
         policies = [policy.value for policy in Policy]
         options["policy"] = reading.text(entries["policy"], "policy")
         if options["policy"] not in policies:
-            reading.problem(entries["policy"].position, "there is no such policy", policies)
+            reading.problem(entries["policy"].position, f"there is no policy {options['policy']!r}", policies)
     if "priority" in entries:
         options["priority"] = reading.whole(entries["priority"], "priority", 0) or 0
     if "caller" in entries:
@@ -203,7 +224,8 @@ def read_trigger(reading: Reading, mission: Source, entries: Entries, what: str)
         return None
     if refused is None:
         _check_inputs(reading, name, entries.get("inputs"), mission, inputs)
-    return Trigger(name, inputs, options, refused, mission.position)
+    position = entries["refused"].position if "refused" in entries else mission.position
+    return Trigger(name, inputs, options, refused, position)
 
 
 def _check_inputs(
@@ -212,7 +234,7 @@ def _check_inputs(
     ports = reading.library.get(name).inputs
     for key, value in reading.table(source, "inputs"):
         try:
-            reading.check_input(name, key.text, inputs[key.text])
+            reading.check_input(name, key.text, inputs.get(key.text))
         except ConfigError as error:
             reading.wrong(value.position if key.text in ports else key.position, error)
     missing = [port for port in ports if ports[port].required and port not in inputs]

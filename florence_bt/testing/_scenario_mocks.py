@@ -17,7 +17,7 @@ from florence_bt.testing.board import MockError, check_outputs
 from florence_bt.testing.paths import MissionMap, Place
 from florence_bt.testing.replies import Ending, Phase, Reply
 from florence_bt.testing.scenario import MockEntry
-from florence_bt.testing.scripts import Script, in_turn, to_step
+from florence_bt.testing.scripts import Script, endless, in_turn, to_step
 from florence_bt.testing.values import read_port, same
 
 ENDINGS = ("success", "failure", "cancelled", "never", "raises")
@@ -43,6 +43,8 @@ def read_mocks(
     """
     entries = []
     for key, value in reading.table(source, "skills"):
+        if default and key.text in reading.library and key.text not in reading.declarations:
+            continue  # a mission that is mocked whole where it is called; here it is not
         found = reading.pattern(key, places, skills_only=True, unused=default)
         if found is None and not default:
             continue
@@ -79,6 +81,8 @@ def read_replies(reading: Reading, value: Source, users: Users) -> Replies:
     replies: list[Reply] = []
     before = len(reading.findings)
     for part in parts:
+        if replies and endless(replies[-1]):
+            reading.problem(part.position, "nothing can follow a step that is for always or begins anew")
         read = _from_table(reading, part) if isinstance(part, Table) else _from_text(reading, part)
         _hold_against(reading, read, part, users)
         replies += read
@@ -189,11 +193,9 @@ def _switch(reading: Reading, key: Text, table: Table, users: Users) -> Callable
         except ConfigError as error:
             reading.wrong(case.position, error)
     default = read_replies(reading, entries["default"][1], users) if "default" in entries else ()
+    if "cases" not in entries and "default" not in entries:
+        reading.problem(table.position, f"the mock {key.text!r} has no cases", ["cases: {kitchen: SUCCESS}"])
     if port is None or name is None or (not cases and not default):
-        if not cases and not default:
-            reading.problem(
-                table.position, f"the mock {key.text!r} has no cases", ["cases: {kitchen: SUCCESS}"]
-            )
         return None
     return lambda: _choice(name, cases, default)
 

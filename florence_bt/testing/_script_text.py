@@ -2,7 +2,7 @@
 
 ::
 
-    script  = step {("," | ";" | "then" | newline) step}
+    script  = step {("," | ";" | "then" | newline) step} ["then" "again" ["and" "again"]]
     step    = {phase} ending [count]
     phase   = ["running"|"for"|"after"] DURATION ["saying" "TEXT"]
             | "accepted after" DURATION | "cancel takes" DURATION
@@ -23,7 +23,7 @@ from functools import lru_cache
 from typing import Any
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.testing.replies import ALWAYS, Ending, Phase, Reply
+from florence_bt.testing.replies import AGAIN, ALWAYS, Ending, Phase, Reply
 from florence_bt.testing.values import read_duration
 
 MAX_TIMES = 1_000_000
@@ -39,7 +39,9 @@ _ENDINGS = {
 _RUNNING = ("running", "runs", "for", "after", "within")
 _COUNTS = {"once": 1, "twice": 2, "thrice": 3, "always": ALWAYS}
 _SAYS = ("saying", "says")
+_BECAUSE = ("because", "reason")
 _WORDS = ("SUCCESS", "FAILURE", "CANCELLED", "never ends", "running 3 s", "raises", "then", "twice")
+_LOOP = "FAILURE twice, then SUCCESS, then again"
 _EXAMPLE = "running 3 s, then FAILURE no_path twice, then SUCCESS"
 _TOKEN = re.compile(
     r"""(?P<space>[^\S\n]+)|(?P<separator>[,;\n])|(?P<text>"[^"]*"|'[^']*')|(?P<open>[({])"""
@@ -124,12 +126,28 @@ class _Parser:
     def script(self) -> tuple[Reply, ...]:
         replies: list[Reply] = []
         while self._skip_separators().kind != "end":
+            if self._now.lower == "again":
+                return self._again(replies)
             if replies and replies[-1].times == ALWAYS:
                 raise ScriptError("nothing can follow a step that is for always", self._now.offset)
             replies.append(self._step())
         if not replies:
             raise ScriptError("the script is empty", 0, (_EXAMPLE, "SUCCESS"))
         return tuple(replies)
+
+    def _again(self, replies: list[Reply]) -> tuple[Reply, ...]:
+        """``again`` at the end: the script begins anew."""
+        token = self._take()
+        self._take_if("and")
+        self._take_if("again")
+        if not replies or replies[-1].times == ALWAYS:
+            raise ScriptError("'again' needs steps before it that come to an end", token.offset, (_LOOP,))
+        if self._skip_separators().kind != "end":
+            raise ScriptError("nothing can follow 'again'", self._now.offset, (_LOOP,))
+        *before, last = replies
+        if last.times is not None and last.times > 1:
+            before.append(replace(last, times=last.times - 1))
+        return (*before, replace(last, times=AGAIN))
 
     @property
     def _now(self) -> _Token:
@@ -161,7 +179,7 @@ class _Parser:
                 )
             if token.kind == "word" and token.lower in _ENDINGS and not self._phase_follows():
                 return self._ending(reply)
-            if token.lower in _RUNNING and not self._duration_at(self._index + 1):
+            if token.lower in _RUNNING and not self._number_at(self._index + 1):
                 self._take()
                 self._take_if("forever")
                 return self._count(replace(reply, ending=Ending.NEVER))
@@ -179,7 +197,7 @@ class _Parser:
         if self._take_if("cancel", "cancelling"):
             self._take_if("takes")
             return replace(reply, cancel_takes=self._duration())
-        if not self._take_if(*_RUNNING) and not self._duration_at(self._index):
+        if not self._take_if(*_RUNNING) and not self._number_at(self._index):
             self._refuse(token)
         seconds = self._duration()
         says = self._quoted() if self._take_if(*_SAYS) else ""
@@ -190,15 +208,16 @@ class _Parser:
         known = close if len(close) <= 3 else _WORDS
         raise ScriptError(f"{token.text!r} is no part of a script", token.offset, (*known, _EXAMPLE))
 
-    def _duration_at(self, index: int) -> bool:
-        return index < len(self._tokens) and self._tokens[index].text[:1].isdigit()
+    def _number_at(self, index: int) -> bool:
+        """Whether a number stands there, if only one that no duration can have."""
+        return index < len(self._tokens) and re.match(r"[+-]?\.?\d", self._tokens[index].text) is not None
 
     def _duration(self) -> float:
         token = self._take()
         text = token.text
         if token.kind != "word":
             raise ScriptError(f"a duration is needed, not {text!r}", token.offset, ("3 s", "500 ms"))
-        if re.fullmatch(r"[\d.]+", text) and self._unit_follows():
+        if re.fullmatch(r"[+-]?[\d.]+", text) and self._unit_follows():
             text = f"{text} {self._take().text}"
         try:
             return read_duration(text)
@@ -241,14 +260,14 @@ class _Parser:
         if self._now.kind == "word" and (named or not self._is_reserved()):
             text = self._take().text
             code = int(text) if text.isdigit() else text
-        because = self._take_if("because")
+        because = self._take_if(*_BECAUSE)
         reason = self._quoted() if because or self._now.kind == "text" else ""
         return replace(reply, code=code, reason=reason)
 
     def _is_reserved(self) -> bool:
         """Whether the word here is no code but the next part of the step."""
         following = self._tokens[self._index + 1]
-        return self._now.lower in ("then", "because", "after", "cancel", "accepted", *_COUNTS) or (
+        return self._now.lower in ("then", *_BECAUSE, "after", "cancel", "accepted", *_COUNTS) or (
             self._now.text.isdigit() and following.lower == "times"
         )
 
@@ -270,10 +289,11 @@ class _Parser:
         token = self._now
         if token.kind in ("separator", "end") or token.lower == "then":
             return reply
+        begins = token.lower in (*_ENDINGS, *_RUNNING)
         raise ScriptError(
             f"{token.text!r} cannot stand behind the end of a step",
             token.offset,
-            (f"then {token.text}", "twice", "3 times", "always"),
+            (f"then {token.text}",) if begins else ("then SUCCESS", "twice", "3 times", "always"),
         )
 
 

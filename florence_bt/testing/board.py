@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from inspect import isgenerator
 from typing import Any, cast
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.testing.mocks import ScriptedRun, Step
-from florence_bt.testing.paths import Pattern, Place, closest_paths, made_up_place, read_pattern
-from florence_bt.testing.routine import Routine, RoutineRun
+from florence_bt.testing.paths import MissionMap, Pattern, Place, made_up_place, read_pattern
+from florence_bt.testing.routine import Routine, RoutineRun, broken_function
 from florence_bt.testing.scripts import Function, Item, Script, in_turn, items_of, to_step
+from florence_bt.testing.unmatched import unmatched
 from florence_bt.trees.quantities import example_of
 
 
@@ -63,6 +64,7 @@ class Mock:
         items: What its calls get, in turn; empty when a function decides.
         function: The function that decides, or None.
         calls: The calls that it answered.
+        asked: Whether a call came to it at all.
     """
 
     pattern: Pattern
@@ -70,6 +72,7 @@ class Mock:
     items: tuple[Item, ...]
     function: Function | None
     calls: list[Call] = field(default_factory=list)
+    asked: bool = False
     _turns: Iterator[Item] | None = None
 
     @property
@@ -109,9 +112,17 @@ class MockBoard:
         self._chosen: dict[str, Mock | None] = {}
         self._used: set[str] = set()
 
-    def skills(self) -> dict[str, MockedSkill]:
-        """A skill for each declaration."""
-        return {name: MockedSkill(self, declaration) for name, declaration in self._declarations.items()}
+    def patterns(self) -> list[Pattern]:
+        """Whom the mocks are for."""
+        return [mock.pattern for mock in self._mocks]
+
+    def unused(self) -> list[str]:
+        """The patterns of the mocks that answered no call yet; those of the whole test need not."""
+        return [mock.pattern.text for mock in self._mocks if not mock.default and not mock.asked]
+
+    def skills(self) -> Mapping[str, MockedSkill]:
+        """A skill for each declaration, also for those that missions bring along later."""
+        return _MockedSkills(self, self._declarations)
 
     def add(self, pattern: str, script: Script, *, default: bool = False) -> Mock:
         """Add a mock.
@@ -130,22 +141,23 @@ class MockBoard:
         self._chosen.clear()
         return mock
 
-    def check_patterns(self, places: Sequence[Place]) -> None:
+    def check_patterns(self, mission: MissionMap) -> None:
         """See that every mock is for something in a mission that is about to start.
 
         Args:
-            places: The nodes of the mission that run skills.
+            mission: The nodes of the mission.
 
         Raises:
             ConfigError: A mock matches none of them, nor any of an earlier mission, or the skill that it
                 matches cannot do what its script says.
         """
         self._chosen.clear()
+        places = mission.uses()
         for mock in self._mocks:
             if any(mock.pattern.matches(place) for place in places):
                 self._used.add(mock.pattern.text)
             elif mock.pattern.text not in self._used and not self._may_be_unused(mock):
-                raise _unmatched(mock, places, self._declarations)
+                raise self._unmatched(mock, mission)
         for place in places:
             chosen = self.mock_for(place)
             if chosen is not None:
@@ -182,7 +194,8 @@ class MockBoard:
         if mock is None:
             raise MockError(_how_to_mock(declaration, place))
         call = Call(declaration.name, place, dict(inputs), self.run_id(), self._clock.now())
-        answer = mock.function(call.inputs) if mock.function is not None else mock.next()
+        mock.asked = True
+        answer = _ask(mock, call) if mock.function is not None else mock.next()
         if mock.function is None and answer is None:
             raise MockError(
                 f"{place.shown} was started, but the mock {mock.pattern.text!r} provides for no more than "
@@ -203,7 +216,7 @@ class MockBoard:
 
         run: RoutineRun | ScriptedRun
         if isgenerator(answer):
-            run = RoutineRun(self._clock, cast(Routine, answer), settle, self.complaints)
+            run = RoutineRun(self._clock, cast(Routine, answer), settle, self.complaints, call.path)
         else:
             step = settle(answer)
             if step.error is not None and step.after <= 0.0:
@@ -223,6 +236,13 @@ class MockBoard:
         run.on_change(look)
         look()
 
+    def _unmatched(self, mock: Mock, mission: MissionMap) -> ConfigError:
+        error = unmatched(mock.pattern.text, mission, self._declarations, skills_only=True, what="the mock ")
+        if mock.pattern.text in self._declarations:
+            more = "defaults(...) for mocks that need not be used"
+            return ConfigError(error.problem, valid=[*error.valid, more])
+        return error
+
     def _may_be_unused(self, mock: Mock) -> bool:
         """A default need not be used, but a plain name in it must be that of a skill."""
         return mock.default and (not mock.pattern.plain or mock.pattern.text in self._declarations)
@@ -239,6 +259,27 @@ class MockBoard:
                 ) from error
 
 
+class _MockedSkills(Mapping[str, "MockedSkill"]):
+    """A skill for each declaration, made when it is asked for."""
+
+    def __init__(self, board: MockBoard, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self._board = board
+        self._declarations = declarations
+        self._made: dict[str, MockedSkill] = {}
+
+    def __getitem__(self, name: str) -> MockedSkill:
+        declaration = self._declarations[name]
+        if name not in self._made:
+            self._made[name] = MockedSkill(self._board, declaration)
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._declarations)
+
+    def __len__(self) -> int:
+        return len(self._declarations)
+
+
 class MockedSkill:
     """A skill whose runs come from a board."""
 
@@ -253,6 +294,21 @@ class MockedSkill:
     def start_at(self, path: str, inputs: Inputs) -> SkillRun:
         """Begin a run for the node with this path."""
         return self._board.start(self._declaration, path, inputs)
+
+
+def _ask(mock: Mock, call: Call) -> Any:
+    """What the function of a mock answers to a call.
+
+    Raises:
+        MockError: It raised something: a mistake in the test, as opposed to a skill that ``raises``.
+    """
+    assert mock.function is not None
+    try:
+        return mock.function(call.inputs)
+    except MockError:
+        raise
+    except Exception as error:
+        raise MockError(broken_function(call.path, error)) from error
 
 
 def check_outputs(step: Step, place: Place) -> None:
@@ -279,19 +335,4 @@ def _how_to_mock(declaration: SkillDeclaration, place: Place) -> str:
         f"{place.shown} was started, but {declaration.name} has no mock; give it one:\n"
         f'    in Python: florence.mock("{declaration.name}", "{example}")\n'
         f'    in a scenario, under skills: {declaration.name}: "{example}"'
-    )
-
-
-def _unmatched(
-    mock: Mock, places: Sequence[Place], declarations: Mapping[str, SkillDeclaration]
-) -> ConfigError:
-    text = mock.pattern.text
-    if mock.pattern.plain and text in declarations:
-        used = dict.fromkeys(place.skill for place in places if place.skill)
-        return ConfigError(
-            f"the mock {text!r} is for a skill that the mission does not use",
-            valid=[*closest_first(text, used), "defaults(...) for mocks that need not be used"],
-        )
-    return ConfigError(
-        f"the mock {text!r} matches no skill of the mission", valid=closest_paths(text, places)
     )

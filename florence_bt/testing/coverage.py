@@ -142,11 +142,12 @@ class Coverage:
                 mission.name,
                 mission.file,
                 tuple(
-                    self._node(mission, node, possible, declarations)
-                    for node, possible in possible_outcomes(mission, library, declarations)
+                    self._node(mission, node, possible, known)
+                    for node, possible in possible_outcomes(mission, library, known)
                 ),
             )
             for mission, library in self.missions.values()
+            for known in (library.with_declared(declarations),)
         ]
         return sorted(reports, key=lambda report: (report.name, str(report.file)))
 

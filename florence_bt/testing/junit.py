@@ -39,7 +39,7 @@ def junit_xml(files: Iterable[ScenarioFile], results: Iterable[Result]) -> str:
 def _suite(read: ScenarioFile, results: list[Result]) -> ET.Element:
     suite = ET.Element(
         "testsuite",
-        name=str(read.file),
+        name=_clean(str(read.file)),
         tests=str(len(results) + bool(read.findings)),
         failures=str(sum(not result.passed for result in results)),
         errors=str(int(bool(read.findings))),
@@ -65,21 +65,27 @@ def _case(result: Result) -> ET.Element:
         "testcase",
         classname=_class_name(scenario.file),
         name=_clean(scenario.name),
-        file=str(scenario.file),
+        file=_clean(str(scenario.file)),
         line=str(scenario.position.line),
         time=f"{result.seconds:.3f}",
     )
     if not result.passed:
         lines = [f"{scenario.file}:{at.line}:{at.column}: {problem}" for at, problem in result.problems]
         failure = ET.SubElement(
-            case, "failure", message=_clean(result.problems[0][1].splitlines()[0]), type="failure"
+            case, "failure", message=_clean(result.problems[0][1].split("\n")[0]), type="failure"
         )
         failure.text = _clean("\n".join([*lines, "", result.report]))
+        ET.SubElement(case, "system-out").text = _clean(_traces(result))
     return case
 
 
+def _traces(result: Result) -> str:
+    """What the nodes did, line by line, in each run of a scenario."""
+    return "\n\n".join(f"trace of {play.run.run_id}:\n{play.trace()}" for play in result.plays)
+
+
 def _class_name(file: Path) -> str:
-    return ".".join(part for part in file.with_suffix("").parts if part not in ("/", ".", ".."))
+    return _clean(".".join(part for part in file.with_suffix("").parts if part not in ("/", ".", "..")))
 
 
 def _clean(text: str) -> str:

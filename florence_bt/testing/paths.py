@@ -11,7 +11,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -21,13 +21,14 @@ from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees import model
 from florence_bt.trees.compile import compile_mission
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
 from florence_bt.trees.origin import Origin, origin_of
+from florence_bt.trees.outcomes import Prospects, prospects_of
 
 MAX_SHOWN = 5
 """How many paths an error lists."""
@@ -75,14 +76,18 @@ class MissionMap:
 
     Attributes:
         mission: The name of the mission.
+        outputs: What it gives when it succeeds.
+        prospects: What can come of it.
         places: Every node by path, in the order of the tree.
     """
 
-    def __init__(self, mission: str, root: Behaviour) -> None:
-        self.mission = mission
+    def __init__(self, mission: Mission, root: Behaviour, prospects: Prospects) -> None:
+        self.mission = mission.name
+        self.outputs: Mapping[str, Port] = mission.outputs
+        self.prospects = prospects
         self.places: dict[str, Place] = {}
-        head = () if _plain(root.name) == _plain(mission) else (frozenset({_plain(mission)}),)
-        self._add(root, head, "" if not head else mission)
+        head = () if _plain(root.name) == _plain(mission.name) else (frozenset({_plain(mission.name)}),)
+        self._add(root, head, "" if not head else mission.name)
         self._shorten()
 
     def uses(self) -> list[Place]:
@@ -160,7 +165,8 @@ def map_mission(
         ConfigError: The mission has errors that ``florence check`` would have found.
     """
     context = TreeContext(ManualClock(), lambda: None, {}, declarations)
-    return MissionMap(mission.name, compile_mission(mission, library, {}, context).root)
+    root = compile_mission(mission, library, {}, context).root
+    return MissionMap(mission, root, prospects_of(mission, library, declarations))
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +225,10 @@ def matching(pattern: str, places: Iterable[Place]) -> list[Place]:
 
 
 def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
-    """Paths that look like a pattern that matches none of them, in their short form, the closest first."""
+    """What may have been meant by a pattern that matches no place: the pattern with its misspelled names put
+    right, then paths that look like it, in their short form, the closest first.
+    """
+    places = list(places)
     wanted = [_plain(name) for name in pattern.strip("/").split("/") if "*" not in name] or [""]
 
     def likeness(place: Place) -> float:
@@ -227,7 +236,24 @@ def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
         return 2.0 * _alike(wanted[-1], place.segments[-1]) + sum(names) / len(names)
 
     ordered = sorted(places, key=lambda place: (-likeness(place), place.index))
-    return list(dict.fromkeys(place.short for place in ordered))[:MAX_SHOWN]
+    repaired = _repaired(pattern, places)
+    return list(dict.fromkeys([*repaired, *(place.short for place in ordered)]))[:MAX_SHOWN]
+
+
+def _repaired(pattern: str, places: Sequence[Place]) -> list[str]:
+    """The pattern with the closest names that there are; none when that matches no place either."""
+    known: dict[str, str] = {}
+    for place in places:
+        for written in (*place.shown.split("/"), *([place.skill] if place.skill else ())):
+            known.setdefault(_plain(written), written)
+    names = pattern.split("/")
+    for number, name in enumerate(names):
+        if name and "*" not in name and _plain(name) not in known:
+            close = difflib.get_close_matches(_plain(name), known, n=1, cutoff=0.7)
+            names[number] = known[close[0]] if close else name
+    # A node without a name of its own stands between: not `goto_room/turn` but `goto_room/**/turn`.
+    ways = ["/".join(names), "/**/".join(name for name in names if name != "**")]
+    return [way for way in ways if way != pattern and all(way.split("/")) and matching(way, places)][:1]
 
 
 def _alike(name: str, written: frozenset[str]) -> float:

@@ -7,13 +7,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 from florence_bt.behaviours.keys import readable
+from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.run import RunStatus
 from florence_bt.testing._play_state import PlayState, Unmet, visited
 from florence_bt.testing.board import Call
 from florence_bt.testing.paths import read_pattern
 from florence_bt.testing.record import seconds_text
-from florence_bt.testing.values import expected_like, read_duration, same
+from florence_bt.testing.trace import aligned, read_line, same_trace
+from florence_bt.testing.values import expected_like, read_duration, read_kind, same
+from florence_bt.trees.quantities import format_value
 
 __all__ = ["Play", "Unmet"]
 __tracebackhide__ = True
@@ -62,7 +65,8 @@ class Play(PlayState):
     def assert_why(self, code: str | None = None, reason: str | None = None, leaf: str | None = None) -> Self:
         """The cause of the end is this; arguments as of :meth:`assert_failed`."""
         if code is not None and self.code != code:
-            self.fail(f"the code is {self.code!r}, not {code!r}; the reason: {self.reason}")
+            reason = f"; the reason: {self.reason}" if self.reason else ""
+            self.fail(f"the code is {self.code!r}, not {code!r}{reason}")
         if reason is not None and reason not in self.reason:
             self.fail(f"the reason does not contain {reason!r}; it is: {self.reason!r}")
         if leaf is not None:
@@ -74,11 +78,12 @@ class Play(PlayState):
 
     def assert_outputs(self, outputs: Mapping[str, Any]) -> Self:
         """The mission gave these outputs; texts are read with their units."""
-        return self._assert_values("output", outputs, self.outputs)
+        kinds = {name: port.kind for name, port in self.places.outputs.items()}
+        return self._assert_values("output", outputs, self.outputs, kinds)
 
     def assert_keys(self, keys: Mapping[str, Any]) -> Self:
         """The keys of the mission have these values; texts are read with their units."""
-        return self._assert_values("key", keys, self.keys)
+        return self._assert_values("key", keys, self.keys, self.places.prospects.kinds)
 
     def assert_called(
         self,
@@ -149,10 +154,19 @@ class Play(PlayState):
         return self._assert_text("tree", wanted, _lines(self.tree) if whole else visited(self.tree))
 
     def assert_trace(self, expected: str, pattern: str = "**", *, inner: bool = False) -> Self:
-        """The trace is this; arguments as of :meth:`trace`."""
-        wanted = [" ".join(line.split()) for line in _lines(expected)]
-        actual = [" ".join(line.split()) for line in self.trace(pattern, inner=inner).splitlines()]
-        return self._assert_text("trace", wanted, actual)
+        """The trace is this; arguments as of :meth:`trace`. Its lines may name nodes by patterns.
+
+        Raises:
+            ConfigError: A line is no line of a trace, or names no node of the mission.
+        """
+        wanted = [read_line(line) for line in _lines(expected) if line.strip()]
+        for line in wanted:
+            self.check_pattern(line.node)
+        actual = self.changes(pattern, inner=inner)
+        if same_trace(wanted, actual):
+            return self
+        places = self.places.places.values()
+        return self._assert_text("trace", aligned(wanted, actual, places), [str(each) for each in actual])
 
     def assert_duration(self, duration: float | str, *, at_most: bool = False) -> Self:
         """The run took so long (seconds, or a text as ``3 s``), to the millisecond; or at most so long."""
@@ -184,13 +198,23 @@ class Play(PlayState):
         why = f": {self.reason} [{self.code}] at {self.leaf}" if self.run.why else ""
         return f"{self.status}{why}"
 
-    def _assert_values(self, what: str, wanted: Mapping[str, Any], actual: Mapping[str, Any]) -> Self:
+    def _assert_values(
+        self, what: str, wanted: Mapping[str, Any], actual: Mapping[str, Any], kinds: Mapping[str, Kind]
+    ) -> Self:
         for name, value in wanted.items():
+            kind = kinds.get(name)
+            try:
+                read = value if kind is None else read_kind(value, kind)
+                if name in actual and kind is None:
+                    read = expected_like(value, actual[name])
+            except ConfigError as error:
+                raise ConfigError(f"the {what} {name!r}: {error.problem}", valid=error.valid) from error
             if name not in actual:
                 known = ", ".join(actual) or "none"
                 self.fail(f"there is no {what} {name!r} (there are: {known})")
-            elif not same(expected_like(value, actual[name]), actual[name]):
-                self.fail(f"the {what} {name} is {readable(actual[name])}, not {readable(value)}")
+            elif not same(read, actual[name]):
+                is_, not_ = (_shown(each, kind) for each in (actual[name], read))
+                self.fail(f"the {what} {name} is {is_}, not {not_}")
         return self
 
     def _assert_text(self, what: str, wanted: list[str], actual: list[str]) -> Self:
@@ -202,6 +226,10 @@ class Play(PlayState):
 
 
 _STATUS_WORDS = {"SUCCESS": "SUCCEEDED", "FAILURE": "FAILED"}
+
+
+def _shown(value: Any, kind: Kind | None) -> str:
+    return format_value(value, kind) if kind is not None else readable(value)
 
 
 def _times(number: int) -> str:

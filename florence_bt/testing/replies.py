@@ -15,6 +15,8 @@ from florence_bt.testing.values import read_duration, read_port
 
 ALWAYS = -1
 """The count of a reply that is given to every further call."""
+AGAIN = -2
+"""The count of a last reply that is given once, after which the script begins anew."""
 
 
 class Ending(enum.Enum):
@@ -57,6 +59,7 @@ class Reply:
         cancel_takes: Seconds from a cancel to the end.
         error: Of ``RAISES``.
         times: For how many calls; None for one, or for every further call when it is the last of a script.
+        bound: What it was found to mean, by the names of skills; see :func:`bind_reply`.
     """
 
     ending: Ending
@@ -68,6 +71,9 @@ class Reply:
     cancel_takes: float = 0.0
     error: Exception | None = None
     times: int | None = None
+    bound: dict[str, tuple[SkillDeclaration, Step]] = field(
+        init=False, default_factory=dict, repr=False, compare=False
+    )
 
     def twice(self) -> Reply:
         """The same for two calls."""
@@ -144,12 +150,15 @@ def bind_reply(reply: Reply, declaration: SkillDeclaration) -> Step:
     Raises:
         ConfigError: The declaration does not allow the code or an output; the error says what it allows.
     """
+    known = reply.bound.get(declaration.name)
+    if known is not None and known[0] is declaration:
+        return known[1]
     total, feedback = 0.0, []
     for phase in reply.phases:
         if phase.feedback:
             feedback.append((total, phase.feedback))
         total += phase.seconds
-    return Step(
+    step = Step(
         result=_result(reply, declaration),
         after=total,
         accept_after=reply.accept_after,
@@ -157,6 +166,8 @@ def bind_reply(reply: Reply, declaration: SkillDeclaration) -> Step:
         feedback_at=tuple(feedback),
         error=reply.error,
     )
+    reply.bound[declaration.name] = (declaration, step)
+    return step
 
 
 def _result(reply: Reply, declaration: SkillDeclaration) -> Result | None:

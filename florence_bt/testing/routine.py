@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Generator
+from pathlib import Path
 from typing import Any
 
 from florence_bt.core.clock import Clock, Timer
@@ -27,6 +29,7 @@ class RoutineRun:
         routine: The generator.
         settle: Turns what it returns into a step; raises an AssertionError when the skill cannot do that.
         complaints: Where misuse is noted.
+        caller: The node that started the skill, for messages.
     """
 
     def __init__(
@@ -35,7 +38,9 @@ class RoutineRun:
         routine: Routine,
         settle: Callable[[Any], Step],
         complaints: list[str],
+        caller: str,
     ) -> None:
+        self._caller = caller
         self.cancelled = False
         self._clock = clock
         self._routine = routine
@@ -89,6 +94,7 @@ class RoutineRun:
             self._complaints.append(f"a mock yielded what is no duration: {error}")
             self._break(error)
         except Exception as error:
+            self._complaints.append(broken_function(self._caller, error))
             self._break(error)
         else:
             if says:
@@ -118,6 +124,16 @@ class RoutineRun:
         if self._timer is not None:
             self._timer.cancel()
         self._state.handle(Event.FINISHED, result)
+
+
+def broken_function(caller: str, error: Exception) -> str:
+    """What is told when the function or the generator of a mock raises something."""
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return (
+        f"the mock of {caller} raised {type(error).__name__}: {error}{where}; "
+        "for a skill that breaks let it return raises('...')"
+    )
 
 
 def _pause(said: Any) -> tuple[float, str]:

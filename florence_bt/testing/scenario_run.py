@@ -55,7 +55,9 @@ def _steps(scenario: Scenario, scene: Scene) -> Iterator[Step]:
     """What is done, in order, each with its place in the file."""
     for mock in scenario.mocks:
         yield mock.position, partial(_mock, scene.stage, mock)
-    yield scenario.position, partial(start, scene, scenario.trigger, "")
+    refused = scenario.trigger.refused is not None
+    begin = scenario.trigger.position if refused else scenario.position
+    yield begin, partial(start, scene, scenario.trigger, "")
     for happening in scenario.when:
         yield happening.position, partial(happening.act, scene)
     yield scenario.position, partial(_run_to_the_end, scenario, scene)

@@ -11,7 +11,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs
 from florence_bt.testing._script_text import parse_script
 from florence_bt.testing.mocks import Step
-from florence_bt.testing.replies import ALWAYS, Ending, Reply, bind_reply, check_result
+from florence_bt.testing.replies import AGAIN, ALWAYS, Ending, Reply, bind_reply, check_result
 
 Function = Callable[[Inputs], Any]
 """A mock as a function: from the inputs of a call to a text, a reply, outputs or a result; or a generator
@@ -40,20 +40,31 @@ def items_of(script: Script) -> tuple[Item, ...]:
         raise ConfigError("a script needs at least one step", valid=_VALID)
     items: list[Item] = []
     for part in script:
+        if items and endless(items[-1]):
+            raise ConfigError("nothing can follow a step that is for always or begins anew", valid=_VALID)
         items += items_of(part)
     return tuple(items)
 
 
+def endless(item: Item) -> bool:
+    """Whether no further step of a script can be reached after this one."""
+    return isinstance(item, Reply) and item.times in (ALWAYS, AGAIN)
+
+
 def in_turn(items: Sequence[Item]) -> Iterator[Item]:
     """The item of each call; it ends when the script provides for no further call."""
-    for index, item in enumerate(items):
-        times = item.times if isinstance(item, Reply) else None
-        if times is None:
-            times = ALWAYS if index == len(items) - 1 else 1
-        while times == ALWAYS:
-            yield item
-        for _ in range(times):
-            yield item
+    again = True
+    while again:
+        again = False
+        for index, item in enumerate(items):
+            times = item.times if isinstance(item, Reply) else None
+            if times is None:
+                times = ALWAYS if index == len(items) - 1 else 1
+            while times == ALWAYS:
+                yield item
+            again = times == AGAIN
+            for _ in range(1 if again else times):
+                yield item
 
 
 def to_step(answer: Any, declaration: SkillDeclaration) -> Step:

@@ -20,7 +20,8 @@ from florence_bt.testing.paths import MissionMap, Place, made_up_place
 from florence_bt.testing.play import Play
 from florence_bt.testing.record import STATUSES, seconds_text
 from florence_bt.testing.scripts import Script
-from florence_bt.testing.values import read_duration, read_pose
+from florence_bt.testing.stubs import copied, mocked_missions, put_stubs
+from florence_bt.testing.values import read_duration, read_limit, read_pose
 from florence_bt.trees.loader import MissionLibrary
 
 __tracebackhide__ = True
@@ -30,8 +31,6 @@ LIMIT = "1 day"
 """How long a test waits for something, in the time of the mission."""
 MAX_EVENTS = 1_000_000
 """How much may happen while a test waits for one thing."""
-
-_DAY = re.compile(r"\s*(\d+)\s*days?\s*")
 
 
 class Stage:
@@ -60,7 +59,8 @@ class Stage:
         scratch: Path | None = None,
     ) -> None:
         self.clock = ManualClock()
-        self.library = library or MissionLibrary.load([Path(folder) for folder in folders])
+        paths = [Path(folder) for folder in folders]
+        self.library = copied(library) if library is not None else MissionLibrary.load(paths)
         known = declarations if declarations is not None else all_declarations()
         self.declarations: Mapping[str, SkillDeclaration] = self.library.with_declared(known)
         self.plays: list[Play] = []
@@ -109,7 +109,8 @@ class Stage:
         """Say what a skill does when a node starts it.
 
         Args:
-            pattern: The name of a skill, or a pattern of paths such as ``approach_user/**/navigate_to``.
+            pattern: The name of a skill, or a pattern of paths such as ``approach_user/**/navigate_to``; or
+                of a called mission, which is then mocked whole.
             script: A text such as ``running 3 s, then FAILURE 203 twice, then SUCCESS``, a reply
                 (``succeed``, ``fail``, ``never``, ``raises``), a list of them, or a function of the inputs.
 
@@ -155,11 +156,14 @@ class Stage:
             MockError: The mission started a skill without a mock.
         """
         name = self.load(mission)
+        wanted = _policy(policy)
+        self._mock_missions(name)
         places = self.places_of(name)
-        self._board.check_patterns(places.uses())
+        self._board.check_patterns(places)
         given = self._readable(name, {**(inputs or {}), **more})
-        run = self.executor.trigger(Request(name, given, caller, Policy(policy), priority))
+        run = self.executor.trigger(Request(name, given, caller, wanted, priority))
         play = Play(run, places, self.declarations, self._board.calls, self.executor.render)
+        play.unused = self._board.unused
         self.plays.append(play)
         self._by_id[run.run_id] = play
         early, self._early = self._early, []
@@ -304,6 +308,13 @@ class Stage:
             tree = self.plays[-1].report() if self.plays else ""
             raise MockError(f"{complaint}\n\n{tree}".rstrip())
 
+    def _mock_missions(self, mission: str) -> None:
+        """Put stubs for the called missions that mocks name."""
+        names = mocked_missions(self._board.patterns(), self.places_of(mission), self.declarations)
+        if names:
+            put_stubs(names, self.library, self.declarations)
+            self._maps = MissionMaps()
+
     def _readable(self, mission: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
         """The inputs with poses in every form that tests may write; what is wrong with them is told later."""
         ports = self.library.get(mission).inputs
@@ -325,7 +336,7 @@ class Stage:
         raise AssertionError(f"more than {MAX_EVENTS} events before {seconds_text(when)}")
 
     def _wait(self, done: Callable[[], bool], play: Play, problem: str, limit: float | str) -> None:
-        end = self.clock.now() + _limit_seconds(limit)
+        end = self.clock.now() + read_limit(limit)
         for _ in range(MAX_EVENTS):
             self.check_mocks()
             if done():
@@ -380,6 +391,8 @@ class Stage:
         return path
 
 
-def _limit_seconds(limit: float | str) -> float:
-    days = _DAY.fullmatch(limit) if isinstance(limit, str) else None
-    return 86_400.0 * int(days[1]) if days else read_duration(limit, "a limit")
+def _policy(name: str) -> Policy:
+    policies = [policy.value for policy in Policy]
+    if name not in policies:
+        raise ConfigError(f"there is no policy {name!r}", valid=policies)
+    return Policy(name)

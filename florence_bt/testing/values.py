@@ -10,9 +10,10 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.trees.quantities import example_of, guess_value, out_of_range, read_value
+from florence_bt.trees.quantities import example_of, guess_value, out_of_range, range_of, read_value
 
 _POSE_PARTS = {"x": Kind.LENGTH, "y": Kind.LENGTH, "yaw": Kind.ANGLE}
+_DAY = re.compile(r"\s*(\d{1,6})\s*days?\s*")
 _PAIR = re.compile(r"\s*(\w+)\s*[:=]\s*(.+?)\s*")
 
 
@@ -27,6 +28,16 @@ def read_duration(value: Any, what: str = "a duration") -> float:
     if not math.isfinite(seconds) or seconds < 0.0:
         raise ConfigError(f"{what} cannot be {value!r}", valid=["3 s", "500 ms", "2 min"])
     return seconds
+
+
+def read_limit(limit: float | str) -> float:
+    """Seconds from what :func:`read_duration` reads, or from ``1 day``.
+
+    Raises:
+        ConfigError: It is neither.
+    """
+    days = _DAY.fullmatch(limit) if isinstance(limit, str) else None
+    return 86_400.0 * int(days[1]) if days else read_duration(limit, "a limit")
 
 
 def read_port(value: Any, port: Port) -> Any:
@@ -46,7 +57,7 @@ def read_port(value: Any, port: Port) -> Any:
     problem = out_of_range(read, port) if isinstance(value, str) else None
     problem = problem or port.problem_with(read)
     if problem:
-        raise ConfigError(problem)
+        raise ConfigError(problem, valid=range_of(port))
     return read
 
 

@@ -217,10 +217,13 @@ def one_step(name: str) -> str:
 def numbered(siblings: list[Behaviour]) -> list[Behaviour]:
     """Number siblings with equal names, so that every path is unique."""
     taken: set[str] = set()
+    counts: dict[str, int] = {}
     for behaviour in siblings:
-        name, count = behaviour.name, 1
+        name = behaviour.name
+        count = counts.get(name, 1)
         while behaviour.name in taken:
             count += 1
             behaviour.name = f"{name} ({count})"
+        counts[name] = count
         taken.add(behaviour.name)
     return siblings

@@ -28,6 +28,7 @@ _OFFENDING = re.compile(
     """,
     re.VERBOSE,
 )
+_QUOTED = re.compile("'([^'\n]+)'")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +66,9 @@ class Excerpts:
         line, start = lines[finding.line - 1], finding.column - 1
         match = _OFFENDING.match(line, start)
         text = match[0].rstrip() if match else line[start : start + 1]
+        # What the message itself quotes stands there as a whole, whatever signs are in it.
+        told = [quoted for quoted in _QUOTED.findall(finding.message) if line.startswith(quoted, start)]
+        text = max((text, *told), key=len)
         first = max(0, start - _BEFORE) if len(line) > MAX_WIDTH else 0
         shown = line[first : first + MAX_WIDTH]
         head, tail = "…" * (first > 0), "…" * (first + MAX_WIDTH < len(line))

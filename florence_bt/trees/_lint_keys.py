@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 
+from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import closest_first
 from florence_bt.trees import model
 from florence_bt.trees._facts import Facts
@@ -33,7 +34,11 @@ class KeyChecks:
         self._all = known.all
         self._written = [(node, key) for node in known.all for key, _ in facts.writes(node, self._kinds)]
         written = {key.text for _, key in self._written}
-        self._lost = sorted(mission.lost - written)  # by nodes that cannot be read, which is said there
+        wrong = list(_outputs_of_nothing(known.all, facts))
+        self._of_nothing = {id(key) for _, key, _ in wrong}
+        # By nodes that cannot be read, and by outputs the wrong way round, which is said there.
+        turned_round = {output.text for output, key, given in wrong if key.text in given}
+        self._lost = sorted((mission.lost | turned_round) - written)
         names = {**mission.inputs, **mission.keys, **dict.fromkeys([*sorted(written), *self._lost])}
         self._bits = {name: 1 << number for number, name in enumerate(names)}
         by_node: dict[int, list[str]] = {}
@@ -58,6 +63,7 @@ class KeyChecks:
             if self._notes.full:
                 break
             valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
+            valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
             self._notes.error(reference.position, f"no node writes a key {reference.key!r}", valid)
         there = (
             *self._mission.inputs,
@@ -113,7 +119,8 @@ class KeyChecks:
         """Warn of what is written or declared and never read."""
         written = {key.text for _, key in self._written}
         for node, key in self._written:
-            if key.text not in read and key.text not in self._mission.inputs:
+            known = key.text in read or key.text in self._mission.inputs or id(key) in self._of_nothing
+            if not known:
                 self._unread(node, key)
         for name in self._mission.inputs:
             if name not in read:
@@ -130,6 +137,16 @@ class KeyChecks:
         what = f"output that goes to the key {key.text!r}" if given else f"key {key.text!r}"
         message = f"nothing reads the {what}"
         self._notes.warning(key.position, message, [f"${key.text} in a later node", "leaving it out"])
+
+
+def _outputs_of_nothing(
+    nodes: Iterable[Node], facts: Facts
+) -> Iterator[tuple[Literal, Literal, Mapping[str, Kind]]]:
+    """Outputs that a skill or mission does not have, with the key each goes to and those that there are."""
+    for node in nodes:
+        if isinstance(node, model.Use | model.Call) and node.outputs:
+            given = facts.output_kinds(node)
+            yield from ((output, key, given) for output, key in node.outputs if output.text not in given)
 
 
 def _needed_by(node: Node) -> Iterator[Value]:

@@ -12,6 +12,7 @@ from florence_bt.trees._ends import COUNT, PAUSE
 from florence_bt.trees._facts import Facts
 from florence_bt.trees._kinds import fits
 from florence_bt.trees._lint_values import ValueChecks, literal_kind
+from florence_bt.trees._meant import OTHER_KINDS
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.kinds import NODE_KINDS
 from florence_bt.trees.model import Literal, Mission, Node, PolicyKind
@@ -92,11 +93,10 @@ class NameChecks:
             message = f"{node.skill} is on its way out: use {declaration.deprecated}"
             self._notes.warning(node.position, message)
         if not node.table_given:
-            self._notes.error(
-                node.position,
-                f"the inputs of {node.skill} must be a table",
-                [f"{node.skill}: {{input: value}}"],
-            )
+            first = next((name for name, port in declaration.inputs.items() if port.required), "input")
+            about = f"{node.skill}: {{{first}: {node.written or 'value'}}}" if declaration.inputs else ""
+            message = f"the inputs of {node.skill} must be a table"
+            self._notes.error(node.position, message, [about or f"{node.skill}:"])
             return
         self._check_inputs(node.skill, node, declaration.inputs)
         self._check_outputs(node.skill, declaration.outputs, node.outputs)
@@ -106,6 +106,8 @@ class NameChecks:
         valid = list(closest_first(node.skill, names))
         if node.skill in self._facts.library:
             valid = [f"run: {node.skill}"]
+        elif node.skill.lower() in OTHER_KINDS:
+            valid = [OTHER_KINDS[node.skill.lower()]]
         elif len(valid) == len(names):
             valid = sorted(self._facts.declarations) + list(NODE_KINDS)
         self._notes.error(node.position, f"there is no skill and no kind of node {node.skill!r}", valid)
@@ -144,9 +146,13 @@ class NameChecks:
     def _check_outputs(
         self, owner: str, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Literal]]
     ) -> None:
-        for output, _ in given:
-            if output.text not in ports:
-                message = f"{owner} has no output {output.text!r}"
+        for output, key in given:
+            if output.text in ports:
+                continue
+            message = f"{owner} has no output {output.text!r}"
+            if key.text in ports:
+                self._notes.error(output.position, message, [f"{key.text}: {output.text}"])
+            else:
                 self._notes.unknown(output.position, message, output.text, ports)
 
     def _check_writes(self, node: Node) -> None:

@@ -11,7 +11,7 @@ from florence_bt.trees._facts import Facts
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.expressions.syntax import Binary, Constant, Expression, Key, Term, parts_of
 from florence_bt.trees.findings import ERROR
-from florence_bt.trees.model import Literal, Mission, Node, PoseParts, Value
+from florence_bt.trees.model import Literal, Mission, Node, PoseParts, Value, default_of
 from florence_bt.trees.source import Position
 from florence_bt.trees.values import literal_value, tree_value
 
@@ -47,7 +47,9 @@ def check_places(mission: Mission, facts: Facts, places: Places, notes: Notes) -
     """
     if places.labels is not None:
         for text, position, what in labels_in(mission, facts):
-            _check_label(text, position, what, places, notes)
+            # Where a key has this name its value may be meant.
+            meant = [f"${text}"] if text in facts.of(mission).kinds else []
+            _check_label(text, position, what, places, notes, meant)
     if places.problem_at is not None:
         for node in facts.of(mission).all:
             for value in model.values_of(node):
@@ -59,7 +61,8 @@ def labels_in(mission: Mission, facts: Facts) -> Iterator[tuple[str, Position, s
     names = facts.of(mission).names
     for name, port in (*mission.inputs.items(), *mission.keys.items()):
         if name in names and isinstance(port.default, str):
-            yield port.default, mission.positions.get(name, Position()), names[name]
+            declared = mission.positions.get(name, Position())
+            yield port.default, mission.positions.get(default_of(name), declared), names[name]
     for node in facts.of(mission).all:
         for _, value, what in facts.names_in(node):
             if isinstance(value, Literal):
@@ -95,14 +98,17 @@ def _compared(term: Term, names: dict[str, str] | Collection[str]) -> Iterator[t
         yield text, constant.position, names[key]
 
 
-def _check_label(text: str, position: Position, what: str, places: Places, notes: Notes) -> None:
+def _check_label(
+    text: str, position: Position, what: str, places: Places, notes: Notes, meant: list[str]
+) -> None:
     labels = places.labels or ()
     rooms = labels if places.rooms is None else places.rooms
     where = f" in {places.file}" if places.file else ""
     if text not in labels:
         wanted = rooms if what == "room" else labels
         noun = "room" if what == "room" and places.rooms is not None else "hotspot"
-        notes.unknown(position, f"there is no {noun} {text!r}{where}", text, wanted, severity=places.severity)
+        message = f"there is no {noun} {text!r}{where}"
+        notes.unknown(position, message, text, wanted, severity=places.severity, meant=meant)
     elif what == "room" and text not in rooms:
         message = f"the hotspot {text!r} is no room{where}"
         notes.unknown(position, message, text, rooms, severity=places.severity)

@@ -9,7 +9,9 @@ from florence_bt.trees import model
 from florence_bt.trees._constants import constant_of
 from florence_bt.trees._facts import Facts
 from florence_bt.trees._notes import Notes
+from florence_bt.trees.kinds import IDENTIFIER
 from florence_bt.trees.model import Expression, Mission, Node, PolicyKind
+from florence_bt.trees.quantities import guess_value
 
 
 class ReachChecks:
@@ -43,6 +45,8 @@ class ReachChecks:
                     self._check_parallel(node)
                 case model.If():
                     self._check_if(node)
+                case model.Switch():
+                    self._check_switch(node)
                 case model.Retry():
                     self._check_retry(node)
                 case model.Repeat():
@@ -110,6 +114,19 @@ class ReachChecks:
             message = f"{never.title!r} is never reached: {shown!r} {always}"
             self._notes.error(never.position, message, ["an expression with a $key"])
 
+    def _check_switch(self, node: model.Switch) -> None:
+        """A value that is always the same leads to the same branch every time."""
+        if not isinstance(node.value, model.Literal):
+            return
+        text = node.value.text
+        same = [guess_value(case.text)[1] == guess_value(text)[1] for case, _ in node.cases]
+        never = next((part for fits, (_, part) in zip(same, node.cases, strict=True) if not fits), None)
+        never = never or (node.default if any(same) else None)
+        if never is not None:
+            message = f"{never.title!r} is never reached: the value is always {text!r}"
+            valid = [f"${text}"] if IDENTIFIER.fullmatch(text) else []
+            self._notes.error(never.position, message, [*valid, "an expression with a $key"])
+
     # ---- decorators -----------------------------------------------------------------------------------
 
     def _check_retry(self, node: model.Retry) -> None:
@@ -160,7 +177,8 @@ class ReachChecks:
         for code in node.reasons.by_code:
             if code not in codes:
                 message = f"because: {node.title!r} cannot fail with {code!r}"
-                self._notes.warning(node.reasons.position, message, closest_first(code, codes))
+                place = node.reasons.places.get(code, node.reasons.position)
+                self._notes.warning(place, message, closest_first(code, codes))
 
     def _check_cleanup(self, node: Node) -> None:
         cleanup = node.cleanup

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees import model
 from florence_bt.trees._facts import Facts, reachable
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.model import Mission, Node
+from florence_bt.trees.source import Position
 
 MAX_NODES = 50_000
 """How many nodes a mission has at most, those of the missions that it calls counted at every call."""
@@ -26,8 +28,13 @@ def check_structure(mission: Mission, facts: Facts, notes: Notes) -> None:
     _check_recursion(mission, facts, notes)
     _check_size(mission, facts, notes)
     for node in facts.of(mission).all:
-        if isinstance(node, model.Parallel):
-            _check_resources(node, mission, facts, notes)
+        match node:
+            case model.Parallel(children=children):
+                _check_resources(children, mission, facts, notes)
+            case model.If(memory=False, condition=Node() as asked):
+                # While a question that takes time is asked again, the branch goes on.
+                for branch in node.parts[1:]:
+                    _check_resources((asked, branch), mission, facts, notes)
 
 
 def _check_recursion(mission: Mission, facts: Facts, notes: Notes) -> None:
@@ -58,27 +65,43 @@ def _ways_back(mission: Mission, facts: Facts) -> dict[str, str]:
 
 
 def _check_size(mission: Mission, facts: Facts, notes: Notes) -> None:
+    for error in too_large(mission, facts):
+        notes.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+
+
+def too_large(mission: Mission, facts: Facts) -> Iterator[ConfigError]:
+    """Why a mission is too large to run, with everything that it calls; nothing when it is not.
+
+    Args:
+        mission: The mission.
+        facts: Its surroundings.
+    """
     root = facts.of(mission).root
     if root is None or mission.tree is None:
         return
+    problems: list[tuple[str, str]] = []
     if root.count > MAX_NODES:
         shown = str(root.count) if root.count < 10**9 else "more than a billion"
         message = (
             f"the mission has {shown} nodes with those of the missions that it calls; {MAX_NODES} can run"
         )
-        notes.error(mission.tree.position, message, ["repeat: instead of writing a call many times"])
+        problems.append((message, "repeat: instead of writing a call many times"))
     if root.depth > MAX_TREE_DEPTH:
         message = (
             f"{root.depth} nodes stand one above the other, with those of called missions; "
             f"{MAX_TREE_DEPTH} can run"
         )
-        notes.error(mission.tree.position, message, ["fewer missions that call each other"])
+        problems.append((message, "fewer missions that call each other"))
+    place = mission.tree.position
+    for message, valid in problems:
+        yield ConfigError(message, file=mission.file, line=place.line, column=place.column, valid=[valid])
 
 
-def _check_resources(node: model.Parallel, mission: Mission, facts: Facts, notes: Notes) -> None:
+def _check_resources(together: Iterable[Node], mission: Mission, facts: Facts, notes: Notes) -> None:
+    """Note which of some nodes that can run at the same time want the same resource."""
     known = facts.of(mission)
     users: dict[str, Node] = {}
-    for child in node.children:
+    for child in together:
         for resource in sorted(known.of(child).resources):
             if resource in users:
                 one, other = _named(users[resource], resource, facts), _named(child, resource, facts)

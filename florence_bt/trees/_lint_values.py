@@ -12,9 +12,18 @@ from florence_bt.trees._facts import Facts
 from florence_bt.trees._kinds import fits, kind_of
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.expressions.checking import check_kinds
-from florence_bt.trees.model import Expression, Literal, Mission, PoseParts, Reference, Template, Value
+from florence_bt.trees.model import (
+    Expression,
+    Literal,
+    Mission,
+    PoseParts,
+    Reference,
+    Template,
+    Value,
+    show,
+)
 from florence_bt.trees.quantities import format_value, out_of_range, with_article
-from florence_bt.trees.values import port_value, tree_value
+from florence_bt.trees.values import as_expression, port_value, tree_value
 
 _PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
 
@@ -43,7 +52,8 @@ class ValueChecks:
         """
         match value:
             case Expression():
-                self.expression(value, port.kind if port is not None else None, what)
+                if self.expression(value, port.kind if port is not None else None, what):
+                    self._computed(value, port, what)
             case Reference() if port is not None:
                 self._reference(value, port, what)
             case PoseParts(x=x, y=y, yaw=yaw) if port is None or port.kind is Kind.POSE:
@@ -54,12 +64,27 @@ class ValueChecks:
 
     def condition(self, expression: Expression, what: str) -> None:
         """Check an expression that must give true or false."""
-        self.expression(expression, Kind.BOOLEAN, what)
+        if self.expression(expression, Kind.BOOLEAN, what):
+            self._computed(expression, None, what)
 
-    def expression(self, expression: Expression, wanted: Kind | None, what: str) -> None:
-        """Check an expression that must give a kind."""
-        for problem in check_kinds(expression, self._kinds, wanted).problems:
+    def expression(self, expression: Expression, wanted: Kind | None, what: str) -> bool:
+        """Check an expression that must give a kind; says whether it does."""
+        problems = check_kinds(expression, self._kinds, wanted).problems
+        for problem in problems:
             self._notes.error(problem.position, f"{what}: {problem.message}", problem.valid)
+        return not problems
+
+    def _computed(self, expression: Expression, port: Port | None, what: str) -> None:
+        """Check the value of an expression that needs no keys, which is the same at every time."""
+        if expression.keys:
+            return
+        try:
+            if port is None:
+                tree_value(expression, None)
+            else:
+                port_value(expression, port)
+        except ConfigError as error:
+            self._notes.error(expression.position, f"{what}: {error.problem}", error.valid)
 
     def kind(self, value: Value) -> Kind | None:
         """The kind of a value, None when it is not known."""
@@ -76,10 +101,24 @@ class ValueChecks:
             valid = (*meant, *error.valid)
             self._notes.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
         else:
-            self.text(value, what)
+            if not self.text(value, what) and port is None:
+                self.unclear(value, what)
 
-    def text(self, value: Value, what: str) -> None:
-        """Warn of ``$pose.x`` in a text: there it is the whole pose, and a text behind it."""
+    def unclear(self, value: Value, what: str) -> None:
+        """Warn of ``$a + 1`` where anything will do: without ``${...}`` it is a text."""
+        if isinstance(value, Template) and not value.quoted:
+            meant = as_expression(value)
+            if meant:
+                message = f"{what}: {show(value)!r} is a text here, and nothing is computed"
+                self._notes.warning(value.position, message, (*meant, f'"{show(value)}" for a text'))
+
+    def text(self, value: Value, what: str) -> bool:
+        """Warn of ``$pose.x`` in a text: there it is the whole pose, and a text behind it.
+
+        Returns:
+            Whether there was anything to warn of.
+        """
+        warned = False
         parts = value.parts if isinstance(value, Template) else ()
         for part, behind in pairwise(parts):
             match = _PART.match(behind) if isinstance(behind, str) else None
@@ -89,6 +128,8 @@ class ValueChecks:
                 alone = [f"${{{written}}}"] if len(parts) == 2 and match[0] == behind else []
                 valid = alone or [f"set: {{part: '${{{written}}}'}} first, and $part in the text"]
                 self._notes.warning(value.position, message, valid)
+                warned = True
+        return warned
 
     def _reference(self, value: Reference, port: Port, what: str) -> None:
         given = kind_of(value, self._kinds)

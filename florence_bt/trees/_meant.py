@@ -11,6 +11,34 @@ from florence_bt.trees.source import Listing, Source, Table, Text
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _OTHER_WORDS = {"elif": "else", "elseif": "else", "otherwise": "else", "case": "cases", "inputs": "with"}
+OTHER_KINDS = {
+    "fallback": "selector",
+    "priority": "selector",
+    "reactive_sequence": "sequence",
+    "reactivesequence": "sequence",
+    "reactive_fallback": "selector",
+    "reactivefallback": "selector",
+    "inverter": "invert",
+    "not": "invert",
+    "loop": "repeat",
+    "for": "repeat",
+    "retry_until_successful": "retry",
+    "force_success": "succeed",
+    "force_failure": "force",
+    "run_once": "once",
+    "sleep": "wait",
+    "pause": "wait",
+    "call": "run",
+    "subtree": "run",
+    "do_mission": "run",
+    "match": "switch",
+    "check": "condition",
+    "assert": "condition",
+    "abort": "fail",
+    "cool_down": "cooldown",
+    "at_once": "parallel",
+}
+"""What other languages and people call the kinds of nodes."""
 
 
 def node_meant(source: Source) -> tuple[str, tuple[str, ...]]:
@@ -49,6 +77,9 @@ def instead_of_two_kinds(first: Text, second: Text, value: Source) -> tuple[str,
         return (word,)
     if second.text not in NODE_KINDS and first.text == "run" and isinstance(value, Text):
         return (f"with: {{{second.text}: {value.text}}}",)
+    if not {first.text, second.text} & NODE_KINDS.keys() and isinstance(value, Text) and not value.empty:
+        # An input that is indented like the skill whose input it is.
+        return (f"{first.text}: {{{second.text}: {value.text}}}", f"{second.text} indented further")
     if first.text in MODIFIERS["do"]:
         return (f"do: with {second.text} below it", "sequence: [a node for each]")
     if first.text == "if":

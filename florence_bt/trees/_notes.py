@@ -35,11 +35,18 @@ class Notes:
         self._add(position, WARNING, message, valid)
 
     def unknown(
-        self, position: Position, message: str, name: str, names: Iterable[str], *, severity: str = ERROR
+        self,
+        position: Position,
+        message: str,
+        name: str,
+        names: Iterable[str],
+        *,
+        severity: str = ERROR,
+        meant: Iterable[str] = (),
     ) -> None:
-        """Note a name that does not exist, with those that look like it."""
+        """Note a name that does not exist, with what is probably meant, and the names that look like it."""
         if not self.full:
-            self._add(position, severity, message, closest_first(name, names))
+            self._add(position, severity, message, (*meant, *closest_first(name, names)))
 
     def _add(self, position: Position, severity: str, message: str, valid: Iterable[str]) -> None:
         if not self.full:

@@ -66,13 +66,13 @@ class Parsing(abc.ABC):
         if not isinstance(source, Table):
             always = self.text(source, "because")
             return Reasons(always, {}, source.position) if always is not None else None
-        by_code = {}
+        by_code, places = {}, {}
         for key, item in source.entries:
             code = self.reader.identifier(key, "a code in because")
             text = self.text(item, f"because {key.text}")
             if code is not None and text is not None:
-                by_code[code.text] = text
-        return Reasons(None, by_code, source.position)
+                by_code[code.text], places[code.text] = text, code.position
+        return Reasons(None, by_code, source.position, places)
 
 
 Maker = Callable[[Parsing, Text, Source, Table], Node | None]

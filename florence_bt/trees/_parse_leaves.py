@@ -57,6 +57,7 @@ def use(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None
         outputs=parsing.reader.keys(table.get("out")),
         table_given=given or (isinstance(value, Text) and value.empty),
         unread=_unread(value, inputs),
+        written=value.text if isinstance(value, Text) else "",
         **parsing.common(key, table),
     )
 

@@ -19,6 +19,8 @@ _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced
 
 _POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
 
+_MEANT_BY = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
+"""What people write for true and false."""
 _OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
 """What others call the heading of a pose."""
 
@@ -56,7 +58,11 @@ class Reader:
         if isinstance(source, Table):
             return source
         if source is not None and not (isinstance(source, Text) and source.empty):
-            self.problem(source.position, f"{what} must be a table (key: value)")
+            first = source.items[0] if isinstance(source, Listing) and source.items else source
+            name = first.text if isinstance(first, Text) and IDENTIFIER.fullmatch(first.text) else "name"
+            dashes = ", without dashes" if isinstance(source, Listing) else ""
+            valid = [f"{what}: {{{name}: ...}}{dashes}"]
+            self.problem(source.position, f"{what} must be a table (key: value)", valid)
         return None
 
     def text(self, source: Source, what: str) -> str | None:
@@ -70,9 +76,11 @@ class Reader:
         """A name in lower case."""
         if isinstance(source, Text) and IDENTIFIER.fullmatch(source.text):
             return Literal(source.text, True, source.position)
-        written = f", not {source.text!r}" if isinstance(source, Text) and not source.empty else ""
+        written = source.text if isinstance(source, Text) and not source.empty else ""
+        message = f"{what} must be a name of lower-case letters, digits and underscores"
+        meant = _as_name(written)
         self.problem(
-            source.position, f"{what} must be a name of lower-case letters, digits and underscores{written}"
+            source.position, message + (f", not {written!r}" if written else ""), [meant] if meant else []
         )
         return None
 
@@ -82,7 +90,9 @@ class Reader:
         if isinstance(source, Text) and source.text in choices:
             return source.text
         written = source.text if isinstance(source, Text) else "this"
-        self.problem(source.position, f"{what} cannot be {written!r}", choices)
+        meant = _MEANT_BY.get(written.lower())
+        valid = (meant,) if meant in choices else choices
+        self.problem(source.position, f"{what} cannot be {written!r}", valid)
         return default
 
     def identifiers(self, source: Source, what: str) -> tuple[Literal, ...]:
@@ -130,7 +140,8 @@ class Reader:
             self.problem(source.position, f"{what} cannot be a list", valid)
             return None
         if source.empty:
-            self.problem(source.position, f"{what} has no value")
+            # What begins with # is a comment.
+            self.problem(source.position, f"{what} has no value", ["a value", 'quotes round it: "..."'])
             return None
         return self._scalar(source)
 
@@ -182,7 +193,7 @@ class Reader:
         if len(parts) == 1 and isinstance(parts[0], Reference):
             return parts[0]
         if any(isinstance(part, Reference) for part in parts):
-            return Template(tuple(parts), source.position)
+            return Template(tuple(parts), source.position, source.quoted)
         return Literal("".join(str(part) for part in parts), source.quoted, source.position)
 
     def _lone_dollar(self, source: Text, after: int) -> None:
@@ -213,6 +224,13 @@ class Reader:
                 [_POSE],
             )
         return PoseParts(parts["x"], parts["y"], parts["yaw"], table.position) if len(parts) == 3 else None
+
+
+def _as_name(written: str) -> str | None:
+    """The name that somebody wrote in another way: ``My-Mission.yaml`` for ``my_mission``."""
+    last = re.split(r"[/\\]", written)[-1].strip().removesuffix(".yaml").removesuffix(".yml")
+    name = re.sub(r"[\s-]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", last)).lower()
+    return name if IDENTIFIER.fullmatch(name) else None
 
 
 def _torn(source: Source, table: Table | None) -> bool:

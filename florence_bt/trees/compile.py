@@ -13,6 +13,7 @@ from florence_bt.behaviours.keys import KeyStore
 from florence_bt.trees._build_leaves import declared_keys
 from florence_bt.trees._build_nodes import Builder
 from florence_bt.trees._facts import Facts
+from florence_bt.trees._lint_structure import too_large
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
 from florence_bt.trees.origin import Origin, origin_of
@@ -56,7 +57,10 @@ def compile_mission(
     if library.declarations:
         # A skill that is only declared fails with `no_skill` when it is started.
         context = replace(context, declarations=library.with_declared(context.declarations))
+    facts = Facts(library, context.declarations)
+    for error in too_large(mission, facts):
+        raise error
     context.keys.declare(declared_keys(mission))
     context.keys.reset(inputs)
-    builder = Builder(mission, Facts(library, context.declarations), context, (mission.name,))
+    builder = Builder(mission, facts, context, (mission.name,))
     return CompiledTree(builder.root(mission.name), mission, context.keys)

@@ -109,7 +109,7 @@ def _mermaid_lines(root: Box) -> Iterator[str]:
     for box in root.walk():
         kinds.setdefault(box.kind if box.kind in COLOURS else "other", []).append(numbers[id(box)])
         lines = "<br/>".join(_mermaid_text(line) for line in (_label(box), *_details(box)))
-        left, right = ('(["', '"])') if not box.below else ('["', '"]')
+        left, right = ('("', '")') if not box.below else ('["', '"]')
         yield f"  {numbers[id(box)]}{left}{lines}{right}"
         for child in box.below:
             word = f'|"{_mermaid_text(child.edge)}"|' if child.edge else ""

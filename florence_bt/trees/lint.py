@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from functools import cache
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.trees._facts import Facts
+from florence_bt.trees._facts import Facts, reachable
 from florence_bt.trees._lint_declared import lacking_skills
 from florence_bt.trees._lint_keys import KeyChecks
 from florence_bt.trees._lint_names import NameChecks
@@ -14,12 +15,12 @@ from florence_bt.trees._lint_places import Places, check_places, labels_in
 from florence_bt.trees._lint_reach import ReachChecks
 from florence_bt.trees._lint_structure import check_structure
 from florence_bt.trees._notes import Notes
-from florence_bt.trees.findings import Finding, has_errors, limit_findings
+from florence_bt.trees.findings import ERROR, Finding, has_errors, limit_findings, sort_findings
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
 from florence_bt.trees.source import Position
 
-__all__ = ["Places", "check", "check_files", "read_files", "written_labels"]
+__all__ = ["Places", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
 
 
 def check(
@@ -74,6 +75,52 @@ def read_files(files: Iterable[Path], library: MissionLibrary) -> tuple[list[Mis
     missions = [mission for path in paths if (mission := library.add_file(path)) is not None]
     given = {str(path) for path in paths}
     return missions, [finding for finding in library.findings if finding.file in given]
+
+
+def errors_of_called(
+    missions: Collection[Mission], library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+) -> list[Finding]:
+    """An error at each call of a mission that cannot run, itself or through what it calls.
+
+    Args:
+        missions: What is checked; what is wrong with these is told at their own places.
+        library: Where called missions are found.
+        declarations: The skills by name.
+    """
+    facts = Facts(library, dict(library.with_declared(declarations)))
+    checked = {id(mission) for mission in missions}
+    first: dict[str, Finding | None] = {}
+
+    def error_in(name: str) -> Finding | None:
+        called = library.find(name)
+        if called is None or id(called) in checked:
+            return None
+        if name not in first:
+            found = sort_findings(_check_mission(called, facts, None))
+            first[name] = next((finding for finding in found if finding.severity == ERROR), None)
+        return first[name]
+
+    @cache
+    def all_below(name: str) -> dict[str, str]:
+        return {name: "", **reachable(name, lambda caller: _callees(caller, facts))}
+
+    findings: list[Finding] = []
+    for mission in missions:
+        for call in facts.calls(mission):
+            below = all_below(call.mission.text)
+            if mission.name in below:
+                continue  # it calls itself, which is told
+            wrong = next(((name, error) for name in below if (error := error_in(name)) is not None), None)
+            if wrong is not None:
+                place = call.mission.position
+                message = f"the mission {wrong[0]!r} has errors; the first one: {wrong[1].as_error()}"
+                findings.append(Finding(str(mission.file), place.line, place.column, ERROR, message))
+    return findings
+
+
+def _callees(name: str, facts: Facts) -> Iterable[str]:
+    mission = facts.library.find(name)
+    return facts.of(mission).callees if mission is not None else ()
 
 
 def written_labels(

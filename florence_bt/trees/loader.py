@@ -41,7 +41,9 @@ class MissionLibrary:
     def load(
         cls, folders: Sequence[Path] = (), *, built_in: bool = True, third_party: bool | None = None
     ) -> MissionLibrary:
-        """Read every ``*.yaml`` of some folders. That a mission shadows another is one of the findings.
+        """Read every ``*.yaml`` of some folders, but no hidden file: editors leave such beside their own.
+
+        That a mission shadows another is one of the findings.
 
         Args:
             folders: Mission folders; a later one shadows missions of the same name in an earlier one.
@@ -61,7 +63,7 @@ class MissionLibrary:
         for folder in library.folders:
             if not folder.is_dir():
                 raise ConfigError(f"there is no folder of missions {str(folder)!r}")
-            for path in sorted(folder.glob("*.yaml")):
+            for path in sorted(folder.glob("[!.]*.yaml")):
                 library.add_file(path)
         return library
 

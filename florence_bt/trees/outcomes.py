@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.trees import model
+from florence_bt.trees._ends import SUCCEEDS
 from florence_bt.trees._facts import Facts
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission, Node
@@ -56,6 +57,45 @@ def possible_outcomes(
         )
         for node in mission.nodes()
     ]
+
+
+@dataclass(frozen=True, slots=True)
+class Prospects:
+    """What can come of a mission, for those who hold expectations against it.
+
+    Attributes:
+        kinds: The kinds of its inputs and keys, as far as they are known.
+        keys: Every input and key that it has, whether the kind is known or not.
+        codes: The codes it can fail with, mistakes in a mission or a robot included.
+        can_succeed: Whether it can succeed.
+    """
+
+    kinds: Mapping[str, Kind]
+    keys: frozenset[str]
+    codes: frozenset[str]
+    can_succeed: bool
+
+
+def prospects_of(
+    mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+) -> Prospects:
+    """What can come of a mission.
+
+    Args:
+        mission: The mission, without errors.
+        library: Where called missions are found.
+        declarations: The skills by name.
+    """
+    facts = Facts(library, declarations)
+    known = facts.of(mission)
+    written = {key.text for node in mission.nodes() for key, _ in facts.writes(node, known.kinds)}
+    ends = known.root.ends if known.root is not None else SUCCEEDS
+    return Prospects(
+        kinds=known.kinds,
+        keys=frozenset({*mission.inputs, *mission.keys, *written}),
+        codes=ends.codes | MISTAKES,
+        can_succeed=ends.can_succeed,
+    )
 
 
 class _Lasting:

@@ -16,7 +16,7 @@ from florence_bt.trees._parse_nodes import NodeParser
 from florence_bt.trees._reader import Reader
 from florence_bt.trees.findings import MAX_FINDINGS
 from florence_bt.trees.kinds import IDENTIFIER, INPUT_KEYS, KEY_KEYS, MISSION_KEYS, ON_RESTART, OUTPUT_KEYS
-from florence_bt.trees.model import Mission
+from florence_bt.trees.model import Mission, default_of
 from florence_bt.trees.quantities import (
     NUMERIC_KINDS,
     example_of,
@@ -39,6 +39,21 @@ _OTHER_KINDS = {
     "time": "duration",
     "position": "pose",
     "velocity": "speed",
+    "meter": "length",
+    "meters": "length",
+    "m": "length",
+    "cm": "length",
+    "second": "duration",
+    "seconds": "duration",
+    "s": "duration",
+    "min": "duration",
+    "degree": "angle",
+    "degrees": "angle",
+    "deg": "angle",
+    "rad": "angle",
+    "label": "text",
+    "room": "text",
+    "hotspot": "text",
 }
 """What other languages call the types."""
 
@@ -65,7 +80,10 @@ def parse_mission(text: str, path: Path) -> Mission:
 
 
 def _parse(data: bytes, path: Path) -> Mission:
-    source, reader = parse_source(data, path), Reader(path)
+    problems: list[ConfigError] = []
+    source, reader = parse_source(data, path, problems), Reader(path)
+    for error in problems:
+        reader.problem(Position(error.line or 1, error.column or 1), error.problem, error.valid)
     if not isinstance(source, Table):
         reader.problem(source.position, "a mission file must be a table", MISSION_KEYS)
         return Mission(path.stem, "", path, findings=tuple(reader.findings))
@@ -155,6 +173,9 @@ def read_ports(
             reader.problem(key.position, f"{what} is a table with its type", valid)
         elif name is not None:
             positions[name.text] = name.position
+            default = item.get("default")
+            if default is not None:
+                positions[default_of(name.text)] = default.position
             ports[name.text] = _port(reader, name.text, item, keys)
     return ports, positions
 
@@ -175,8 +196,17 @@ def _check_keys(
 
 
 def _port(reader: Reader, name: str, fields: Table, keys: tuple[str, ...]) -> Port:
-    for key, _ in fields.entries:
-        if key.text not in keys:
+    for key, value in fields.entries:
+        if key.text in keys:
+            continue
+        if key.text in KEY_KEYS and isinstance(value, Text):
+            # Outputs are keys too, and these can have a value at the start, and limits.
+            message, valid = (
+                f"an output has no {key.text}",
+                f"keys: {{{name}: {{{key.text}: {value.text}, ...}}}}",
+            )
+            reader.problem(key.position, message, [valid])
+        else:
             reader.unknown(key.position, f"key of {name!r}", key.text, keys)
     kind = _kind(reader, name, fields)
     description = fields.get("description")

@@ -34,6 +34,8 @@ _EXAMPLES = {
 }
 # Possessive, so that a text of ten thousand digits is read once, not ten thousand times.
 _QUANTITY = re.compile(r"([+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)\s*+(\S*)")
+_PART = re.compile(r"(\d{1,9}(?:\.\d{1,9})?)\s*+([^\W\d]++(?:/[^\W\d]++)?|°)")
+_CLOCK = re.compile(r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2})")
 
 
 def with_article(kind: Kind) -> str:
@@ -126,6 +128,24 @@ def range_of(port: Port) -> tuple[str, ...]:
     return (f"{low} and more",) if low is not None else (f"{high} and less",) if high is not None else ()
 
 
+def _meant(text: str, kind: Kind) -> str:
+    """How somebody who wrote ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s`` or ``00:05:00`` means."""
+    units = UNITS.get(kind, {})
+    plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
+    match = _QUANTITY.fullmatch(plain)
+    if match and match[2] in units:
+        return f"{match[1]} {match[2]}".strip()
+    parts = _PART.findall(text)
+    whole = "".join("".join(part) for part in parts) == re.sub(r"\s|and", "", text)
+    if len(parts) > 1 and whole and all(unit in units for _, unit in parts):
+        return format_value(sum(float(number) * units[unit] for number, unit in parts), kind)
+    clock = _CLOCK.fullmatch(text)
+    if clock and kind is Kind.DURATION:
+        hours, minutes, seconds = (int(part or 0) for part in clock.groups())
+        return format_value(3600.0 * hours + 60.0 * minutes + seconds, kind)
+    return _EXAMPLES[kind]
+
+
 def _read_boolean(text: str) -> bool:
     if text not in ("true", "false"):
         meant = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(text.lower())
@@ -139,13 +159,11 @@ def _read_quantity(text: str, kind: Kind) -> float:
     match = _QUANTITY.fullmatch(text)
     units = UNITS.get(kind, {})
     what = with_article(kind)
-    if match is None:
-        comma = _QUANTITY.fullmatch(text.replace(",", ".", 1))
-        valid = f"{comma[1]} {comma[2]}".strip() if comma and comma[2] in units else _EXAMPLES[kind]
-        raise ConfigError(f"{what} is needed, not {text!r}", valid=[valid])
+    if match is None or re.search(r"[:\d]", match[2]):
+        raise ConfigError(f"{what} is needed, not {text!r}", valid=[_meant(text, kind)])
     number, unit = float(match[1]), match[2]
-    if not math.isfinite(number):
-        raise ConfigError(f"{text!r} is too large")
+    if not math.isfinite(number * units.get(unit, 1.0)):
+        raise ConfigError(f"{text!r} is too large", valid=[_EXAMPLES[kind]])
     if unit in units:
         return number * units[unit]
     if not unit and (kind is Kind.NUMBER or number == 0.0):

@@ -56,7 +56,7 @@ def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> A
         case Template(parts=parts):
             if kind is not None and kind is not Kind.TEXT:
                 problem = f"{with_article(kind)} cannot be a text with keys in it"
-                raise ConfigError(problem, valid=(*_as_expression(value), *_written(kind)))
+                raise ConfigError(problem, valid=(*as_expression(value), *_written(kind)))
             return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
         case PoseParts():
             return _pose(value, kind, kinds)
@@ -117,7 +117,7 @@ def template_of(value: Value) -> TextTemplate:
     return TextTemplate((source if is_source(source) else readable(source),))
 
 
-def _as_expression(value: Template) -> tuple[str, ...]:
+def as_expression(value: Template) -> tuple[str, ...]:
     """The template in ``${...}``, when it is an expression that lacks them."""
     text = show(value)
     try:

@@ -20,9 +20,10 @@ from florence_bt.trees.findings import ERROR, WARNING, Finding, finding_from_err
 from florence_bt.trees.kinds import IDENTIFIER
 from florence_bt.trees.lint import Places
 from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.model import Call, Mission
+from florence_bt.trees.model import Mission
 from florence_bt.trees.parse import parse_mission
 from florence_bt.trees.report import FORMATS, Excerpts, report_full, summary
+from florence_bt.wiring.neighbours import add_neighbours
 
 STDIN = Path("-")
 """Given in place of a file: the standard input."""
@@ -79,7 +80,7 @@ def check_files(files: Sequence[Path], options: CheckOptions | None = None) -> t
     with _nothing_collected():
         desk = _Desk(options)
         paths = [path for given in files for path in _mission_files(given)]
-        findings = desk.check(paths)
+        findings = limit_findings([*desk.check(paths), *_other_endings(files)])
     excerpts = Excerpts(desk.texts)
     if options.form == "text":
         report = report_full(findings, excerpts, colour=options.colour)
@@ -124,13 +125,14 @@ class _Desk:
                 missions.append(self._read_stdin())
             except ConfigError as error:
                 findings.append(finding_from_error(error))
-        _add_neighbours(missions, self._library)
+        add_neighbours(missions, self._library)
         # What shadows what, and packages that could not be loaded.
         findings += [f for f in self._library.findings if f.severity == WARNING]
         findings += self._declarations.findings
         flat = _flat(self._options)
         findings += flat.wrong_hotspots()
         findings += lint.check(missions, self._library, self._declarations, flat.for_lint())
+        findings += lint.errors_of_called(missions, self._library, self._declarations)
         if self._options.live:
             from florence_bt.wiring.live_check import compare_with_system
 
@@ -162,24 +164,6 @@ def _about_stdin(finding: Finding) -> Finding:
 def _name_in(source: Source) -> str | None:
     name = source.get("mission") if isinstance(source, Table) else None
     return name.text if isinstance(name, Text) and IDENTIFIER.fullmatch(name.text) else None
-
-
-def _add_neighbours(missions: Iterable[Mission], library: MissionLibrary) -> None:
-    """Let missions call those that lie beside their files."""
-    waiting = list(missions)
-    looked_for: set[tuple[Path, str]] = set()
-    for mission in waiting:
-        folder = mission.file.parent
-        for node in mission.nodes():
-            if not isinstance(node, Call) or node.mission.text in library:
-                continue
-            if (folder, node.mission.text) in looked_for:
-                continue
-            looked_for.add((folder, node.mission.text))
-            file = folder / f"{node.mission.text}.yaml"
-            neighbour = library.add_file(file) if file.is_file() else None
-            if neighbour is not None:
-                waiting.append(neighbour)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,11 +217,20 @@ def _flat(options: CheckOptions) -> _Flat:
     return _Flat(load_hotspots(file), file, options.hotspots is not None, options.live, problem_at)
 
 
+def _other_endings(given: Iterable[Path]) -> Iterator[Finding]:
+    """A warning for each file that a folder of missions would not be asked for."""
+    for path in given:
+        for file in sorted(path.glob("[!.]*.yml")) if path.is_dir() else (path,):
+            if file.suffix == ".yml":
+                message = "missions are files that end in .yaml: no other mission and no robot finds this one"
+                yield Finding(str(file), 1, 1, WARNING, message, (f"{file.stem}.yaml",))
+
+
 def _mission_files(given: Path) -> list[Path]:
     if given == STDIN:
         return [given]
     if given.is_dir():
-        files = sorted(given.glob("*.yaml"))
+        files = sorted(given.glob("[!.]*.yaml"))
         if not files:
             raise ConfigError(f"there is no mission file in {str(given)!r}", valid=["a folder with *.yaml"])
         return files

@@ -13,6 +13,7 @@ from florence_bt.trees.declarations import collect_declarations
 from florence_bt.trees.findings import ERROR, WARNING, Finding, has_errors
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.report import FORMATS, Excerpts, report_full
+from florence_bt.wiring.neighbours import add_neighbours
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,9 @@ def import_file(
 
 
 def mission_name(given: str, library: MissionLibrary) -> str:
-    """The name of a mission that is given by its name or its file; the file joins the library.
+    """The name of a mission that is given by its name or its file.
+
+    The file joins the library, and so do the missions beside it that it calls.
 
     Raises:
         ConfigError: There is no such file.
@@ -102,7 +105,9 @@ def mission_name(given: str, library: MissionLibrary) -> str:
     if file.suffix in (".yaml", ".yml"):
         if not file.exists():
             raise ConfigError(f"there is no file {given!r}", valid=["a mission file", *library.names()])
-        library.add_file(file)
+        mission = library.add_file(file)
+        if mission is not None:
+            add_neighbours([mission], library)
         return file.stem
     return given
 

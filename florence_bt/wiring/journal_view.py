@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.runtime.events import seconds_text
 from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import RunStatus
+from florence_bt.runtime.status import duration_text
 
 RUNS = Path("runs")
 """Where the verbs leave their runs when no folder is given."""
@@ -91,7 +91,7 @@ def _last_written(path: Path) -> float:
 
 def _cells(run: JournaledRun) -> tuple[str, ...]:
     accepted = run.accepted.replace("T", " ").partition(".")[0]
-    took = seconds_text(run.started, run.ended)
+    took = duration_text(run.as_run(), run.ended) if run.ended is not None else ""
     why = f"{run.code}: {run.reason}" if run.reason and run.code else run.reason
     return accepted or "-", run.state, took or "-", run.run_id, why
 

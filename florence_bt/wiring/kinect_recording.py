@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
+from florence_bt.core.errors import ConfigError, DeviceError, DeviceLost, DeviceTimeout
 from florence_bt.drivers.kinect.driver import KinectParameters
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
@@ -32,6 +32,7 @@ class Recorded:
         colour_pictures: How many.
         readings: How many of the accelerometer.
         without_motor: Why there is none; empty when there are some.
+        interrupted: Whether Ctrl-C ended it early.
     """
 
     seconds: float
@@ -39,6 +40,7 @@ class Recorded:
     colour_pictures: int
     readings: int
     without_motor: str
+    interrupted: bool = False
 
 
 def record(
@@ -49,6 +51,7 @@ def record(
     colour: bool = True,
     library: str = "",
     wall_time: Callable[[], float] = time.time,
+    open_camera: Callable[[KinectParameters], FrameSource] = open_source,
     open_motor: Callable[[int], UsbMotor] = UsbMotor,
 ) -> Recorded:
     """Record.
@@ -60,32 +63,47 @@ def record(
         colour: Whether colour pictures are recorded too.
         library: The file of libfreenect; the usual ones when empty.
         wall_time: Gives the moments of the pictures, seconds.
+        open_camera: Opens what the source names.
         open_motor: Opens the motor, which has the accelerometer; asked only for a Kinect on USB.
 
     Raises:
         ConfigError: The time or the folder is no good.
-        DeviceError: There is no camera, or it fails.
+        DeviceError: There is no camera, or it fails; what came before that is kept.
+        KeyboardInterrupt: Ctrl-C before the first picture; later it ends the recording early.
     """
     if not 0.0 < seconds <= LONGEST_S:
         raise ConfigError(f"cannot record for {seconds:g} s", valid=[f"more than 0, at most {LONGEST_S:g} s"])
     parameters = KinectParameters(source=source, library=library)
-    with closing(open_source(parameters)) as camera:
+    with closing(open_camera(parameters)) as camera:
         camera.request(colour=colour)
         with closing(_Accelerometer(source, open_motor)) as accelerometer, RecordingWriter(folder) as writer:
             loop = _Loop(camera, accelerometer, writer, wall_time)
-            try:
-                loop.run(seconds)
-            except DeviceError:
-                # A recording that is copied ends as it is meant to.
-                if not (source.startswith(f"{RECORDING}:") and writer.depth_pictures):
-                    raise
+            interrupted = _run(loop, seconds, writer, f"{folder}", copies=source.startswith(f"{RECORDING}:"))
             return Recorded(
                 loop.last - loop.first,
                 writer.depth_pictures,
                 writer.colour_pictures,
                 accelerometer.readings,
                 accelerometer.problem,
+                interrupted,
             )
+
+
+def _run(loop: _Loop, seconds: float, writer: RecordingWriter, folder: str, *, copies: bool) -> bool:
+    """Record; True when it was interrupted. A recording that is copied ends as it is meant to."""
+    try:
+        loop.run(seconds)
+    except KeyboardInterrupt:
+        if not writer.depth_pictures:
+            raise
+        return True
+    except DeviceError as error:
+        if not writer.depth_pictures:
+            raise
+        if not copies:
+            kept = f"{folder} holds the {writer.depth_pictures} depth pictures that came before"
+            raise DeviceLost(f"{error}; {kept}") from error
+    return False
 
 
 class _Accelerometer:
@@ -95,11 +113,17 @@ class _Accelerometer:
         self.readings = 0
         self.problem = ""
         self._motor: UsbMotor | None = None
-        if source.partition(":")[0] != USB:
+        kind, _, device = source.partition(":")
+        if kind != USB:
             self.problem = "only a Kinect on USB has one"
             return
+        if device and not device.isdecimal():
+            self.problem = (
+                "a serial number does not tell whose motor it is; name the Kinect as usb:0 or usb:1"
+            )
+            return
         try:
-            self._motor = open_motor(0)
+            self._motor = open_motor(int(device or 0))
         except DeviceError as error:
             self.problem = str(error)
 

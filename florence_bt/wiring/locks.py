@@ -66,6 +66,21 @@ def lock_folder(folder: Path) -> Lock:
     )
 
 
+def bring_up_here() -> bool:
+    """Whether this user runs a bring-up on this machine in this ROS domain.
+
+    Taking the lock to find out could refuse a bring-up that begins this very moment, so the kernel is asked.
+    """
+    try:
+        inode = _domain_file().stat().st_ino
+        locks = Path("/proc/locks").read_text(encoding="ascii")
+    except OSError:
+        return False
+    # 12: FLOCK  ADVISORY  WRITE 4711 00:35:98765 0 EOF
+    held = (line.split() for line in locks.splitlines() if " FLOCK " in line)
+    return any(parts[5].rpartition(":")[2] == str(inode) for parts in held if len(parts) > 5)
+
+
 def lock_domain() -> Lock:
     """Take the ROS domain of this process on this machine, for this user.
 
@@ -74,8 +89,12 @@ def lock_domain() -> Lock:
     Raises:
         ConfigError: As :class:`Lock`.
     """
-    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
-    folder = Path(tempfile.gettempdir()) / f"florence-{os.getuid()}"
-    return Lock(
-        folder / f"domain-{domain}", f"the ROS domain {domain}", "another domain, e.g. ROS_DOMAIN_ID=7"
-    )
+    return Lock(_domain_file(), f"the ROS domain {_domain()}", "another domain, e.g. ROS_DOMAIN_ID=7")
+
+
+def _domain() -> str:
+    return os.environ.get("ROS_DOMAIN_ID") or "0"
+
+
+def _domain_file() -> Path:
+    return Path(tempfile.gettempdir()) / f"florence-{os.getuid()}" / f"domain-{_domain()}"

@@ -5,19 +5,23 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
+import threading
+from collections import deque
 from pathlib import Path
 
+from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.recorder import RunRecord
 
 PICTURE = "flat.png"
 FINISH_BUDGET_S = 4.0
 """Wall seconds that pictures get to be finished when the system goes down."""
+MOST_WAITING = 20
+"""How many pictures may wait to be drawn; of more runs than that in a short time the earliest get none."""
 
 
 class BackgroundPictures:
-    """Draws the pictures of runs in processes of their own, so that the robot does not wait for them.
+    """Draws the pictures of runs in a process of its own, one after the other: the robot needs the processor.
 
     Args:
         map_file: The map (map_server YAML).
@@ -26,27 +30,62 @@ class BackgroundPictures:
 
     def __init__(self, map_file: Path, hotspots_file: Path) -> None:
         self._files = (str(map_file), str(hotspots_file))
-        self._processes: list[subprocess.Popen[bytes]] = []
+        self._todo: deque[list[str]] = deque(maxlen=MOST_WAITING)
+        self._changed = threading.Condition()
+        self._closed = False
+        self._drawing: subprocess.Popen[bytes] | None = None
+        self._thread: threading.Thread | None = None
 
     def draw(self, record: RunRecord) -> None:
-        """Begin to draw the picture of a run."""
-        self._processes = [process for process in self._processes if process.poll() is None]
-        self._processes.append(subprocess.Popen(self.command(record), stdin=subprocess.DEVNULL))
+        """Let the picture of a run be drawn when its turn comes; waits for nothing."""
+        with self._changed:
+            self._todo.append(self.command(record))
+            self._changed.notify()
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._work, name="pictures", daemon=True)
+            self._thread.start()
 
     def command(self, record: RunRecord) -> list[str]:
         """The command line that draws the picture of a run."""
         return [sys.executable, "-m", "florence_bt.wiring.pictures", *self._files, str(record.folder)]
 
     def close(self) -> None:
-        """Wait a little for the pictures that are being drawn; none is drawn after the end."""
-        end = time.monotonic() + FINISH_BUDGET_S
-        for process in self._processes:
-            try:
-                process.wait(max(end - time.monotonic(), 0.0))
-            except subprocess.TimeoutExpired:
-                process.kill()
+        """Wait a little for the pictures that are not drawn yet; none is drawn after the end."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        if self._thread is None:
+            return
+        self._thread.join(FINISH_BUDGET_S)
+        with self._changed:
+            self._todo.clear()
+            if self._drawing is not None:
+                self._drawing.kill()
+        self._thread.join()
+        self._thread = None
+
+    def _work(self) -> None:
+        while not self._closed or self._todo:
+            process = self._begin_next()
+            if process is not None:
                 process.wait()
-        self._processes.clear()
+
+    def _begin_next(self) -> subprocess.Popen[bytes] | None:
+        """Begin with the next picture as soon as there is one; None at the end, or when it does not begin."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._todo or self._closed)
+            self._drawing = None
+            while self._todo and self._drawing is None:
+                self._drawing = _started(self._todo.popleft())
+            return self._drawing
+
+
+def _started(command: list[str]) -> subprocess.Popen[bytes] | None:
+    try:
+        return subprocess.Popen(command, stdin=subprocess.DEVNULL)
+    except OSError as error:
+        print(f"a picture is not drawn: {error}", file=sys.stderr)
+        return None
 
 
 def draw_picture(map_file: Path, hotspots_file: Path, folder: Path) -> Path:
@@ -79,5 +118,15 @@ def draw_picture(map_file: Path, hotspots_file: Path, folder: Path) -> Path:
     return picture
 
 
+def main(map_file: str, hotspots_file: str, folder: str) -> int:
+    """Draw one picture; gives the exit code."""
+    try:
+        draw_picture(Path(map_file), Path(hotspots_file), Path(folder))
+    except (OSError, FlorenceError) as error:
+        print(f"the picture of {folder} is not drawn: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
 if __name__ == "__main__":
-    draw_picture(Path(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3]))
+    sys.exit(main(*sys.argv[1:]))

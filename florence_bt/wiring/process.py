@@ -45,8 +45,11 @@ def main(group: str, options_file: Path, parent: int) -> int:
 
         def tell_that_it_is_up() -> None:
             up_file = options.up_file(group)
-            up_file.parent.mkdir(exist_ok=True)
-            up_file.write_text(f"{os.getpid()}\n", encoding="utf-8")
+            try:
+                up_file.parent.mkdir(exist_ok=True)
+                up_file.write_text(f"{os.getpid()}\n", encoding="utf-8")
+            except OSError as error:
+                print(f"florence {group}: cannot tell that it is up: {error}", file=sys.stderr)
 
         return run_nodes(factories(group, options), remappings=REMAPPINGS, on_ready=tell_that_it_is_up)
     except FlorenceError as error:

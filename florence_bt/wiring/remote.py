@@ -1,16 +1,19 @@
-"""What the verbs of the command line do on a running system: run, look, stop, pause, override, reload."""
+"""What the verbs of the command line do on a running system: run, look, stop, pause, override, reload.
+
+``stop`` must be quick: what only some verbs need, such as the drawing of trees, is imported by those.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
-
-from rich.console import Console
+from typing import TYPE_CHECKING, Any
 
 from florence_bt.wiring.client import MissionClient
-from florence_bt.wiring.live import make_display, styled
 from florence_bt.wiring.run_watch import RunWatch
 from florence_bt.wiring.signals import held_back
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 FOREVER_S = float("inf")
 STOP_BUDGET_S = 20.0
@@ -38,7 +41,8 @@ def run_mission(
             # A Ctrl-C between the question and the answer would leave a mission that nobody stops.
             with held_back():
                 answer = client.run(mission, inputs, caller="florence run", policy=policy, priority=priority)
-            console.print(answer.message, highlight=False, markup=False, soft_wrap=True)
+            name = f" (run {answer.run_id})" if answer.accepted else ""
+            console.print(f"{answer.message}{name}", highlight=False, markup=False, soft_wrap=True)
             if not answer.accepted or detach:
                 return bool(answer.accepted)
             status = _watch(client, answer.run_id, console, headless=headless)
@@ -47,12 +51,14 @@ def run_mission(
                 client.stop("Ctrl-C at florence run", answer.run_id)
                 client.spin_until(RunWatch(client, answer.run_id).over, STOP_BUDGET_S)
             raise
-        console.print(styled(status.tree), soft_wrap=True)
+        _print_tree(status.tree, console)
         return bool(status.state == "SUCCEEDED")
 
 
 def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bool) -> Any:
     """Show a run until it is over; gives its status."""
+    from florence_bt.wiring.live import make_display
+
     display = make_display(console, headless=headless)
     try:
         watch = RunWatch(client, run_id)
@@ -67,10 +73,12 @@ def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
     with MissionClient() as client:
         status = client.status(run_id, durations=True)
         if not watch:
-            console.print(styled(status.tree), soft_wrap=True)
+            _print_tree(status.tree, console)
             for line in _what_waits(status):
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
             return bool(status.found or not run_id)
+        from florence_bt.wiring.live import make_display
+
         display = make_display(console, headless=False)
         try:
             client.tree = status.tree
@@ -79,6 +87,12 @@ def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
         finally:
             display.close()
     return True
+
+
+def _print_tree(tree: str, console: Console) -> None:
+    from florence_bt.wiring.live import styled
+
+    console.print(styled(tree), soft_wrap=True)
 
 
 def _what_waits(status: Any) -> list[str]:

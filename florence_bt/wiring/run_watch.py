@@ -7,9 +7,12 @@ from typing import Any
 
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.wiring.client import ACTIVE_STATES, MissionClient, SystemNotThere
+from florence_bt.wiring.locks import bring_up_here
 
 ASK_PERIOD_S = 2.0
 """Wall seconds between two questions to the mission server."""
+RESTART_S = 60.0
+"""Wall seconds without an answer after which it is gone although its bring-up runs, which starts it again."""
 LIVE_STATES = ("QUEUED", "RUNNING", "PAUSED", "ENDING")
 """States that the status service tells of a run that is not over."""
 
@@ -28,7 +31,8 @@ class RunWatch:
     def __init__(self, client: MissionClient, run_id: str = "") -> None:
         self._client = client
         self._run_id = run_id
-        self._next_question = time.monotonic() + ASK_PERIOD_S
+        self._heard = time.monotonic()
+        self._next_question = self._heard + ASK_PERIOD_S
         self._unanswered = 0
 
     def over(self) -> bool:
@@ -60,14 +64,14 @@ class RunWatch:
     def _ask(self) -> bool:
         try:
             status = self._client.status(self._run_id)
-        except SystemNotThere as error:
-            raise self._gone() from error
-        except DeviceTimeout as error:
+        except (SystemNotThere, DeviceTimeout) as error:
             self._unanswered += 1
-            if self._unanswered > 1:
+            enough = isinstance(error, SystemNotThere) or self._unanswered > 1
+            if enough and not (bring_up_here() and time.monotonic() < self._heard + RESTART_S):
                 raise self._gone() from error
             return False
         self._unanswered = 0
+        self._heard = time.monotonic()
         if self._run_id and not status.found:
             raise SystemNotThere(
                 f"the mission server was started anew and knows nothing of the run {self._run_id}"

@@ -9,13 +9,17 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.testing.coverage import Coverage, coverage_text, total_of
+from florence_bt.testing.files import scenario_files
 from florence_bt.testing.junit import junit_xml
+from florence_bt.testing.keyword import keyword_filter
 from florence_bt.testing.scenario import Result, Scenario
 from florence_bt.testing.scenario_file import Libraries, ScenarioFile, read_scenarios
 from florence_bt.testing.scenario_run import run_scenario
 from florence_bt.trees.report import Excerpts, report_full
 
 PASSED, FAILED = "[+]", "[x]"
+FEW = 25
+"""So many scenarios are named each without being asked for."""
 
 Say = Callable[[str, str], None]
 """Takes a line and its style: ``good``, ``bad``, ``head`` or empty."""
@@ -32,7 +36,8 @@ class TestOptions:
         junit: Where the results go as JUnit XML, or None.
         coverage: Whether to report what was seen of the missions.
         min_coverage: The least share of outcomes in per cent, or None.
-        verbose: Whether to name each scenario, not only those that failed.
+        named: Whether to name each scenario (True) or only those that failed (False); None for each when
+            there are few of them.
     """
 
     files: Sequence[Path]
@@ -41,7 +46,7 @@ class TestOptions:
     junit: Path | None = None
     coverage: bool = False
     min_coverage: float | None = None
-    verbose: bool = True
+    named: bool | None = None
 
 
 def run_scenarios(options: TestOptions, say: Say) -> bool:
@@ -55,22 +60,27 @@ def run_scenarios(options: TestOptions, say: Say) -> bool:
         Whether all passed, no file had an error and the coverage was enough.
 
     Raises:
-        ConfigError: There is no such file, or nothing to play.
+        ConfigError: There is no such file, nothing to play, or the keyword cannot be read.
     """
     chosen = keyword_filter(options.keyword)
     libraries = Libraries(tuple(options.folders))
-    reads = [read_scenarios(file, libraries) for file in scenario_files(options.files)]
+    found = scenario_files(options.files)
+    reads = [read_scenarios(file, libraries) for file in found.files]
+    wanted = [[each for each in read.scenarios if chosen(each.id)] for read in reads]
+    named = options.named if options.named is not None else sum(map(len, wanted)) <= FEW
     results: list[Result] = []
     coverage = Coverage()
-    for read in reads:
-        scenarios = [scenario for scenario in read.scenarios if chosen(scenario.id)]
+    for read, scenarios in zip(reads, wanted, strict=True):
         played = [run_scenario(scenario, libraries, time.perf_counter) for scenario in scenarios]
-        _say_file(read, played, options, say)
+        _say_file(read, played, options, named, say)
         for result in played:
             scenario = result.scenario
             coverage.add_mission(scenario.library.get(scenario.trigger.mission), scenario.library)
             coverage.add_runs(result.plays)
         results += played
+    if not options.keyword:
+        for mission, library in libraries.own_missions():
+            coverage.add_mission(mission, library)
     findings = [finding for read in reads for finding in read.findings]
     if not results and not findings:
         raise ConfigError(f"no scenario is called like {options.keyword!r}", valid=_names(reads))
@@ -80,61 +90,33 @@ def run_scenarios(options: TestOptions, say: Say) -> bool:
         if not result.passed:
             _say_problems(result, say)
     enough = _say_coverage(coverage, libraries, options, say)
-    _say_summary(results, len(findings), say)
+    _say_summary(results, len(findings), found.left_out, say)
     return enough and not findings and all(result.passed for result in results)
 
 
-def scenario_files(given: Iterable[Path]) -> list[Path]:
-    """The scenario files among some files and folders, in order.
-
-    Raises:
-        ConfigError: One does not exist, or a folder has none.
-    """
-    files: list[Path] = []
-    for path in given:
-        if path.is_dir():
-            found = sorted(path.rglob("*.yaml"))
-            if not found:
-                raise ConfigError(f"there is no scenario file in {str(path)!r}", valid=["a folder of *.yaml"])
-            files += found
-        elif path.exists():
-            files.append(path)
-        else:
-            raise ConfigError(f"there is no file {str(path)!r}")
-    return list(dict.fromkeys(files))
-
-
-def keyword_filter(keyword: str) -> Callable[[str], bool]:
-    """What ``-k`` means: words that must occur, with ``and``, ``or`` and ``not``; in any case.
-
-    Words without ``and`` or ``or`` between them are one piece of text.
-    """
-    ways = [
-        [_condition(part) for part in way.split(" and ")] for way in keyword.lower().strip().split(" or ")
-    ]
-    return lambda name: any(all(condition(name.lower()) for condition in way) for way in ways)
-
-
-def _condition(text: str) -> Callable[[str], bool]:
-    text = text.strip()
-    if text.startswith("not "):
-        wanted = text.removeprefix("not ").strip()
-        return lambda name: wanted not in name
-    return lambda name: text in name
-
-
-def _say_file(read: ScenarioFile, results: list[Result], options: TestOptions, say: Say) -> None:
-    if not results and not read.findings:
+def _say_file(read: ScenarioFile, results: list[Result], options: TestOptions, named: bool, say: Say) -> None:
+    failed = [result for result in results if not result.passed]
+    if options.named is False and not failed and not read.findings:
         return
-    say(str(read.file), "head")
+    if named and results:
+        say(str(read.file), "head")
+    elif results:
+        marks = f"{FAILED if failed else PASSED} {read.file}: {_passed_of(results)}"
+        say(marks, "bad" if failed else "good")
+    elif read.findings:
+        say(str(read.file), "head")
     if read.findings:
         for line in report_full(read.findings, Excerpts()).splitlines():
             say(f"  {line}", "bad" if ": error:" in line else "")
-    for result in results:
-        if not result.passed:
-            say(f"  {FAILED} {result.scenario.name}", "bad")
-        elif options.verbose:
-            say(f"  {PASSED} {result.scenario.name}", "good")
+    for result in results if named else failed:
+        mark, style = (PASSED, "good") if result.passed else (FAILED, "bad")
+        say(f"  {mark} {result.scenario.name}", style)
+
+
+def _passed_of(results: Sequence[Result]) -> str:
+    failed = sum(not result.passed for result in results)
+    parts = [f"{len(results) - failed} passed", *([f"{failed} failed"] if failed else [])]
+    return ", ".join(parts)
 
 
 def _say_problems(result: Result, say: Say) -> None:
@@ -167,15 +149,17 @@ def _say_coverage(coverage: Coverage, libraries: Libraries, options: TestOptions
     return enough
 
 
-def _say_summary(results: list[Result], findings: int, say: Say) -> None:
-    failed = sum(not result.passed for result in results)
-    parts = [f"{len(results)} scenario{'s' * (len(results) != 1)}", f"{len(results) - failed} passed"]
-    if failed:
-        parts.append(f"{failed} failed")
+def _say_summary(results: list[Result], findings: int, left_out: Sequence[Path], say: Say) -> None:
+    failed = any(not result.passed for result in results)
+    parts = [_passed_of(results)]
     if findings:
         parts.append(f"{findings} error{'s' * (findings != 1)} in the files")
     say("", "")
-    say(f"{parts[0]}: {', '.join(parts[1:])}", "bad" if failed or findings else "good")
+    if left_out:
+        names = ", ".join(map(str, left_out[:3])) + f" and {len(left_out) - 3} more" * (len(left_out) > 3)
+        say(f"not scenarios, left out: {names}", "")
+    count = f"{len(results)} scenario{'s' * (len(results) != 1)}"
+    say(f"{count}: {', '.join(parts)}", "bad" if failed or findings else "good")
 
 
 def _names(reads: Iterable[ScenarioFile]) -> list[str]:

@@ -6,6 +6,8 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,9 @@ from florence_bt.wiring.signals import held_back
 STOP_BUDGET_S = 8.0
 """Wall seconds that a process gets to end by itself after it was asked to."""
 TAIL_LINES = 15
+RESTARTS = 3
+"""How often processes that died are started again within :data:`RESTARTS_PERIOD_S`."""
+RESTARTS_PERIOD_S = 600.0
 
 
 def command_of(group: str, options_file: Path) -> list[str]:
@@ -25,7 +30,29 @@ def command_of(group: str, options_file: Path) -> list[str]:
 
 
 class ProcessDied(FlorenceError):
-    """A process of the bring-up ended although nobody asked it to."""
+    """A process of the bring-up ended although nobody asked it to.
+
+    Attributes:
+        name: The group of nodes that ran in it.
+        what: What happened, in a few words.
+        log_file: Its log.
+    """
+
+    def __init__(self, name: str, code: int, log_file: Path, then: str = "") -> None:
+        """Make the error.
+
+        Args:
+            name: The group of nodes that ran in it.
+            code: Its exit code, negative for a signal.
+            log_file: Its log.
+            then: What was done about it.
+        """
+        self.name = name
+        self.what = f"the process {name!r} {_ending(code)}"
+        self.log_file = log_file
+        super().__init__(
+            f"{self.what}{f'; {then}' if then else ''}; the end of {log_file}:\n{_tail(log_file)}"
+        )
 
 
 @dataclass
@@ -34,6 +61,8 @@ class _Child:
     process: subprocess.Popen[bytes]
     log_file: Path
     log: IO[bytes]
+    mourned: str | None = None
+    """What was done about its death; None before."""
 
 
 class Supervisor:
@@ -45,6 +74,9 @@ class Supervisor:
         make_command: The command line of the process of a group; given the group and the options file.
         stop_budget_s: Wall seconds that a process gets to end by itself after it was asked to.
         keep_open: File descriptors that every child holds until it ends, e.g. of a lock.
+        after_death: Called once with the name of each process that died or had to be killed, as soon as that
+            is known; gives what was done about it, for people.
+        now: Steady seconds.
     """
 
     def __init__(
@@ -55,12 +87,17 @@ class Supervisor:
         make_command: Callable[[str, Path], Sequence[str]] = command_of,
         stop_budget_s: float = STOP_BUDGET_S,
         keep_open: Sequence[int] = (),
+        after_death: Callable[[str], str] = lambda name: "",
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._options_file = options_file
         self._log_folder = log_folder
         self._make_command = make_command
         self._stop_budget_s = stop_budget_s
         self._keep_open = tuple(keep_open)
+        self._after_death = after_death
+        self._now = now
+        self._restarts: deque[float] = deque(maxlen=RESTARTS)
         self._children: list[_Child] = []
 
     def __enter__(self) -> Supervisor:
@@ -80,9 +117,28 @@ class Supervisor:
         for group in groups:
             # A Ctrl-C between a start and its note would leave a process that nobody ends.
             with held_back():
-                self._start_one(group)
+                self._children.append(self._started(group))
 
-    def _start_one(self, group: str) -> None:
+    def start_again(self, group: str) -> bool:
+        """Start a process that died once more, unless that happened too often of late.
+
+        Returns:
+            Whether it was started.
+
+        Raises:
+            ConfigError: Its log cannot be written.
+        """
+        now = self._now()
+        if len(self._restarts) == RESTARTS and now - self._restarts[0] < RESTARTS_PERIOD_S:
+            return False
+        self._restarts.append(now)
+        (index,) = (number for number, child in enumerate(self._children) if child.name == group)
+        self._children[index].log.close()
+        with held_back():
+            self._children[index] = self._started(group)
+        return True
+
+    def _started(self, group: str) -> _Child:
         log_file = self._log_folder / f"{group}.log"
         try:
             self._log_folder.mkdir(parents=True, exist_ok=True)
@@ -103,21 +159,23 @@ class Supervisor:
             start_new_session=True,
             pass_fds=self._keep_open,
         )
-        self._children.append(_Child(group, process, log_file, log))
+        return _Child(group, process, log_file, log)
 
     def check(self) -> None:
         """Raise when a process has ended.
 
         Raises:
-            ProcessDied: Names the process, its exit code and the end of its log.
+            ProcessDied: Names the process, how it ended and the end of its log.
         """
         for child in self._children:
             code = child.process.poll()
             if code is not None:
-                raise ProcessDied(
-                    f"the process {child.name!r} ended with code {code}; the end of {child.log_file}:\n"
-                    + _tail(child.log_file)
-                )
+                raise ProcessDied(child.name, code, child.log_file, self._mourn(child))
+
+    def _mourn(self, child: _Child) -> str:
+        if child.mourned is None:
+            child.mourned = self._after_death(child.name)
+        return child.mourned
 
     def stop(self) -> list[str]:
         """End every process, the last started first.
@@ -130,6 +188,8 @@ class Supervisor:
             child = self._children[-1]
             if not _end(child.process, self._stop_budget_s):
                 killed.append(child.name)
+            if child.process.returncode != 0:
+                self._mourn(child)
             child.log.close()
             self._children.pop()
         return killed
@@ -150,6 +210,13 @@ def _end(process: subprocess.Popen[bytes], budget_s: float) -> bool:
         process.kill()
         process.wait()
         return False
+
+
+def _ending(code: int) -> str:
+    if code >= 0:
+        return f"ended with code {code}"
+    names = {number.value: number.name for number in signal.Signals}
+    return f"was killed by {names.get(-code, f'signal {-code}')}"
 
 
 def _tail(file: Path) -> str:

@@ -9,18 +9,22 @@ from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from florence_bt.core.errors import ConfigError, DeviceTimeout
-from florence_bt.wiring.client import MissionClient
+from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.wiring.client import ACTIVE_STATES, MissionClient
 from florence_bt.wiring.locks import lock_domain, lock_folder
+from florence_bt.wiring.make_safe import BaseSafety
+from florence_bt.wiring.make_safe_port import stop_base
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.preflight import check_options
 from florence_bt.wiring.signals import deaf
 from florence_bt.wiring.simulated import clear_ports
-from florence_bt.wiring.supervisor import Supervisor
-from florence_bt.wiring.topology import groups
+from florence_bt.wiring.supervisor import ProcessDied, Supervisor
+from florence_bt.wiring.topology import BASE, MISSIONS, groups
 
 READY_BUDGET_S = 90.0
 """Wall seconds that all nodes get to start; the first start compiles the hot loops."""
+LAST_RUN_S = 2.0
+"""Wall seconds that the run gets to end in when a process died on it."""
 
 
 class System:
@@ -45,9 +49,15 @@ class System:
             if options.simulated:
                 clear_ports(options)
             self._supervisor = Supervisor(
-                options.write(), folder / "logs", keep_open=[lock.fileno() for lock in locks]
+                options.write(),
+                folder / "logs",
+                keep_open=[lock.fileno() for lock in locks],
+                after_death=self._after_death,
             )
             self.client = MissionClient()
+            self._safety: BaseSafety | None = None
+            self._starting_again = ""
+            self._going_down = False
             self._locks = stack.pop_all()
 
     def __enter__(self) -> System:
@@ -63,7 +73,11 @@ class System:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Stop everything."""
-        self._down()
+        try:
+            if isinstance(error, ProcessDied):
+                self._tell_the_runs(error)
+        finally:
+            self._down()
 
     def wait_ready(self, report: Callable[[str], None]) -> float:
         """Wait until a mission can run. A real robot may still have to be told where it is.
@@ -94,8 +108,38 @@ class System:
         return self._supervisor.pids()
 
     def check(self) -> None:
-        """Raise when a process has died."""
+        """Raise when a process has died.
+
+        Raises:
+            ProcessDied: Names it.
+        """
         self._supervisor.check()
+
+    def keep_up(self, report: Callable[[str], None]) -> None:
+        """As :meth:`check`, but start the mission server again: what it was doing is in its journal.
+
+        The robot is stopped meanwhile. The other processes are not started again: they know things that new
+        ones would not, such as where the robot is.
+
+        Args:
+            report: Told what is going on, in short lines.
+
+        Raises:
+            ProcessDied: Another process died, or the mission server too often.
+        """
+        try:
+            self._supervisor.check()
+        except ProcessDied as death:
+            if death.name != MISSIONS or not self._supervisor.start_again(death.name):
+                raise
+            report(f"{death.what}, see {death.log_file}; the robot is stopped, the process is started again")
+            self._hold_still()
+            self._starting_again = death.name
+        if self._starting_again and self._starting_again not in self._not_up():
+            report(
+                f"the process {self._starting_again!r} is up again; see florence runs for what it was doing"
+            )
+            self._starting_again = ""
 
     def _is_ready(self) -> bool:
         if self._not_up() or self.client.missing():
@@ -121,10 +165,41 @@ class System:
                 valid=["another domain, e.g. ROS_DOMAIN_ID=7", "ending that one first"],
             )
 
+    def _after_death(self, name: str) -> str:
+        if name != BASE:
+            return ""
+        done = stop_base(self.options)
+        if self._going_down:
+            self.client.node.get_logger().error(f"the process {name!r} did not end well; {done}")
+        return done
+
+    def _hold_still(self) -> None:
+        """Cancel what moves the robot and command zero until it stands; works while the client spins."""
+        self._safety = self._safety or BaseSafety(self.client.node)
+        self._safety.make_safe()
+
+    def _tell_the_runs(self, death: ProcessDied) -> None:
+        """Let every run end with what took it along, as long as the mission server can write that down."""
+        if death.name != BASE:
+            self._hold_still()
+        if death.name == MISSIONS or self.client.state.state not in ACTIVE_STATES:
+            return
+        try:
+            # Those that wait first: none may begin.
+            for run_id in (*self.client.status().waiting, ""):
+                self.client.stop(f"{death.what}, so the whole system ends", run_id)
+            self.client.spin_until(lambda: self.client.state.state not in ACTIVE_STATES, LAST_RUN_S)
+        except FlorenceError as error:
+            self.client.node.get_logger().warning(f"the runs were not told of it: {error}")
+
     def _down(self) -> None:
         """End everything, whatever the impatient press meanwhile: half of it would leave the base driving."""
         with deaf():
+            self._going_down = True
             # The mission process goes first: it cancels its goals while navigation can still stop the base.
-            self._supervisor.stop()
+            for name in self._supervisor.stop():
+                self.client.node.get_logger().error(
+                    f"the process {name!r} did not end in time and was killed"
+                )
             self.client.close()
             self._locks.close()

@@ -15,7 +15,8 @@ def run_up(options: BringUp) -> None:
 
     Raises:
         KeyboardInterrupt: Somebody pressed Ctrl-C or sent SIGTERM (``signals``); by then everything is down.
-        FlorenceError: It did not come up, or a process died; by then the rest is down too.
+        FlorenceError: It did not come up, or a process died that cannot be started again; by then the rest is
+            down too.
     """
     console = Console()
 
@@ -28,4 +29,4 @@ def run_up(options: BringUp) -> None:
         if not system.client.knows_pose():
             say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
         say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
-        system.client.spin_until(lambda: False, FOREVER_S, watch=system.check)
+        system.client.spin_until(lambda: False, FOREVER_S, watch=lambda: system.keep_up(say))

@@ -1,6 +1,11 @@
 """What the emulators' tests share."""
 
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
 import pytest
+
+from tests.emulators.program_bench import EmulatorProcess
 
 
 class KinematicBase:
@@ -43,3 +48,17 @@ class KinematicBase:
 @pytest.fixture
 def base() -> KinematicBase:
     return KinematicBase()
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., EmulatorProcess]]:
+    """Starts an emulator as a process: the device, then options."""
+    started: list[EmulatorProcess] = []
+
+    def start_one(device: str, *options: str) -> EmulatorProcess:
+        started.append(EmulatorProcess(tmp_path, device, *options))
+        return started[-1]
+
+    yield start_one
+    for one in started:
+        one.end()

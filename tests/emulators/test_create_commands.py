@@ -94,7 +94,7 @@ def test_the_manuals_kind_of_script_drives_400_mm_and_stops(base: Any) -> None:
     script = [*drive, *wait, *stop]
     create.receive(bytes([152, len(script), *script, 153]), 0.0)
     assert base.wheels == (0.3, 0.3)
-    # Nothing is heard while it waits.
+    # Nothing is obeyed while it waits.
     create.receive(bytes([145, 0, 0, 0, 0]), 0.01)
     assert base.wheels == (0.3, 0.3)
     roll(create, base, 0.01, 2.0)
@@ -110,7 +110,46 @@ def test_waits_for_angle_and_time(base: Any) -> None:
     assert end == pytest.approx(1.5708, abs=0.006)
     create.receive(bytes([155, 20]), 10.0)
     assert create.receive(bytes([142, 35]), 11.9) == b""
-    assert create.receive(bytes([142, 35]), 12.0) == bytes([3])
+    assert create.receive(bytes([142, 35]), 12.0) == bytes([3, 3])  # what came meanwhile is answered too
+
+
+def test_what_arrives_during_a_wait_is_obeyed_after_it(base: Any) -> None:
+    """Clients send a wait, the stop, and a question whose answer tells them that the wait is over."""
+    create = awake(base)
+    create.receive(bytes([145, 0, 100, 0, 100, 156, 0, 50, 145, 0, 0, 0, 0, 152, 0, 154]), 0.0)
+    assert base.wheels == (0.1, 0.1)
+    base.step(0.4)
+    assert (create.poll(0.4), base.wheels) == (b"", (0.1, 0.1))
+    base.step(0.2)
+    assert (create.poll(0.6), base.wheels) == (bytes([0]), (0.0, 0.0))
+
+
+@pytest.mark.parametrize(("wait", "packet", "shown"), [(156, 19, 50), (157, 20, 51)])
+def test_waits_begin_their_packet_anew(base: Any, wait: int, packet: int, shown: int) -> None:
+    create = awake(base)
+    speeds = [0, 100, 0, 100] if wait == 156 else [0, 100, 255, 156]
+    create.receive(bytes([145, *speeds]), 0.0)
+    roll(create, base, 0.0, 1.0)  # 100 mm, or 44 degrees
+    create.receive(bytes([wait, 0, 50, 145, 0, 0, 0, 0]), 1.0)
+    roll(create, base, 1.0, 2.0)
+    assert int.from_bytes(create.receive(bytes([142, packet]), 4.0), "big") == pytest.approx(shown, abs=1)
+
+
+def test_showing_the_script_halts_the_stream(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([148, 1, 7]), 0.0)
+    assert create.receive(bytes([154]), 0.0) == bytes([0])
+    assert create.poll(0.1) == b""
+    create.receive(bytes([150, 1]), 0.1)
+    assert create.poll(0.2) != b""
+
+
+@pytest.mark.parametrize("velocity", [(0, 0), (0, 100)])
+def test_radius_0_is_straight_on(base: Any, velocity: tuple[int, int]) -> None:
+    """PyRobot's ``stop`` is velocity 0 and radius 0."""
+    create = awake(base)
+    create.receive(bytes([145, 0, 200, 0, 100, 137, *velocity, 0, 0]), 0.0)
+    assert base.wheels == (velocity[1] / 1000.0, velocity[1] / 1000.0)
 
 
 def test_a_negative_distance_waits_for_the_way_back(base: Any) -> None:
@@ -153,12 +192,12 @@ def test_events_and_their_ends(base: Any, event: int, fault: dict[str, Any]) -> 
     assert create.receive(bytes([142, 35]), 1.0) == b""
     for name, value in fault.items():
         setattr(create.faults, name, value)
-    assert create.receive(bytes([142, 35]), 2.0) == bytes([3])
+    assert create.poll(2.0) == bytes([3])
     create.receive(bytes([158, 256 - event]), 3.0)
     assert create.receive(bytes([142, 35]), 4.0) == b""
     for name in fault:
         setattr(create.faults, name, getattr(CreateFaults(), name))
-    assert create.receive(bytes([142, 35]), 5.0) == bytes([3])
+    assert create.poll(5.0) == bytes([3])
 
 
 def test_a_script_that_goes_round_without_a_wait_does_not_hang(base: Any) -> None:
@@ -334,3 +373,34 @@ def test_create_2_light_bumpers_motors_and_odd_mode(base: Any) -> None:
     assert struct.unpack(">6H", create.receive(bytes([142, 106]), 0.0)) == (0, 50, 200, 0, 0, 4095)
     assert struct.unpack(">4hB", create.receive(bytes([142, 107]), 0.0)) == (120, 60, 0, 0, 1)
     assert create.receive(bytes([142, 35]), 0.0) == bytes([4])
+
+
+def test_a_stream_of_every_packet_of_a_create_2(base: Any) -> None:
+    """Its manual knows up to 108 packets in a stream; the Create's 43."""
+    create = awake(base, model="create2")
+    packets = [*range(7, 59), 35, 35]
+    create.receive(bytes([148, len(packets), *packets]), 0.0)
+    frame = create.poll(0.015)
+    assert (frame[1], len(frame)) == (80 + 52 + 4, 80 + 52 + 4 + 3)
+    assert create.receive(bytes([142, 38]), 0.016) == bytes([54])
+
+
+def test_distance_saturates_and_begins_anew(base: Any) -> None:
+    """What is not read in time is capped, and lost (REFERENCE 1.5)."""
+    create = awake(base)
+    base.rolled = (40.0, 40.0)
+    assert create.receive(bytes([142, 19]), 1.0) == bytes([127, 255])
+    assert create.receive(bytes([142, 19]), 1.0) == bytes([0, 0])
+    base.rolled = (-0.0005, -0.0005)
+    assert create.receive(bytes([142, 19]), 2.0) == bytes([128, 0])
+    base.rolled = (-0.0015, -0.0015)
+    assert create.receive(bytes([142, 19]), 3.0) == bytes([255, 255])  # the half millimetre is kept
+
+
+def test_infrared_of_the_docks(base: Any) -> None:
+    create = awake(base, model="create2")
+    assert create.receive(bytes([149, 3, 17, 52, 53]), 0.0) == bytes(3)
+    create.faults.dock = True
+    assert create.receive(bytes([149, 3, 17, 52, 53]), 0.1) == bytes([161] * 3)
+    create.faults.infrared = 130
+    assert create.receive(bytes([142, 17]), 0.2) == bytes([130])

@@ -7,7 +7,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
-from florence_bt.simulation.emulators.create import BOOT_S, BOOT_TEXT, BOOT_TEXT_S, CreateEmulator, Mode
+from florence_bt.simulation.emulators.create import BOOT_S, CreateEmulator, Mode
 
 PERIOD = 0.015
 
@@ -229,17 +229,45 @@ def test_soft_reset_boots_for_a_while(base: Any) -> None:
     create = woken(base)
     create.receive(bytes([147, 1, 145, 0, 100, 0, 100, 148, 1, 7, 7]), 0.0)
     assert (create.mode, base.wheels, create.digital_outputs) == (Mode.OFF, (0.0, 0.0), 7)
-    assert create.poll(BOOT_TEXT_S - 0.1) == b""
-    assert create.receive(bytes([128, 142, 35]), BOOT_S / 2) == BOOT_TEXT
-    assert create.poll(BOOT_S) == b""
+    assert create.poll(0.4) == b""
+    assert create.receive(bytes([128, 142, 35]), 0.6).startswith(b"bl-start\r\n")
+    assert create.poll(BOOT_S).startswith(b"RDK by iRobot!\r\n")
     assert create.digital_outputs == 0
     assert create.receive(bytes([128, 142, 35]), BOOT_S + 0.1) == bytes([1])
+
+
+def test_a_create_2_tells_of_its_reset_and_counts_from_nothing(base: Any) -> None:
+    create = woken(base, model="create2")
+    create.receive(bytes([145, 0, 100, 0, 100]), 0.0)
+    base.step(1.0)
+    assert create.receive(bytes([149, 2, 43, 44]), 1.0) == bytes([0, 224, 0, 224])
+    create.receive(bytes([7]), 1.0)
+    texts = [create.poll(1.0 + 0.5 * step) for step in range(7)]
+    assert b"".join(texts) == b"Soft reset!\n\xfeRoomba by iRobot!\r\nstm32\r\n"
+    assert create.receive(bytes([128, 149, 3, 43, 44, 19]), 5.0) == bytes(6)
+
+
+def test_switching_it_off_and_on(base: Any) -> None:
+    create = woken(base)
+    create.receive(bytes([129, 11, 140, 0, 1, 60, 8, 147, 5, 145, 0, 100, 0, 100, 148, 1, 7]), 0.0)
+    create.set_power(False, 0.1)
+    assert (create.mode, base.wheels, create.digital_outputs) == (Mode.OFF, (0.0, 0.0), 0)
+    assert create.receive(bytes([128, 142, 35]), 1.0) + create.poll(5.0) == b""
+    create.set_power(True, 5.0)
+    create.set_power(True, 5.1)
+    assert (create.digital_outputs, create.baud_rate) == (7, 57600)
+    assert create.poll(5.0 + BOOT_S) != b""
+    assert (create.digital_outputs, create.mode) == (0, Mode.OFF)
+    assert create.receive(bytes([142, 35]), 9.0) == b""
+    assert create.receive(bytes([128, 132, 141, 0, 142, 37]), 9.0) == bytes([0])  # the song is forgotten
 
 
 def test_leds_and_outputs(base: Any) -> None:
     create = woken(base)
     create.receive(bytes([139, 2, 10, 20, 147, 5]), 0.0)
     assert (create.leds, create.digital_outputs) == ((2, 10, 20), 5)
+    create.receive(bytes([131]), 0.1)
+    assert (create.leds, create.digital_outputs) == ((0, 0, 0), 5)  # as the manual says of Safe
 
 
 def test_faults_of_the_line(base: Any) -> None:

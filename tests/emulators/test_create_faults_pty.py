@@ -1,5 +1,6 @@
 """Every fault, over a real pseudo-terminal: the base stops, the diagnostics tell, and it recovers."""
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -247,11 +248,15 @@ def test_a_gyro_that_drifts_at_rest_is_followed(make: MakeBench) -> None:
     assert bench.reading.gyro.offset == pytest.approx(532, abs=4.1)
 
 
-def test_a_gyro_that_dies_leaves_the_heading_to_the_wheels(make: MakeBench) -> None:
+@pytest.mark.parametrize("twist", [FORWARD, Twist2(0.2, 0.4)], ids=["straight", "turning"])
+def test_a_gyro_that_dies_leaves_the_heading_to_the_wheels(make: MakeBench, twist: Twist2) -> None:
     bench = make()
-    assert drives(bench)
+    bench.run(0.5, twist)
+    assert bench.base.wheels[0] > 0.0
     fault(bench, gyro_dead=True)
-    bench.run(1.3, FORWARD)
+    bench.run(0.7, twist)
+    assert "GYRO" in bench.reasons
+    bench.run(0.6, twist)
     assert bench.base.wheels == (0.0, 0.0)
     bench.run(2.0)
     level, message = worst(bench, "Gyro Sensor")
@@ -260,3 +265,27 @@ def test_a_gyro_that_dies_leaves_the_heading_to_the_wheels(make: MakeBench) -> N
     assert drives(bench)
     assert bench.reading is not None
     assert bench.reading.gyro is None
+
+
+def test_a_base_that_hears_nothing_is_told_of_and_stopped_when_it_hears(make: MakeBench) -> None:
+    bench = make()
+    assert drives(bench)
+    fault(bench, deaf=True)
+    bench.run(1.5, BACK)
+    assert bench.base.wheels == (0.2, 0.2)  # nobody can help that
+    bench.run(0.8, BACK)
+    level, message = worst(bench, "TurtleBot Node")
+    assert (level, "does not do what it is told" in message) == (Level.ERROR, True)
+    heal(bench)
+    bench.run(0.1, BACK)
+    assert bench.base.wheels == (0.0, 0.0)
+    bench.run(0.2)
+    assert worst(bench, "TurtleBot Node") == (Level.OK, "RUNNING")
+    assert drives(bench, BACK)
+
+
+def test_quick_changes_of_speed_are_no_disobedience(make: MakeBench) -> None:
+    bench = make()
+    for number in range(300):
+        bench.run(0.01, Twist2(0.1 + 0.3 * math.sin(number / 7.0), 0.0))
+    assert bench.reasons == []

@@ -10,6 +10,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
+from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.turtlebot.charging import PATIENCE_S, PAUSE_S
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import DriveMode, TurtlebotParameters
@@ -62,6 +63,25 @@ def test_encoders_wrap_without_a_jump(make: MakeBench) -> None:
     assert bench.driver.refused_readings == 0
     assert bench.reading.odometry.pose.x == pytest.approx(bench.base.advanced, abs=0.003)
     assert bench.base.advanced > 29.5
+
+
+def test_switching_a_create_2_off_and_on_is_no_motion(make: MakeBench) -> None:
+    bench = make("create2", robot_type="create2")
+    bench.run(3.0, Twist2(0.2, 0.0))
+    bench.run(1.0)
+    assert bench.reading is not None
+    before = bench.reading.odometry.pose
+    assert before.x > 0.5
+    bench.create.set_power(False, bench.now)
+    bench.run(2.0, Twist2(0.2, 0.0))
+    assert bench.diagnoses()["TurtleBot Node"].level is Level.ERROR
+    bench.create.set_power(True, bench.now)
+    bench.run(8.0)
+    assert bench.reading is not None
+    assert bench.diagnoses()["TurtleBot Node"].message == "RUNNING"
+    assert bench.reading.odometry.pose == before
+    bench.run(0.5, Twist2(0.2, 0.0))
+    assert bench.base.wheels == (0.2, 0.2)
 
 
 def test_a_firmware_that_tells_its_mode_too_high(make: MakeBench) -> None:
@@ -148,6 +168,6 @@ def test_waking_pulses_come_before_everything_else() -> None:
     waits = [after[0] - before[0] for before, after in itertools.pairwise(levels)]
     # REFERENCE 1.1: low 0.1 s, high 0.75 s, then three times low and high 0.25 s.
     assert waits == pytest.approx([0.1, 0.75, 0.25, 0.25, 0.25, 0.25, 0.25], abs=0.021)
-    assert sent == bytes([128])
+    assert sent == bytes([128] * 5)
     driver.start(10.0)
-    assert driver.poll(10.0) == bytes([128])
+    assert driver.poll(10.0) == bytes([128] * 5)

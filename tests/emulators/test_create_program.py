@@ -6,33 +6,24 @@ import fcntl
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import termios
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 import serial
 
+from florence_bt.simulation.emulators.__main__ import main
 from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
+from florence_bt.simulation.emulators.modem_lines import pretended_modem_lines
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-
-LONG_S = 10.0
-
-
-class Hand:
-    """A clock that stands until somebody turns it."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
+from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand
 
 
 @pytest.fixture
@@ -40,7 +31,9 @@ def make(tmp_path: Path) -> Iterator[Callable[..., CreateProgram]]:
     programs: list[CreateProgram] = []
 
     def made(**how: Any) -> CreateProgram:
-        programs.append(CreateProgram(CreateOptions(link=tmp_path / "create", **how), Hand()))
+        if "tcp_port" not in how:
+            how["link"] = tmp_path / "create"
+        programs.append(CreateProgram(CreateOptions(**how), Hand()))
         return programs[-1]
 
     yield made
@@ -88,6 +81,7 @@ def test_every_fault_can_be_told(make: Callable[..., CreateProgram]) -> None:
         "gyro off",
         "light_bumps 1 2 3 4 5 6",
         "oi_mode_offset 1",
+        "power off",
         "",
     ):
         assert run(line) == "ok", line
@@ -100,10 +94,12 @@ def test_every_fault_can_be_told(make: Callable[..., CreateProgram]) -> None:
     assert (faults.buttons, faults.infrared, faults.digital_inputs, faults.overcurrents) == (5, 250, 5, 24)
     assert (faults.gyro_drift, faults.gyro_dead) == (0.5, True)
     assert (faults.light_bumps, faults.oi_mode_offset) == ((1, 2, 3, 4, 5, 6), 1)
+    assert not program.create.powered
     assert run("cliff all") == "ok"
     assert faults.cliffs == (True,) * 4
     assert run("clear") == "ok"
     assert not any((faults.silent, faults.noise, faults.wheel_drops, any(faults.cliffs), faults.gyro_dead))
+    assert program.create.powered
 
 
 @pytest.mark.parametrize(
@@ -155,7 +151,7 @@ def test_a_client_drives_the_base(make: Callable[..., CreateProgram]) -> None:
         assert ask(program, port, bytes([142, 19]), 2) == bytes([0, 200])
 
 
-def test_unplug_and_plug(make: Callable[..., CreateProgram]) -> None:
+def test_unplug_and_plug(make: Callable[..., CreateProgram], tmp_path: Path) -> None:
     program = make()
     port = serial.Serial(program.path, 57600, timeout=0.01)
     program.control.run("unplug")
@@ -164,7 +160,7 @@ def test_unplug_and_plug(make: Callable[..., CreateProgram]) -> None:
         port.read(1)
         port.write(b"x")
     port.close()
-    assert not Path(program._options.link or "").exists()
+    assert not (tmp_path / "create").exists()
     program.control.run("plug")
     with serial.Serial(program.path, 57600, timeout=0.01) as again:
         assert ask(program, again, bytes([128, 142, 35]), 1) == b"\x01"
@@ -179,6 +175,20 @@ def test_the_wrong_speed_is_garbage_when_strict(make: Callable[..., CreateProgra
         assert program.create.mode == 0
         port.baudrate = 57600
         assert ask(program, port, bytes([128, 142, 35]), 1) == b"\x01"
+
+
+def test_answers_leave_later(make: Callable[..., CreateProgram]) -> None:
+    """Some clients send a question, and then throw away what they have not read yet."""
+    program = make(latency_s=0.005)
+    with serial.Serial(program.path, 57600, timeout=0) as port:
+        port.write(bytes([128, 142, 35]))
+        while program.create.mode == 0:
+            program.step()
+        program.step()
+        assert port.in_waiting == 0
+        assert program._longest_wait() == pytest.approx(0.005)
+        program._clock.now += 0.006  # type: ignore[attr-defined]
+        assert ask(program, port, b"", 1) == b"\x01"
 
 
 def test_a_new_client_finds_a_fresh_line(tmp_path: Path) -> None:
@@ -215,68 +225,23 @@ def test_a_new_client_finds_a_fresh_line(tmp_path: Path) -> None:
 # -- the process ---------------------------------------------------------------------------------------------
 
 
-class Process:
-    """The program, and its control socket."""
-
-    def __init__(self, folder: Path, *options: str) -> None:
-        self.link, self._socket = folder / "create", folder / "create.sock"
-        words = ["create", "--link", str(self.link), "--control", str(self._socket), *options]
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "florence_bt.simulation.emulators", *words],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        assert self.process.stdout is not None
-        assert self.process.stdout.readline().strip() == str(self.link)
-
-    def say(self, line: str) -> str:
-        with socket.socket(socket.AF_UNIX) as peer:
-            peer.settimeout(LONG_S)
-            peer.connect(str(self._socket))
-            peer.sendall(line.encode() + b"\n")
-            with peer.makefile() as answers:
-                return answers.readline().strip()
-
-    def status(self) -> dict[str, Any]:
-        return dict(json.loads(self.say("status")))
-
-    def end(self, number: signal.Signals = signal.SIGTERM) -> int:
-        with self.process:
-            if self.process.poll() is None:
-                self.process.send_signal(number)
-        return self.process.returncode
-
-
 @pytest.fixture
-def process(tmp_path: Path) -> Iterator[Callable[..., Process]]:
-    started: list[Process] = []
-
-    def start(*options: str) -> Process:
-        started.append(Process(tmp_path, *options))
-        return started[-1]
-
-    yield start
-    for one in started:
-        one.end()
+def process(start: Callable[..., EmulatorProcess], tmp_path: Path) -> Callable[..., EmulatorProcess]:
+    return partial(start, "create", "--link", str(tmp_path / "create"))
 
 
-def test_runs_alone_and_tidies_up(process: Callable[..., Process]) -> None:
+def test_runs_alone_and_tidies_up(process: Callable[..., EmulatorProcess]) -> None:
     program = process("--model", "create2")
     assert program.status()["model"] == "create2"
     assert program.say("nonsense").startswith("error: ")
-    assert program.process.stdin is not None
-    assert program.process.stdout is not None
-    program.process.stdin.write("wall on\n")
-    program.process.stdin.flush()
-    assert program.process.stdout.readline() == "ok\n"
+    program.type("wall on\n")
+    assert program.read() == "ok\n"
     assert program.end(signal.SIGINT) == 130
-    assert not program.link.is_symlink()
-    assert not program._socket.exists()
+    assert not Path(program.path).is_symlink()
+    assert not program.control.exists()
 
 
-def test_quit_ends_it_well(process: Callable[..., Process]) -> None:
+def test_quit_ends_it_well(process: Callable[..., EmulatorProcess]) -> None:
     program = process()
     assert program.say("quit") == "ok"
     assert program.process.wait(LONG_S) == 0
@@ -296,14 +261,30 @@ def test_a_link_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     assert (tmp_path / "taken").read_text() == "precious"
 
 
+@pytest.mark.parametrize("wrong", ["-1", "x", "nan", "11"])
+def test_a_wrong_latency_is_explained(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["create", "--latency", wrong])
+    assert "a number from 0 to 10 is needed" in capsys.readouterr().err
+
+
+def test_a_client_by_tcp(make: Callable[..., CreateProgram]) -> None:
+    program = make(tcp_port=0)
+    with serial.serial_for_url(f"socket://{program.path}", timeout=0.01) as port:
+        port.rts = True  # a network has no such line, and pyserial does not mind
+        assert ask(program, port, bytes([128, 142, 35]), 1) == b"\x01"
+
+
 # -- other people's clients; they are not among our dependencies ---------------------------------------------
 
 
 @pytest.mark.slow
-def test_pycreate2(process: Callable[..., Process]) -> None:
+def test_pycreate2(process: Callable[..., EmulatorProcess]) -> None:
     pycreate2 = pytest.importorskip("pycreate2")
     program = process("--model", "create2")
-    bot = pycreate2.Create2(str(program.link), 115200)
+    bot = pycreate2.Create2(program.path, 115200)
+    with pretended_modem_lines():
+        bot.wake()
     bot.start()
     bot.full()
     bot.drive_direct(100, 50)  # right, left
@@ -318,10 +299,10 @@ def test_pycreate2(process: Callable[..., Process]) -> None:
 
 
 @pytest.mark.slow
-def test_pyroombaadapter(process: Callable[..., Process]) -> None:
+def test_pyroombaadapter(process: Callable[..., EmulatorProcess]) -> None:
     module = pytest.importorskip("pyroombaadapter")
     program = process("--model", "create2")
-    adapter = module.PyRoombaAdapter(str(program.link))
+    adapter = module.PyRoombaAdapter(program.path)
     adapter.change_mode_to_full()
     adapter.send_drive_direct(200, 200)
     assert adapter.request_oi_mode() == 3
@@ -337,12 +318,12 @@ def test_pyroombaadapter(process: Callable[..., Process]) -> None:
 
 
 @pytest.mark.slow
-def test_create_serial(process: Callable[..., Process]) -> None:
+def test_create_serial(process: Callable[..., EmulatorProcess]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         module = pytest.importorskip("create_serial")
     program = process()
-    robot = module.Create(str(program.link))
+    robot = module.Create(program.path)
     robot.toFullMode()
     assert robot.getMode() == 3
     robot.move(20, 20)  # by a script with a wait

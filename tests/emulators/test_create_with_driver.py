@@ -81,7 +81,7 @@ def test_start_up_sequence(base: Any) -> None:
     stream = bytes([148, 29, *range(7, 15), *range(17, 36), 41, 42])
     stop = bytes([145, 0, 0, 0, 0])
     start, safe, rest, *drives = bench.sent
-    assert start == (0.0, bytes([128]))
+    assert start == (0.0, bytes([128] * 5))
     assert safe == (pytest.approx(0.5), bytes([131]))
     # The first speeds wait for the first frame, which tells the mode.
     assert rest == (pytest.approx(1.0), bytes([147, 1]) + stream)
@@ -310,6 +310,56 @@ def test_shutdown_stops_and_silences(base: Any) -> None:
     bench.create.receive(bench.driver.shutdown(), bench.now)
     assert base.wheels == (0.0, 0.0)
     assert bench.create.poll(bench.now + 1.0) == b""
+
+
+@pytest.mark.parametrize("sent", range(5))
+def test_half_a_command_of_an_earlier_program_does_not_eat_ours(base: Any, sent: int) -> None:
+    bench = Bench(base)
+    bench.create.receive(bytes([128, 132, 145, 0, 200, 0, 200]), 0.0)
+    bench.create.receive(bytes([145, 1, 44, 1])[:sent], 0.0)
+    bench.run(0.01)
+    assert (base.wheels, bench.create.mode) == ((0.0, 0.0), Mode.PASSIVE)
+    bench.run(1.2)
+    assert bench.create.mode is Mode.FULL
+    assert bench.readings
+
+
+def test_a_clock_that_is_set_back_stops_the_base_and_no_more(base: Any) -> None:
+    bench = ready(base)
+    bench.run(1.0, Twist2(0.2, 0.0))
+    began = bench.latest.odometry.pose.x
+    # The emulated base has a clock of its own, which goes on.
+    poll, receive = bench.create.poll, bench.create.receive
+    bench.create.poll = lambda now: poll(now + 3600.0)  # type: ignore[method-assign]
+    bench.create.receive = lambda data, now: receive(data, now + 3600.0)  # type: ignore[method-assign]
+    bench.now -= 3600.0
+    bench.run(0.1)
+    assert base.wheels == (0.0, 0.0)
+    assert bench.latest.stamp == pytest.approx(bench.now, abs=0.02)
+    bench.run(1.0, Twist2(0.2, 0.0))
+    assert bench.latest.odometry.pose.x - began == pytest.approx(0.2, abs=0.02)
+    assert bench.latest.odometry.twist.linear == pytest.approx(0.2, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("sent", "hint"), [(b"", "is it switched on"), (b"99b\n00P\n" * 20, "is it the right port")]
+)
+def test_what_came_instead_of_frames_is_told(sent: bytes, hint: str) -> None:
+    driver = TurtlebotDriver(TurtlebotParameters())
+    driver.start(0.0)
+    with pytest.raises(DeviceTimeout, match=hint):
+        for step in range(300):
+            driver.receive(sent, step / 100.0)
+            driver.poll(step / 100.0)
+
+
+def test_outputs_that_the_base_ignores_are_refused(base: Any) -> None:
+    bench = ready(base, operation_mode=2)
+    bench.create.faults.charger = True
+    bench.run(0.1)
+    with pytest.raises(ConfigError, match="cannot switch its digital outputs now: the charger"):
+        bench.driver.set_digital_outputs(3)
+    assert bench.driver.digital_outputs == 1
 
 
 def test_a_power_cycle_is_found_as_silence_and_survived(base: Any) -> None:

@@ -208,7 +208,7 @@ def test_a_recording_of_the_simulated_kinect_gives_the_same_picture(tmp_path: Pa
     source = FreenectSource(folder=str(folder))
     played = everything(source)
     source.close()
-    assert len([frame for frame in played if isinstance(frame, DepthFrame)]) >= 3
+    assert any(isinstance(frame, DepthFrame) for frame in played)
     driver = KinectDriver(KinectParameters())
     for kind in (DepthFrame, VideoFrame):
         there = next(frame for frame in live if isinstance(frame, kind))

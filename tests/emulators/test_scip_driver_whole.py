@@ -5,6 +5,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.diagnosis import Level
@@ -12,7 +14,7 @@ from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import Phase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
-from florence_bt.simulation.emulators.scip import UTM_30LX, ScipFaults
+from florence_bt.simulation.emulators.scip import URG_04LX, UTM_30LX, ScannerModel, ScipFaults
 from tests.emulators.scip_bench import Bench, started
 
 PLAIN = HokuyoParameters(calibrate_time=False)
@@ -258,6 +260,62 @@ def test_every_fault_is_told_and_ends_with_scans_again(name: str) -> None:
     ahead = (384 - 44) * scans[-1].time_increment
     moment = math.remainder(scans[-1].stamp + ahead - (scans[-1].ranges[0] - 1.0), 4.0)
     assert abs(moment) < 0.012  # nothing stale is published
+
+
+TROUBLES: dict[str, Callable[[Bench], object]] = FAULTS | {
+    "some bad scans": set_faults(bad_checksums=3),
+    "some bad replies": set_faults(bad_replies=5),
+    "noise": set_faults(noise=bytes(range(256))),
+    "half a scan": set_faults(cut_scan_at=300),
+    "a check": set_faults(scan_status="21"),
+    "trouble": set_faults(scan_status="50"),
+    "an odd status": set_faults(statuses={"TM1": "0E", "II": "0I"}),
+    "late answers": set_faults(delay_s=0.6),
+    "an ill sensor": set_faults(stat="Sensor is ill."),
+    "a stream of somebody else": lambda bench: bench.scanner.receive(b"QT\nMD0100020001000\n", bench.now),
+    "time mode": lambda bench: bench.scanner.receive(b"TM0\n", bench.now),
+    "half a command": lambda bench: bench.scanner.receive(b"MD00", bench.now),
+    "sleep": lambda bench: bench.scanner.receive(b"%SL\n", bench.now),
+    "a new plug": lambda bench: (bench.driver.disconnected("unplugged"), bench.driver.start(bench.now)),
+    "a self test": lambda bench: (
+        bench.driver.status.phase is Phase.MEASURING
+        and bench.driver.begin_self_test(lambda results: None, bench.now)
+    ),
+}
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    model=st.sampled_from([URG_04LX, UTM_30LX]),
+    scip1=st.booleans(),
+    calibrate=st.booleans(),
+    intensity=st.booleans(),
+    troubles=st.lists(st.tuples(st.sampled_from(sorted(TROUBLES)), st.floats(0.0, 2.0)), max_size=8),
+)
+def test_any_troubles_in_any_order_end_with_scans_again(
+    model: ScannerModel,
+    scip1: bool,
+    calibrate: bool,
+    intensity: bool,
+    troubles: list[tuple[str, float]],
+) -> None:
+    wanted = HokuyoParameters(
+        calibrate_time=calibrate, intensity=intensity, min_ang=-0.5, max_ang=0.5, self_test_scans=3
+    )
+    bench = Bench(wanted, model=model, scip1=scip1)
+    bench.driver.start(0.0)
+    for name, seconds in troubles:
+        TROUBLES[name](bench)
+        bench.run(seconds, step=0.01)
+    bench.scanner.faults = ScipFaults()
+    bench.scanner.set_power(True, bench.now)
+    # At worst: a pause of ten seconds, and the calibration.
+    for _ in range(30):
+        if len(bench.run(1.0, step=0.01)) >= 9:
+            break
+    else:
+        pytest.fail(f"no scans: {bench.driver.status}, {bench.problems[-3:]}")
+    assert diagnose(bench.driver, wanted, "", "", bench.now).level is not Level.ERROR
 
 
 STATUSES = ["01", "04", "10", "0A", "0B", "0C", "0D", "0E", "0F", "0G", "0H", "0I"]

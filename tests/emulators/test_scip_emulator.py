@@ -52,6 +52,16 @@ def test_pp_vector(scanner: ScipEmulator) -> None:
     )
 
 
+def test_the_published_reply_to_ii(scanner: ScipEmulator) -> None:
+    # Of an URG-04LX, from the wiki of the URG network; hosts such as hokuyoaist insist on this form.
+    scanner.set_timer(0x081615, 0.0)
+    assert scanner.receive(b"II\n", 0.0) == (
+        b"II\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nLASR:OFF;7\n"
+        b"SCSP:Initial(600[rpm])<-Default setting by user;A\nMESM:IDLE;:\n"
+        b"SBPS:19200[bps]<-Default setting by user;A\nTIME:081615;N\nSTAT:Sensor works well.;8\n\n"
+    )
+
+
 def test_vv_and_ii(scanner: ScipEmulator) -> None:
     version = scanner.receive(b"VV\n", 0.0).decode().splitlines()
     assert [line.split(":")[0] for line in version[2:-1]] == ["VEND", "PROD", "FIRM", "PROT", "SERI"]
@@ -219,8 +229,9 @@ def test_stop_and_reset(scanner: ScipEmulator) -> None:
     assert run(scanner, 0.0, 1.0) == []
     assert not scanner.laser_on
     scanner.receive(b"CR10\n", 1.0)
+    assert b"SCSP:10%down(540[rpm]);" in scanner.receive(b"II\n", 1.0)
     scanner.receive(b"RS\n", 1.0)
-    assert b"SCSP:600" in scanner.receive(b"II\n", 1.0)
+    assert b"SCSP:Initial(600[rpm])<-Default" in scanner.receive(b"II\n", 1.0)
 
 
 def test_a_slower_motor(scanner: ScipEmulator) -> None:
@@ -232,7 +243,10 @@ def test_a_slower_motor(scanner: ScipEmulator) -> None:
 def test_scip_1_1_until_told_otherwise() -> None:
     scanner = ScipEmulator(Ramp(), speaks_scip1=True)
     assert scanner.receive(b"QT\n", 0.0) == b"QT\nE\n\n"
-    assert scanner.receive(b"SCIP2.0\n", 0.0) == b"SCIP2.0\n00P\n\n"
+    who = scanner.receive(b"V\n", 0.0).split(b"\n")
+    assert who[:2] == [b"V", b"0"]
+    assert [line[:5] for line in who[2:]] == [b"VEND:", b"PROD:", b"FIRM:", b"PROT:", b"SERI:", b"", b""]
+    assert scanner.receive(b"SCIP2.0\n", 0.0) == b"SCIP2.0\n0\n\n"
     assert scanner.receive(b"QT\n", 0.0) == b"QT\n00P\n\n"
 
 

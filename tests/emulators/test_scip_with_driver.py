@@ -60,7 +60,9 @@ def test_window_cluster_and_skip() -> None:
 
 
 def test_old_firmware_is_switched_to_scip_2() -> None:
-    assert len(started(scip1=True).run(0.5)) == 5
+    bench = started(0.5, scip1=True)  # in half the time that one missing answer would cost
+    assert len(bench.run(0.5)) == 5
+    assert bench.driver.status.corrupted == 0
 
 
 def test_a_stream_left_over_from_a_crash_is_ended_first() -> None:
@@ -103,7 +105,7 @@ def test_half_a_scan_costs_itself_only() -> None:
     assert bench.driver.status.corrupted == 1
 
 
-@pytest.mark.parametrize("status", ["50", "21", "0A"])
+@pytest.mark.parametrize("status", ["50", "97", "0A"])
 def test_trouble_in_the_sensor_restarts_it(status: str) -> None:
     bench = started()
     bench.scanner.faults.scan_status = status
@@ -113,6 +115,44 @@ def test_trouble_in_the_sensor_restarts_it(status: str) -> None:
     assert "status " + status in bench.driver.status.problem
     assert len(bench.run(2.0)) >= 8
     assert bench.driver.status.problem == ""
+
+
+def test_a_sensor_that_checks_itself_is_waited_for() -> None:
+    bench = started()
+    bench.scanner.receive(b"QT\nDB03\nMD0044072501000\n", bench.now)
+    assert len(bench.run(4.0)) == 37  # of 40: two statuses, and the turn that the stream began in
+    assert (len(bench.problems), bench.driver.status.lost) == (1, 0)
+    assert "no scans for now, status 21: measuring stopped while the sensor checks" in bench.problems[0]
+    assert bench.driver.status.problem == ""
+
+
+@pytest.mark.parametrize(("mode", "statuses"), [("04", ("21", "50")), ("05", ("50",))])
+def test_a_sensor_that_finds_itself_broken_is_started_again(mode: str, statuses: tuple[str, ...]) -> None:
+    bench = started()
+    bench.scanner.receive(b"QT\nDB" + mode.encode() + b"\nMD0044072501000\n", bench.now)
+    bench.run(5.0)
+    assert all(status in problem for status, problem in zip(statuses, bench.problems, strict=False))
+    found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
+    assert found.level is Level.ERROR
+    bench.scanner.receive(b"DB10\n", bench.now)
+    assert len(bench.run(15.0)) > 10
+
+
+def test_a_sensor_that_never_ends_its_check_is_started_again() -> None:
+    bench = started()
+    bench.scanner.faults.scan_status = "21"  # the emulator stops measuring then
+    bench.run(0.5)
+    found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
+    assert (found.level, "status 21" in found.message) == (Level.WARN, True)
+    assert len(bench.run(4.0)) > 5
+    assert bench.driver.status.lost == 1
+
+
+def test_a_newer_sensor_calls_itself_stable() -> None:
+    bench = Bench()
+    bench.scanner.faults.stat = "Stable 000 no error."
+    bench.driver.start(0.0)
+    assert len(bench.run(1.0)) >= 8
 
 
 def test_silence_restarts_the_sensor() -> None:

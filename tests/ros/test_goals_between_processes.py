@@ -16,19 +16,25 @@ pytestmark = pytest.mark.ros
 
 SERVER = """
 import sys, time
+from pathlib import Path
 from nav2_msgs.action import Spin
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.process import run_nodes
 
-thinks_s = float(sys.argv[1])
+# So many seconds, or until there is a file of this name.
+thinks = sys.argv[1]
 
 def make():
     node = FlorenceNode("spinner")
     def on_goal(goal):
         print("asked", flush=True)
-        time.sleep(thinks_s)
+        if thinks[0] == "/":
+            while not Path(thinks).exists():
+                time.sleep(0.01)
+        else:
+            time.sleep(float(thinks))
         print("goal", flush=True)
     def on_cancel():
         print("cancelled", flush=True)
@@ -87,36 +93,65 @@ def told(ros: Any, child: Any, text: str) -> None:
     assert text in child.output, child.output
 
 
-def test_a_cancel_while_the_server_still_thinks(ros, client, start_process):
-    server = start_process("-c", SERVER, "0.7")
+def test_a_cancel_while_the_server_still_thinks(ros, client, start_process, tmp_path):
+    server = start_process("-c", SERVER, tmp_path / "enough")
     run = skill_of(client).start({})
     told(ros, server, "asked")
     run.cancel()
     assert run.poll() is None
+    (tmp_path / "enough").touch()
     told(ros, server, "cancelled")
     assert ros.spin_until(run.poll).outputs == {"outcome": Outcome.CANCELLED.value}
 
 
-def test_a_server_that_says_yes_too_late(ros, client, start_process):
-    server = start_process("-c", SERVER, "0.8")
+def test_a_server_that_says_yes_too_late(ros, client, start_process, tmp_path):
+    server = start_process("-c", SERVER, tmp_path / "enough")
     told(ros, server, "up")
     skill = skill_of(client, accept_s=0.3)
     ros.spin_until(skill.server_is_there, what="the server")
     run = skill.start({})
+    told(ros, server, "asked")
     assert ros.spin_until(run.poll).code == "timed_out"
+    (tmp_path / "enough").touch()
     told(ros, server, "cancelled")
     ros.spin_until(lambda: not run.goal_open, what="the end of the goal")
 
 
-def test_a_node_that_leaves_before_the_answer(ros, client, start_process):
-    server = start_process("-c", SERVER, "0.5")
+def test_a_node_that_leaves_before_the_answer(ros, client, start_process, tmp_path):
+    server = start_process("-c", SERVER, tmp_path / "enough")
     skill = skill_of(client)
     skill.start({})
     told(ros, server, "asked")
     client.shut_down()
     assert not client.may_leave()
-    ros.spin_until(client.may_leave, 2.0, what="the answer")
-    assert "cancelled" in server.output
+    (tmp_path / "enough").touch()
+    ros.spin_until(client.may_leave, what="the answer")
+    told(ros, server, "cancelled")
+
+
+def test_a_node_that_leaves_asks_again_when_the_server_refused_at_first(ros, client):
+    from nav2_msgs.action import Spin
+    from rclpy.action import CancelResponse
+
+    from florence_bt.ros.action_server import SingleGoalServer
+    from florence_bt.ros.node import FlorenceNode
+
+    ended = []
+    server = SingleGoalServer(
+        ros.add(FlorenceNode("spinner")),
+        Spin,
+        "spin",
+        on_goal=lambda goal: None,
+        on_cancel=lambda: ended.append(server.finish(Spin.Result(), Outcome.CANCELLED)),
+    )
+    answers = [CancelResponse.REJECT]
+    obey = server._cancel_asked
+    server._server.register_cancel_callback(lambda goal: answers.pop() if answers else obey(goal))
+    run = skill_of(client).start({})
+    ros.spin_until(lambda: run.phase.value == "active", what="the acceptance")
+    client.shut_down()
+    ros.spin_until(client.may_leave, what="the end of the goal")
+    assert not answers and ended, "it was asked once only"
 
 
 @pytest.mark.parametrize("thinks_s", ["0", "0.6"])
@@ -177,3 +212,26 @@ def test_a_server_that_was_started_anew_during_the_run(ros, client, start_proces
     run.cancel()
     result = ros.spin_until(run.poll)
     assert result.outcome is Outcome.CANCELLED and result.reason
+
+
+def test_a_newer_server_does_not_stand_in_for_the_one_that_had_the_goal(ros, client, start_process):
+    """Killed and started anew at once: the name is served all the time, but nobody works on the goal."""
+    from nav2_msgs.action import Spin
+
+    from florence_bt.ros.action_server import SingleGoalServer
+    from florence_bt.ros.node import FlorenceNode
+
+    def serve(name):
+        node = ros.add(FlorenceNode(name))
+        return SingleGoalServer(node, Spin, "spin", on_goal=lambda goal: None, on_cancel=lambda: None)
+
+    old = serve("old")
+    run = skill_of(client, lost_s=0.5).start({})
+    ros.spin_until(lambda: run.phase.value == "active", what="the acceptance")
+    channel = run._channel
+    ros.spin_until(lambda: channel._servers, what="the first look after the server")
+    serve("new")
+    ros.spin_until(lambda: channel.servers() == 2, what="the newer server")
+    old._server.destroy()  # without an end of its goal, as when it is killed
+    result = ros.spin_until(run.poll, what="the loss")
+    assert result.code == "server_lost" and "went away" in result.reason

@@ -39,6 +39,7 @@ class Hardware:
         self.scanner = ScipEmulator(Room())
         self.link = link
         self.now = 0.0
+        self.strict_baud = False
         self.terminal: PseudoTerminal | TcpLine | None = None
 
     def plug_in(self) -> None:
@@ -53,9 +54,14 @@ class Hardware:
         if self.terminal is None:
             return
         self.now += 0.005
-        self.terminal.write(self.scanner.poll(self.now))
+        rate = self.scanner.state.bit_rate  # SS is answered at the old one
+        self.terminal.write(self._heard(self.scanner.poll(self.now), rate))
         if data := self.terminal.read():
-            self.terminal.write(self.scanner.receive(data, self.now))
+            self.terminal.write(self._heard(self.scanner.receive(self._heard(data, rate), self.now), rate))
+
+    def _heard(self, data: bytes, rate: int) -> bytes:
+        same = not isinstance(self.terminal, PseudoTerminal) or self.terminal.client_baud == rate
+        return data if same or not self.strict_baud else b"\xff" * len(data)
 
 
 @pytest.fixture
@@ -177,6 +183,17 @@ def test_parameters_and_namespace(ros: Any, hardware: Hardware) -> None:
     assert len(spy.scans[0].ranges) == 171
     assert spy.scans[0].header.frame_id == "laser"
     assert spy.scans[0].angle_min == pytest.approx(-math.pi / 2)
+
+
+def test_a_real_serial_line_is_brought_to_its_speed(ros: Any, hardware: Hardware) -> None:
+    hardware.strict_baud = True
+    spy = Spy(ros)
+    wanted = {"calibrate_time": False, "port": str(hardware.link), "baud_rate": 57600}
+    ros.add(HokuyoNode(parameters=wanted))
+    ros.spin_until(serving(hardware, lambda: len(spy.scans) > 2), what="scans")
+    assert hardware.scanner.state.bit_rate == 57600
+    assert isinstance(hardware.terminal, PseudoTerminal)
+    assert hardware.terminal.client_baud == 57600
 
 
 def test_a_wrong_parameter_is_named(ros: Any) -> None:

@@ -27,6 +27,8 @@ def test_pause_and_resume(bench_of):
     assert paused.success and paused.message == f"{run_id} is paused"
     status = bench.wait("PAUSED")
     assert status.reason == "a visitor" and bench.drive.runs[0].cancelled and not bench.drive.active
+    again = bench.pause(reason="somebody else")
+    assert again.success and again.message == f"{run_id} is paused already, because: a visitor"
     busy = bench.run("be_quick")
     assert not busy.accepted
     assert bench.resume().success
@@ -48,8 +50,11 @@ def test_the_override_stops_everything_and_blocks_until_released(bench_of):
     waiting = bench.run("drive_once", policy="queue").run_id
     bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
     assert bench.status().waiting == [waiting] and bench.status().blocked_by == ""
+    stop_base, cancelled_before = bench.safety.stop_now, []
+    bench.safety.stop_now = lambda: (cancelled_before.append(bench.drive.runs[0].cancelled), stop_base())
     bench.override(True)
     bench.ros.spin_until(lambda: bench.status().blocked_by, what="the override")
+    assert cancelled_before == [False], "the base is stopped before the books are closed"
     for each in (current, waiting):
         assert "manual override" in bench.wait("STOPPED", each).reason
     assert bench.safety.stops == 1 and bench.drive.runs[0].cancelled

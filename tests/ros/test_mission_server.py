@@ -45,12 +45,13 @@ def test_names_without_values_are_refused(bench_of):
 
 
 def test_a_run_from_trigger_to_record(bench_of):
-    bench = bench_of(Step(failure("blocked", "a chair is in the way"), after=0.3))
+    bench = bench_of()
     answer = bench.run("drive_once", way="2 m")
     assert answer.accepted and answer.message == "drive_once starts"
     status = bench.wait("RUNNING")
     assert status.run_id == answer.run_id and status.mission == "drive_once" and "[>] drive" in status.tree
     assert bench.drive.calls == [{"way": 2.0}]
+    bench.end_drive(failure("blocked", "a chair is in the way"))
     status = bench.wait("FAILED", answer.run_id)
     assert (status.code, status.reason) == ("blocked", "a chair is in the way") and "[x] drive" in status.tree
     assert bench.status().run_id == answer.run_id
@@ -58,11 +59,12 @@ def test_a_run_from_trigger_to_record(bench_of):
 
 
 def test_triggers_by_name_are_served_for_missions_without_required_inputs(bench_of):
-    bench = bench_of(Step(success(), after=0.05))
+    bench = bench_of()
     answer = bench.trigger("drive_once")
     assert answer.success and "run " in answer.message
     again = bench.trigger("drive_once")
     assert not again.success and "is running" in again.message
+    bench.end_drive(success())
     bench.wait("SUCCEEDED")
     names = {name for name, _ in bench.node.get_service_names_and_types()}
     assert "/florence_bt/missions/be_quick" in names
@@ -235,7 +237,10 @@ def test_a_newer_goal_of_the_action_leaves_no_older_run_behind(bench_of):
     assert not send(bench, mission="drive_once", policy="queue").accepted
     newer = send(bench, mission="be_quick", policy="preempt")
     assert newer.accepted
-    assert result_of(bench, older).status == GoalStatus.STATUS_ABORTED
+    replaced = result_of(bench, older)
+    assert replaced.status == GoalStatus.STATUS_ABORTED
+    assert (replaced.result.state, replaced.result.code) == ("STOPPED", "stopped"), replaced
+    assert "a newer goal of the action" in replaced.result.reason and replaced.result.run_id
     assert result_of(bench, newer).result.state == "SUCCEEDED"
     bench.ros.spin_for(0.1)
     assert len(bench.drive.runs) == 1 and bench.status(service.run_id).state == "STOPPED"

@@ -11,6 +11,7 @@ pytest.importorskip("rclpy")
 from nav2_msgs.action import Spin
 
 from florence_bt.core.outcome import Outcome, Result, failure, success
+from florence_bt.core.skill import Phase
 from florence_bt.ros.action_server import PREEMPTED, SHUT_DOWN, SingleGoalServer
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.node import FlorenceNode
@@ -107,6 +108,18 @@ def test_refusal(ros: Any, client: FlorenceNode) -> None:
     assert ros.spin_until(running.poll).succeeded
 
 
+def test_a_second_server_of_the_same_name_is_told_to_stop(ros: Any, client: FlorenceNode) -> None:
+    one, other = ros.add(Spinner("one")), ros.add(Spinner("other"))
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: one.server.active and other.server.active, what="both goals")
+    ros.spin_until(lambda: run.phase is Phase.ACTIVE, what="the acceptance")
+    one.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+    other.server.publish_feedback(Spin.Feedback())
+    assert ros.spin_until(run.poll).succeeded
+    ros.spin_until(lambda: not other.server.active, what="the end of the other goal")
+    assert (one.cancels, other.cancels) == (0, 1)
+
+
 def test_wrong_inputs_send_nothing(ros: Any, client: FlorenceNode) -> None:
     result = spin_skill(client).start({}).poll()
     assert result is not None
@@ -153,7 +166,7 @@ def test_a_server_that_does_not_stop(ros: Any, client: FlorenceNode) -> None:
     result = ros.spin_until(run.poll)
     assert result.outcome is Outcome.CANCELLED
     assert "did not confirm the stop within 0.2 s" in result.reason
-    assert spinner.cancels == 1
+    ros.spin_until(lambda: spinner.cancels == 1, what="the cancel")
 
 
 def test_what_was_reached_counts_in_spite_of_a_cancel(ros: Any, client: FlorenceNode) -> None:

@@ -149,6 +149,7 @@ def test_timers_follow_simulated_time(ros: Any) -> None:
     simulated.set(10.9)
     assert fired == []
     simulated.set(11.5)
+    ros.spin_until(lambda: fired, what="the timer")
     assert fired == [11.5]
 
 
@@ -164,6 +165,7 @@ def test_waits_begun_before_the_first_simulated_time_keep_their_length(ros: Any)
     simulated.set(1004.0)
     assert fired == []
     simulated.set(1005.5)
+    ros.spin_until(lambda: fired, what="the timer")
     assert fired == [1005.5]
 
 
@@ -177,6 +179,7 @@ def test_waits_survive_a_simulation_that_starts_over(ros: Any) -> None:
     simulated.set(2.0)
     assert fired == []
     simulated.set(3.25)
+    ros.spin_until(lambda: fired, what="the timer")
     assert fired == [3.25]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import pytest
@@ -9,7 +10,8 @@ import pytest
 pytest.importorskip("rclpy")
 from rosgraph_msgs.msg import Clock
 
-from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros import shared_clock
+from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 
@@ -29,10 +31,18 @@ class Teller:
         """Publish until all these nodes know."""
 
         def known() -> bool:
-            self._publisher.publish(Clock(clock=stamp_to_ros(now)))
+            self.publish(now)
             return all(node.timebase.now() == pytest.approx(now) for node in nodes)
 
         self._ros.spin_until(known, what=f"the time {now}")
+
+    def publish(self, now: float) -> None:
+        """Publish once."""
+        self._publisher.publish(Clock(clock=stamp_to_ros(now)))
+
+    def rests(self) -> None:
+        """Wait until the loop does not listen any more."""
+        self._ros.spin_until(lambda: not self._ros.loop._clock.listens, what="the rest")
 
     def listeners(self) -> int:
         return int(self.node.count_subscribers("/clock"))
@@ -73,3 +83,108 @@ def test_a_removed_node_follows_the_time_by_itself(ros: Any) -> None:
     ros.loop.add(one)
     ros.spin_until(lambda: teller.listeners() == 1, what="one listener")
     teller.tell(11.0, one, other)
+
+
+@pytest.fixture
+def idle(ros: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A teller and a node on simulated time, 10 s, where nobody has asked for the time for long."""
+    monkeypatch.setattr(shared_clock, "IDLE_S", 0.05)
+    teller, node = Teller(ros), ros.add(FlorenceNode("a", parameters=SIMULATED))
+    teller.tell(10.0, node)
+    teller.rests()
+    return teller, node
+
+
+class Ticking:
+    """Publishes the simulated time from a thread, as another process does."""
+
+    def __init__(self, teller: Teller, now: float) -> None:
+        self.now = now
+        self._teller = teller
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._tick)
+
+    def _tick(self) -> None:
+        while not self._over.wait(0.005):
+            self._teller.publish(self.now)
+
+    def __enter__(self) -> Ticking:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+
+def test_an_idle_process_does_not_listen(ros: Any, idle: Any) -> None:
+    teller, _ = idle
+    ros.spin_until(lambda: teller.listeners() == 0, what="the end of the subscription")
+    teller.publish(11.0)
+    ros.spin_for(0.2)
+    assert not ros.loop._clock.listens
+
+
+@pytest.mark.parametrize("now", [5000.0, 10.25, 3.0])
+def test_who_asks_is_told_the_time_of_the_moment(
+    ros: Any, idle: Any, monkeypatch: pytest.MonkeyPatch, now: float
+) -> None:
+    monkeypatch.setattr(shared_clock, "FIRST_S", 30.0)
+    teller, node = idle
+    with Ticking(teller, now):
+        assert node.timebase.now() == pytest.approx(now)
+    teller.rests()
+    with Ticking(teller, now + 1.0):
+        assert stamp_from_ros(node.get_clock().now().to_msg()) == pytest.approx(now + 1.0)
+
+
+def test_a_wait_that_begins_while_idle(ros: Any, idle: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_clock, "FIRST_S", 30.0)
+    teller, node = idle
+    fired: list[float] = []
+    for begin in (100.0, 200.0, 50.0):
+        with Ticking(teller, begin) as ticking:
+            node.timebase.call_at(node.timebase.now() + 5.0, lambda: fired.append(node.timebase.now()))
+            ticking.now = begin + 4.5
+            ros.spin_for(0.2)
+            assert not fired and ros.loop._clock.listens, "it must listen while somebody waits"
+            ticking.now = begin + 5.5
+            ros.spin_until(lambda: fired, what="the moment")
+        assert fired.pop() == pytest.approx(begin + 5.5)
+        teller.rests()
+
+
+@pytest.mark.parametrize("somebody_publishes", [True, False])
+def test_a_wait_keeps_its_length_when_the_time_was_not_to_be_had(
+    ros: Any, idle: Any, monkeypatch: pytest.MonkeyPatch, somebody_publishes: bool
+) -> None:
+    """The simulation stands, or has gone, and comes back an hour later."""
+    monkeypatch.setattr(shared_clock, "FIRST_S", 0.05)
+    teller, node = idle
+    if not somebody_publishes:
+        monkeypatch.setattr(node, "count_publishers", lambda topic: 0)
+    assert node.timebase.now() == pytest.approx(10.0)
+    fired: list[float] = []
+    node.timebase.call_at(node.timebase.now() + 5.0, lambda: fired.append(node.timebase.now()))
+    teller.tell(3610.0, node)
+    teller.tell(3614.5, node)
+    assert not fired
+    teller.tell(3616.0, node)
+    ros.spin_until(lambda: fired, what="the moment")
+    # From here on a jump is a jump again.
+    node.timebase.call_at(3700.0, lambda: fired.append(node.timebase.now()))
+    teller.tell(4000.0, node)
+    ros.spin_until(lambda: len(fired) == 2, what="the moment that was jumped over")
+
+
+def test_an_idle_node_can_go_and_another_one_come(ros: Any, idle: Any) -> None:
+    teller, node = idle
+    second = ros.add(FlorenceNode("second", parameters=SIMULATED))
+    assert second.timebase.now() == pytest.approx(10.0)
+    teller.rests()
+    ros.close_node(node)
+    teller.tell(11.0, second)
+    ros.close_node(second)
+    ros.spin_until(lambda: teller.listeners() == 0, what="the end of the subscription")
+    third = ros.add(FlorenceNode("third", parameters=SIMULATED))
+    teller.tell(12.0, third)

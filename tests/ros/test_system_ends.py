@@ -35,6 +35,14 @@ def left_over(folder: Path) -> list[int]:
     return found
 
 
+def kill_process(folder: Path, group: str) -> None:
+    """Kill the process of a group of nodes."""
+    (victim,) = (
+        pid for pid in left_over(folder) if f"florence_bt.wiring.process\0{group}\0" in command_of(pid)
+    )
+    os.kill(victim, signal.SIGKILL)
+
+
 def recorded(folder: Path) -> list[str]:
     """The runs that have a folder."""
     return [entry.name for entry in (folder / "runs").iterdir() if entry.is_dir()]
@@ -113,14 +121,26 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert status.process.wait(PATIENCE_S) == 0 and "STOPPED" in status.output
     assert "Ctrl-C at florence run" in status.output
 
-    # The mission server dies without a word while a client watches.
+    # The mission server dies without a word while a client watches: another one takes the run up.
     watcher = start_process(*FLORENCE, "run", "goto_room", "room=bedroom", "--headless")
     watcher.wait_for("-- driving", PATIENCE_S)
-    (victim,) = (pid for pid in left_over(folder) if "missions" in command_of(pid))
-    os.kill(victim, signal.SIGKILL)
-    assert watcher.process.wait(PATIENCE_S) == 3
-    assert "the mission server went away" in watcher.output
-    assert system.process.wait(PATIENCE_S) == 3 and "the process 'missions' ended" in system.output
+    kill_process(folder, "missions")
+    system.wait_for("the process 'missions' was killed by SIGKILL", PATIENCE_S)
+    assert watcher.process.wait(PATIENCE_S) == 1, watcher.output
+    assert "aborted because: the process died on it; restarted as" in watcher.output
+    system.wait_for("the process 'missions' is up again", PATIENCE_S)
+
+    # The driver of the base dies: the base is told to stop, and all ends with what it was.
+    policy = ["--policy", "preempt"]
+    watcher = start_process(*FLORENCE, "run", "goto_room", "room=bedroom", "--headless", *policy)
+    watcher.wait_for("-- driving", PATIENCE_S)
+    kill_process(folder, "hardware")
+    assert system.process.wait(PATIENCE_S) == 3
+    assert "the process 'hardware' was killed by SIGKILL; the base was told to stop" in system.output
+    assert watcher.process.wait(PATIENCE_S) in (1, 3), watcher.output
+    last = start_process(*FLORENCE, "runs", "--folder", folder / "runs", "--limit", "1")
+    assert last.process.wait(PATIENCE_S) == 0
+    assert "STOPPED" in last.output and "the process 'hardware' was killed by SIGKILL" in last.output
     assert_clean(system, folder, 3)
 
 

@@ -130,6 +130,21 @@ def test_the_schema_is_printed_or_written(florence, mission, tmp_path):
     done = florence("schema", "-o", out, "--missions", tmp_path)
     assert done.exit_code == OK and done.stdout == f"{out} written\n"
     assert json.loads(out.read_text()) == printed
-    assert "mine" in printed["$defs"]["node"]["properties"]["run"]["anyOf"][0]["enum"]
+    assert "mine" in printed["definitions"]["node"]["properties"]["run"]["anyOf"][0]["enum"]
     assert florence("schema", "-o", tmp_path / "no" / "s.json").exit_code == USAGE
     assert florence("schema", "--hotspots", tmp_path / "none.yaml").exit_code == USAGE
+
+
+def test_a_called_mission_that_cannot_run_is_told_at_its_call(florence, tmp_path):
+    (tmp_path / "broken.yaml").write_text("mission: broken\ntree: {wait: 5}\n")
+    (tmp_path / "between.yaml").write_text("mission: between\ntree: {run: broken}\n")
+    file = tmp_path / "outer.yaml"
+    file.write_text("mission: outer\ntree: {sequence: [{wait: 1 s}, {run: between}]}\n")
+    done = florence("check", file)
+    assert done.exit_code == FAILED
+    assert f"{file}:2:38: error: the mission 'broken' has errors; the first one: " in done.stdout
+    assert "broken.yaml:2:14: wait: a duration needs a unit: '5'" in done.stdout
+    # Checked together each error is told once, in its own place.
+    done = florence("check", tmp_path)
+    assert done.exit_code == FAILED and "has errors" not in done.stdout
+    assert done.stdout.endswith("3 missions checked: 1 error, 0 warnings\n")

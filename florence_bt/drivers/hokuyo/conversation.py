@@ -1,8 +1,9 @@
 """Questions and answers in a row: a script asks, this sends, waits, repeats and gives up.
 
 A script is a generator. It yields :class:`Ask` or :class:`Listen`; each gives back the :class:`Answer`, or
-raises :class:`~florence_bt.core.errors.DeviceError` where it was asked when there is none. Bytes and the time
-go in, bytes come out; there is no port and no clock here.
+raises :class:`~florence_bt.core.errors.DeviceError` where it was asked when there is none. It yields
+:class:`Retune` for another speed. Bytes and the time go in, bytes come out; there is no port and no clock
+here.
 """
 
 from __future__ import annotations
@@ -14,6 +15,21 @@ from typing import Any, TypeAlias
 from florence_bt.core.errors import CommandRejected, DeviceError, DeviceTimeout
 from florence_bt.drivers.hokuyo.codec import Reply, request
 from florence_bt.drivers.hokuyo.status import ACCEPTED, describe_status
+
+END_OF_LINE = b"\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Retune:
+    """Speak at another speed from now on; takes no time.
+
+    A line feed goes first: what was said at the wrong speed stands as half a command in the sensor's ear.
+
+    Attributes:
+        bit_rate: Bits a second of our end of the line.
+    """
+
+    bit_rate: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +77,7 @@ class Answer:
     arrived: float
 
 
-Script: TypeAlias = Generator[Ask | Listen, Answer, Any]
+Script: TypeAlias = Generator[Retune | Ask | Listen, Answer, Any]
 """What a conversation follows; its value is the conversation's result."""
 
 
@@ -73,6 +89,7 @@ class Conversation:
         result: What the script returned.
         error: Why it ended early, None when it did not.
         heard: Whether the sensor said anything at all.
+        bit_rate: The speed that the script wants the line to have; None when it does not care.
     """
 
     def __init__(self, script: Script, reply_timeout_s: float, now: float) -> None:
@@ -95,6 +112,7 @@ class Conversation:
         self.result: Any = None
         self.error: DeviceError | None = None
         self.heard = False
+        self.bit_rate: int | None = None
         self._advance(None, now)
 
     @property
@@ -146,24 +164,29 @@ class Conversation:
 
     def _advance(self, news: Answer | DeviceError | None, now: float) -> None:
         try:
-            if news is None:
-                self._step = next(self._script)
-            elif isinstance(news, DeviceError):
-                self._step = self._script.throw(news)
-            else:
-                self._step = self._script.send(news)
+            step = self._resume(news)
+            while isinstance(step, Retune):
+                self.bit_rate = step.bit_rate
+                self._outbox += END_OF_LINE
+                step = next(self._script)
         except StopIteration as end:
             self._step, self.done, self.result = None, True, end.value
             return
         except DeviceError as error:
             self._step, self.done, self.error = None, True, error
             return
+        self._step = step
         self._attempt = 0
-        if isinstance(self._step, Ask):
-            self._send(self._step, now)
+        if isinstance(step, Ask):
+            self._send(step, now)
         else:
-            limit = self._step.timeout_s
+            limit = step.timeout_s
             self._deadline = now + (self._timeout_s if limit is None else limit)
+
+    def _resume(self, news: Answer | DeviceError | None) -> Retune | Ask | Listen:
+        if news is None:
+            return next(self._script)
+        return self._script.throw(news) if isinstance(news, DeviceError) else self._script.send(news)
 
     def _send(self, step: Ask, now: float) -> None:
         self._attempt += 1

@@ -45,6 +45,8 @@ def diagnose(
     if status.phase is not Phase.MEASURING:
         level = Level.ERROR if status.problem else Level.WARN
         return Diagnosis(level, status.problem or f"the driver is {status.phase.value}", values)
+    if status.problem:
+        return Diagnosis(Level.WARN, status.problem, values)
     if is_off(rate, driver.expected_rate):
         return Diagnosis(
             Level.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values

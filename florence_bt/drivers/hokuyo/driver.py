@@ -24,7 +24,7 @@ from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult, self_test
 from florence_bt.drivers.hokuyo.start_up import HEALTHY, Sensor, start_up
-from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status
+from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status, is_checking
 from florence_bt.drivers.hokuyo.stream import Stream, begin_stream, plan_measurement
 
 RESUMED = "98"
@@ -79,17 +79,25 @@ class HokuyoDriver:
     Attributes:
         sensor: Who the sensor is, None before it told.
         measurement: What it measures, None before that was accepted.
+        bit_rate: The speed that the line must have when what :meth:`poll` returns is written; None for any.
         unheard: The last start failed without a word from the sensor: the port may be the wrong one, or dead.
     """
 
-    def __init__(self, parameters: HokuyoParameters, on_problem: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self,
+        parameters: HokuyoParameters,
+        on_problem: Callable[[str], None] | None = None,
+        bit_rate: int | None = None,
+    ) -> None:
         """Prepare; :meth:`start` begins.
 
         Args:
             parameters: How to measure.
             on_problem: Told each failure, in words.
+            bit_rate: The wanted speed of a serial line; None where it has none.
         """
         self._parameters = parameters
+        self._wanted_rate = self.bit_rate = bit_rate
         self._on_problem = on_problem
         self._parser = ReplyParser()
         self._status = DriverStatus()
@@ -167,7 +175,7 @@ class HokuyoDriver:
         self._clock.reset()
         self._same_stamps, self._last_scan = 0, None
         self.unheard = False
-        self._converse(Phase.STARTING, start_up(), self._on_started, now)
+        self._converse(Phase.STARTING, start_up(self._wanted_rate), self._on_started, now)
 
     def shutdown(self) -> bytes:
         """Stop, and return the bytes that switch the laser off."""
@@ -236,7 +244,10 @@ class HokuyoDriver:
 
     def _settle(self, now: float) -> None:
         talk = self._conversation
-        if talk is None or not talk.done:
+        if talk is None:
+            return
+        self.bit_rate = talk.bit_rate or self.bit_rate
+        if not talk.done:
             return
         self._conversation = None
         self.unheard = talk.error is not None and not talk.heard
@@ -249,7 +260,7 @@ class HokuyoDriver:
         sensor: Sensor = talk.result
         self.sensor = sensor
         self._status.device, self._status.device_status = sensor.version, sensor.stat
-        if sensor.stat != HEALTHY:
+        if not sensor.healthy:
             self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY!r}")
             return
         wanted, complaints = plan_measurement(self._parameters, sensor)
@@ -296,8 +307,7 @@ class HokuyoDriver:
         if reply.status in (ACCEPTED, RESUMED, UNSTABLE):
             return None
         if reply.status != SCAN_FOLLOWS:
-            meaning = describe_status(self.measurement.kind, reply.status)
-            self._fail(now, f"measuring ended with status {reply.status}: {meaning}")
+            self._take_trouble(reply.status, describe_status(self.measurement.kind, reply.status), now)
             return None
         try:
             scan = decode_scan(reply)
@@ -312,6 +322,14 @@ class HokuyoDriver:
         self._frequency.tick(now)
         self._expect_scan(now)
         return self._scan_of(scan, self.sensor, now)
+
+    def _take_trouble(self, status: str, meaning: str, now: float) -> None:
+        if not is_checking(status):
+            self._fail(now, f"measuring ended with status {status}: {meaning}")
+            return
+        self._status.problem = f"no scans for now, status {status}: {meaning}"
+        self._complain((self._status.problem,))
+        self._expect_scan(now)
 
     def _scan_of(self, scan: ScanReply, sensor: Sensor, now: float) -> LaserScan:
         geometry, wanted = sensor.geometry, self._parameters

@@ -62,7 +62,9 @@ class HokuyoNode(FlorenceNode):
         super().__init__("hokuyo_node", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(HokuyoPortParameters)
         self._measuring = self.read_parameters(HokuyoParameters)
-        self._driver = HokuyoDriver(self._measuring, lambda problem: self.get_logger().warning(problem))
+        self._driver = HokuyoDriver(
+            self._measuring, lambda problem: self.get_logger().warning(problem), self._settings.line_rate
+        )
         self._open_port, self._open_tcp = open_port, open_tcp
         self._told_limits: tuple[float, ...] = ()
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
@@ -126,6 +128,8 @@ class HokuyoNode(FlorenceNode):
             return
         try:
             if data := self._driver.poll(self.timebase.now()):
+                if self._driver.bit_rate is not None and isinstance(port, SerialPort):
+                    port.set_baud_rate(self._driver.bit_rate)
                 port.write(data)
             if self._driver.unheard:
                 # A port that is open but dead, such as a plug that was out and in: begin with a new one.

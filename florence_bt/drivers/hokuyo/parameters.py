@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.drivers.hokuyo.codec import BIT_RATES
+
+USB_MODEM = "ttyACM"
+"""What Linux calls a serial port over USB whose speed means nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +85,8 @@ class HokuyoPortParameters:
 
     Attributes:
         port: The serial device; the sensor is a USB modem class device (REFERENCE 4.2).
-        baud_rate: Bits a second on a real serial line; without effect over USB.
+        baud_rate: Bits a second that a real serial line shall have (SS); the sensor is looked for at others
+            too. Without effect over USB (ttyACM).
         ip_address: Address or name of a sensor on the network, such as 192.168.0.10; used instead of the port
             when it is set. Sensors with a network plug speak the same protocol there.
         ip_port: Its TCP port.
@@ -102,6 +108,13 @@ class HokuyoPortParameters:
     def place(self) -> str:
         """Where the sensor is, for people."""
         return f"{self.ip_address}:{self.ip_port}" if self.ip_address else self.port
+
+    @property
+    def line_rate(self) -> int | None:
+        """The wanted speed of a real serial line; USB modems and networks have none."""
+        if self.ip_address or USB_MODEM in os.path.realpath(self.port):
+            return None
+        return self.baud_rate if self.baud_rate in BIT_RATES else None
 
 
 def _check(name: str, value: float, lowest: float, highest: float) -> None:

@@ -10,7 +10,7 @@ from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.hokuyo.codec import Measurement, decode_scan
 from florence_bt.drivers.hokuyo.conversation import Ask, Listen, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
-from florence_bt.drivers.hokuyo.start_up import HEALTHY, LASER_ON
+from florence_bt.drivers.hokuyo.start_up import LASER_ON, is_healthy
 from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status
 
 STREAM_SKIP = 1
@@ -64,7 +64,7 @@ def self_test(geometry: SensorGeometry, scans: int) -> Script:
 def _status() -> Script:
     answer = yield Ask("II")
     stat = answer.reply.information().get("STAT", "unknown")
-    return (Level.OK if stat == HEALTHY else Level.ERROR), stat
+    return (Level.OK if is_healthy(stat) else Level.ERROR), stat
 
 
 def _laser_on() -> Script:

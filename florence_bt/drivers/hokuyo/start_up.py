@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 from florence_bt.core.errors import DeviceError, DeviceTimeout, FrameError
-from florence_bt.drivers.hokuyo.conversation import Ask, Script
+from florence_bt.drivers.hokuyo.codec import serial_speed
+from florence_bt.drivers.hokuyo.conversation import Ask, Retune, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
 from florence_bt.drivers.hokuyo.status import ACCEPTED
 
 HEALTHY = "Sensor works well."
 """The text of STAT that hokuyo_node insists on (REFERENCE 4.5)."""
 
+STABLE = "Stable"
+"""How STAT begins on newer sensors that are well (urg_library)."""
+
 ANY = tuple(f"0{letter}" for letter in "0123456789ABCDEFGHI")
+SEARCHED = (19200, 115200, 38400, 57600)
+"""Speeds that a sensor on a real serial line is looked for at; 19200 is what it has after power on."""
+
+SPEED_KEPT = ("03", "04")
+"""SS: it has this speed already, or knows no others."""
+
+ATTEMPTS = 3
 LASER_ON = Ask("BM", (ACCEPTED, "02"), 10)
 
 
@@ -40,24 +51,41 @@ class Sensor:
         return self.state.get("STAT", "unknown")
 
     @property
+    def healthy(self) -> bool:
+        """Whether that word is a good one."""
+        return is_healthy(self.stat)
+
+    @property
     def device_id(self) -> str:
         """Its serial number."""
         return self.version.get("SERI", "unknown")
 
 
-def start_up() -> Script:
+def is_healthy(stat: str) -> bool:
+    """Whether the text of STAT is that of a sensor that is well."""
+    return stat == HEALTHY or stat.startswith(STABLE)
+
+
+def start_up(bit_rate: int | None = None) -> Script:
     """Wake the sensor, end what it is about, and ask who it is; the laser is on at the end.
+
+    Args:
+        bit_rate: The wanted speed of a serial line, one of ``BIT_RATES``. The sensor is looked for at others
+            too, and told to take this one: after power on and after ``RS`` it has its own. None where the
+            line has no speed (USB, network).
 
     Returns:
         The :class:`Sensor`, healthy or not.
     """
-    with suppress(DeviceTimeout):
-        # Old firmware wakes up in SCIP 1.1; a sensor that speaks 2.0 already answers 0E, or nothing.
-        yield Ask("SCIP2.0", ANY, 1)
-    yield Ask("TM2", (ACCEPTED, "03"))  # in time mode everything else is refused
+    rates = () if bit_rate is None else (bit_rate, *(rate for rate in SEARCHED if rate != bit_rate))
+    yield from _at_some_speed(_greet, rates)
     yield Ask("QT")
     yield Ask("RS")
-    shape = yield Ask("PP")
+    shape, found = yield from _at_some_speed(_ask_parameters, rates)
+    if bit_rate is not None and found != bit_rate:
+        answer = yield Ask(serial_speed(bit_rate), (ACCEPTED, *SPEED_KEPT))
+        if answer.reply.status == ACCEPTED:
+            yield Retune(bit_rate)
     identity = yield Ask("VV")
     health = yield Ask("II")
     try:
@@ -66,6 +94,35 @@ def start_up() -> Script:
         sensor = Sensor(identity.reply.information(), parameters, geometry, health.reply.information())
     except FrameError as error:
         raise DeviceError(str(error)) from error
-    if sensor.stat == HEALTHY:
+    if sensor.healthy:
         yield LASER_ON
     return sensor
+
+
+def _greet(attempts: int) -> Script:
+    with suppress(DeviceTimeout):
+        # Old firmware wakes up in SCIP 1.1; a sensor that speaks 2.0 already answers 0E, or nothing.
+        yield Ask("SCIP2.0", ANY, 1)
+    # In time mode everything else is refused.
+    return (yield Ask("TM2", (ACCEPTED, "03"), attempts))
+
+
+def _ask_parameters(attempts: int) -> Script:
+    return (yield Ask("PP", attempts=attempts))
+
+
+def _at_some_speed(question: Callable[[int], Script], rates: Sequence[int]) -> Script:
+    """Ask at one speed after the other until the sensor answers.
+
+    Returns:
+        The answer, and the speed; None for a line without.
+    """
+    for rate in rates:
+        yield Retune(rate)
+        with suppress(DeviceTimeout):
+            answer = yield from question(1)
+            return answer, rate
+    if rates:
+        yield Retune(rates[0])
+    answer = yield from question(ATTEMPTS)
+    return answer, rates[0] if rates else None

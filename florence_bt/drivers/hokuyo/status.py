@@ -65,6 +65,11 @@ _OTHERS = {
 }
 
 
+def is_checking(status: str) -> bool:
+    """Whether a sensor that sends this in the place of a scan checks itself, and may go on by itself (98)."""
+    return status.isdecimal() and 21 <= int(status) <= 49
+
+
 def describe_status(command: str, status: str) -> str:
     """Say in words what a status means.
 
@@ -79,7 +84,7 @@ def describe_status(command: str, status: str) -> str:
     if status in known:
         return known[status]
     if known is _MEASUREMENT and status.isdecimal():
-        if 21 <= int(status) <= 49:
+        if is_checking(status):
             return "measuring stopped while the sensor checks an error"
         if 50 <= int(status) <= 97:
             return "hardware trouble in the sensor"

@@ -32,7 +32,7 @@ _READING = struct.Struct("<hhhbxi")
 
 
 class RecordingWriter:
-    """Writes a recording; use it in a ``with``.
+    """Writes a recording; use it in a ``with``. Whenever it ends, what was written can be played.
 
     Args:
         folder: Is made; may exist, but not with a recording in it.
@@ -49,7 +49,8 @@ class RecordingWriter:
         self._folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._index = (folder / INDEX).open("x", encoding="ascii")
+            # A line at a time: what stands in the index is whole on the disk, whatever ends this program.
+            self._index = (folder / INDEX).open("x", encoding="ascii", buffering=1)
         except FileExistsError as error:
             raise ConfigError(f"{folder} holds a recording already", valid=["another folder"]) from error
         except OSError as error:
@@ -97,8 +98,10 @@ class RecordingWriter:
         self._write("a", "dump", moment, _READING.pack(*acceleration, tilt, status))
 
     def close(self) -> None:
-        """End the recording."""
+        """End the recording; one without pictures leaves no index, so that the folder may be used again."""
         self._index.close()
+        if not self.depth_pictures and not self.colour_pictures:
+            (self._folder / INDEX).unlink(missing_ok=True)
 
     def _write(self, kind: str, ending: str, moment: float, content: bytes) -> None:
         name = f"{kind}-{moment:.6f}-{self._ticks}.{ending}"

@@ -32,6 +32,7 @@ class Script:
     def __init__(self) -> None:
         self._steps: deque[Step] = deque()
         self._due: float | None = None
+        self._waits_since = 0.0
         self.rts: bool | None = None
 
     @property
@@ -47,16 +48,20 @@ class Script:
     def begin(self, steps: Iterable[Step], now: float) -> None:
         """Start anew; whatever was left of an older script is forgotten."""
         self._steps = deque(steps)
-        self._due = now
+        self._due = self._waits_since = now
 
     def take(self, now: float) -> bytes:
         """The bytes that are due by now."""
         out = b""
+        if self._due is not None and now < self._waits_since:  # the clock was set back
+            self._due += now - self._waits_since
+            self._waits_since = now
         while self._due is not None and now >= self._due:
             if not self._steps:
                 self._due = None
                 break
             step = self._steps.popleft()
+            self._waits_since = now
             out += step.data
             if step.rts is not None:
                 self.rts = step.rts

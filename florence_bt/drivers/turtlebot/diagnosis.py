@@ -68,6 +68,8 @@ def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, por
         return Diagnosis(Level.ERROR, port_problem, values)
     if driver.starting or reading is None:
         return Diagnosis(Level.WARN, "STARTING", values)
+    if reading.stop_reason is StopReason.DEAF:
+        return Diagnosis(Level.ERROR, StopReason.DEAF.value, values)
     return Diagnosis(Level.OK, "RUNNING", values)
 
 

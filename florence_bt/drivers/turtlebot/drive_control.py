@@ -7,6 +7,7 @@ import math
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.drivers.turtlebot import codec
 from florence_bt.drivers.turtlebot.hazards import StopReason, hold_forward
+from florence_bt.drivers.turtlebot.obedience import Obedience
 from florence_bt.drivers.turtlebot.parameters import DriveMode
 from florence_bt.drivers.turtlebot.wheels import (
     STOPPED,
@@ -20,11 +21,16 @@ from florence_bt.drivers.turtlebot.wheels import (
 REPEAT_PERIOD_S = 1.0 / 30.0
 """The speeds are repeated at the old node's loop rate, so that a command lost on the line heals."""
 
+SHORTEST_CHANGE_S = 0.015
+"""Changes that come faster than the base looks at them (REFERENCE 1.1) would only fill the line: the newest
+waits for its turn. A stop never waits."""
+
 
 class DriveControl:
     """Keeps the newest velocity command and turns it into bytes.
 
     Attributes:
+        obedience: Whether the base does what it is told.
         refused: Commands with NaN or infinity so far; each stopped the base.
         due: When the speeds are to be sent again, in seconds.
     """
@@ -36,6 +42,8 @@ class DriveControl:
         self._twist = STANDSTILL
         self._commanded = -math.inf
         self._sent = STOPPED
+        self._sent_at = self._changed_at = -math.inf
+        self.obedience = Obedience()
         self.refused = 0
         self.due = -math.inf
 
@@ -52,11 +60,12 @@ class DriveControl:
         self._twist = STANDSTILL
 
     def wants_motion(self, now: float) -> bool:
-        """Whether a fresh command asks for motion."""
-        return not self._twist.is_zero() and now - self._commanded <= self._timeout_s
+        """Whether a fresh command asks for motion; one of a time that has not come yet is not fresh."""
+        return not self._twist.is_zero() and 0.0 <= now - self._commanded <= self._timeout_s
 
     def take(self, now: float, objection: StopReason | None, *, enabled: bool) -> bytes:
-        """The bytes to send now: at once when the speeds change, otherwise every 1/30 s.
+        """The bytes to send now: at once when the speeds change (or soon after the last change), otherwise
+        every 1/30 s.
 
         Args:
             now: Seconds.
@@ -70,15 +79,28 @@ class DriveControl:
         if held != wheels:
             self.stop()
             twist = STANDSTILL
-        if held == self._sent and now < self.due:
+        self.due = self._next_turn(now, held)
+        if now < self.due:
             return b""
-        self._sent = held
+        if held != self._sent:
+            self._changed_at = now
+        self._sent, self._sent_at = held, now
         self.due = now + REPEAT_PERIOD_S
         if not enabled:
+            self.obedience.clear()
             return b""
-        if self._mode is DriveMode.DRIVE:
+        if self._mode is DriveMode.DRIVE:  # which the base reports as other numbers
             return codec.drive(*arc_from_twist(twist, self._wheels))
+        self.obedience.sent(held, now)
         return codec.drive_direct(held.right_mmps, held.left_mmps)
+
+    def _next_turn(self, now: float, wheels: WheelSpeeds) -> float:
+        """When these speeds are to be sent."""
+        if now < self._sent_at:  # the clock was set back
+            self._sent_at = self._changed_at = -math.inf
+        if wheels == self._sent:
+            return self._sent_at + REPEAT_PERIOD_S
+        return now if wheels == STOPPED else self._changed_at + SHORTEST_CHANGE_S
 
     def _share(self, twist: Twist2) -> WheelSpeeds:
         if twist.is_zero():

@@ -29,6 +29,7 @@ from florence_bt.drivers.turtlebot.hazards import StopReason, contact, lost_mode
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import OPERATION_MODES, TurtlebotParameters
 from florence_bt.drivers.turtlebot.sequences import (
+    END_OF_HALF_A_COMMAND,
     ENTER_MODE,
     MODE_WAIT_S,
     WAKE_UP,
@@ -40,7 +41,7 @@ from florence_bt.drivers.turtlebot.tune import play_tune
 
 STREAM_PERIOD_S = 0.015
 RECOVERY_PERIOD_S = 2.0
-OI_MODE = 35
+OI_MODE, STREAM_PACKETS = 35, 38
 LEFT_ENCODER, RIGHT_ENCODER = 43, 44
 
 
@@ -106,6 +107,7 @@ class TurtlebotDriver:
         self._first_frame_dropped = False
         self._last_stamp = -math.inf
         self._heard: float | None = None
+        self._noise_before = 0
         self._state: SensorState | None = None
         self._stop_reason: StopReason | None = None
         self._touched: StopReason | None = None
@@ -145,11 +147,13 @@ class TurtlebotDriver:
             wake: Wake the base by pulses on RTS first.
         """
         self.decoder = codec.StreamDecoder(self._packets)
+        self._noise_before = 0
         self._open = True
         self._pending = b""
         self._last_stamp = -math.inf
         self._state = None
-        self._enter_mode(now, before=WAKE_UP if wake else (), tune=self.parameters.bonus)
+        before = (*(WAKE_UP if wake else ()), Step(END_OF_HALF_A_COMMAND))
+        self._enter_mode(now, before=before, tune=self.parameters.bonus)
 
     def set_mode(self, mode: int, now: float) -> None:
         """Change the operating mode; the base stops.
@@ -173,12 +177,14 @@ class TurtlebotDriver:
             bits: 0 to 7; bit i is output i.
 
         Raises:
-            ConfigError: There are no such outputs, or the base is in Passive mode, which ignores them.
+            ConfigError: There are no such outputs, or the base is not in a mode that switches them.
         """
         if not self.parameters.model.cargo_bay:
             raise ConfigError(f"{self.parameters.model.name} has no digital outputs")
         if self.wanted_mode < OiMode.SAFE:
             raise ConfigError("the digital outputs need a drive mode", valid=("mode 2 or 3 first",))
+        if self._mode_lost:
+            raise ConfigError(f"the base cannot switch its digital outputs now: {self._why_lost()}")
         self._pending += codec.digital_outputs(bits)
         self._outputs = self._outputs_on = bits
 
@@ -197,9 +203,12 @@ class TurtlebotDriver:
             One reading per good frame, oldest first. The very first frame is left out: its distance and
             angle were added up before this driver existed (REFERENCE 2.4, row "First packet").
         """
+        if now < self._last_stamp:  # the clock was set back: frames have the time of now, too
+            self._last_stamp = -math.inf
         frames = [event for event in self.decoder.feed(data) if isinstance(event, codec.StreamFrame)]
         if frames:
             self._heard = now
+            self._noise_before = self.decoder.noise_bytes
         readings = []
         for later_frames, frame in zip(reversed(range(len(frames))), frames, strict=True):
             # Frames that came together were measured one period apart.
@@ -251,6 +260,9 @@ class TurtlebotDriver:
         self._drive.stop()
         return codec.drive_direct(0, 0) + codec.pause_stream()
 
+    def _why_lost(self) -> str:
+        return (self._stop_reason or StopReason.MODE_LOST).value
+
     def _enter_mode(self, now: float, before: Sequence[Step] = (), *, tune: bool = False) -> None:
         """Go through Passive, which stops the motors, to the wanted mode; then ask for the stream."""
         self._settle()
@@ -271,6 +283,7 @@ class TurtlebotDriver:
     def _settle(self) -> None:
         """Forget the command and what held it: the base is about to stop."""
         self._drive.stop()
+        self._drive.obedience.clear()
         self._heard = None
         self._mode_lost = False
         self._stop_reason = None
@@ -283,16 +296,24 @@ class TurtlebotDriver:
         return codec.digital_outputs(self._outputs) if drives else b""
 
     def _check_silence(self, now: float) -> None:
-        if self._heard is None:
+        if self._heard is None or now < self._heard:
             self._heard = now
         if now - self._heard > self.parameters.data_timeout:
             raise DeviceTimeout(
-                f"the base sent no good frame for {now - self._heard:.1f} s "
-                f"({self.decoder.bad_frames} bad ones): is it switched on, and is it the right port?"
+                f"the base sent no good frame for {self.parameters.data_timeout:g} s, {self._heard_instead()}"
             )
+
+    def _heard_instead(self) -> str:
+        """What came instead of good frames, and what to do about it."""
+        if self.decoder.noise_bytes > self._noise_before:
+            return "only bytes that are none: is it the right port, and its baud rate?"
+        if self.decoder.good_frames:
+            return "and nothing else: is it still switched on, and its cable in place?"
+        return "and nothing else: is it switched on, and is it the right port?"
 
     def _read(self, frame: codec.StreamFrame, stamp: float) -> Reading | None:
         state = self._state = self._measure(frame.values)
+        self._drive.obedience.look(state, stamp)
         self._judge(state, stamp)
         if not self._first_frame_dropped:
             self._first_frame_dropped = True
@@ -329,9 +350,12 @@ class TurtlebotDriver:
             heed_cliffs=self.parameters.stop_on_cliff,
             lowest_charge=self.parameters.lowest_charge,
         )
+        if self._drive.obedience.lost:
+            return StopReason.DEAF
         return touched or (StopReason.GYRO if self._gyro_lost else None)
 
     def _measure(self, values: dict[int, int]) -> SensorState:
+        values.setdefault(STREAM_PACKETS, len(self._packets))
         values[OI_MODE] -= self.parameters.oi_mode_offset if values[OI_MODE] else 0
         state = state_from_values(values, self._outputs_on)
         if self._encoders is None:
@@ -353,7 +377,7 @@ class TurtlebotDriver:
         self._stop_reason = lost or touched
         if lost is not StopReason.MODE_LOST:
             self._recover_at = math.inf
-        elif self._recover_at == math.inf:
+        elif self._recover_at > stamp + self.parameters.recovery_delay + RECOVERY_PERIOD_S:
             self._recover_at = stamp + self.parameters.recovery_delay
         if self.parameters.charge_reset and not self._script.busy:
             standing = state.wheels_stopped and not self._drive.wants_motion(stamp)

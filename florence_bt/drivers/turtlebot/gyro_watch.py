@@ -7,12 +7,13 @@ from collections import deque
 WINDOW_S = 3.0
 """Wheels that slip along a wall let the base turn too, but not for so long."""
 
-BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
-"""No slip turns the base that fast: a gyro that says so has lost its power or its wire."""
-
 STRAIGHT_RADPS = 0.1
 """Wheels that turn the base slower than this, on the mean, go straight. In turns an error of the gyro's scale
 would look the same as a moved offset."""
+
+BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
+"""No slip turns the base that fast: a gyro that says so has lost its power or its wire. In turns it must also
+be wrong by more than the whole turn: no scale is that wrong."""
 
 LONGEST_GAP_S = 0.25
 
@@ -42,7 +43,8 @@ class GyroWatch:
             wheel_turn_rad: The turn by the wheels since the last reading.
 
         Returns:
-            Whether gyro and wheels differ too much over a whole window of straight driving.
+            Whether gyro and wheels differ too much over a whole window: of straight driving, or so much that
+            the gyro must be broken.
         """
         if self._limit_radps <= 0.0:
             return False
@@ -51,17 +53,24 @@ class GyroWatch:
         self._steps.append((stamp, gyro_radps, wheel_turn_rad))
         while stamp - self._steps[0][0] > WINDOW_S:
             self._steps.popleft()
-        return self._differs(WINDOW_S, self._limit_radps) or self._differs(BROKEN_WINDOW_S, BROKEN_RADPS)
+        drifts = self._difference(WINDOW_S, self._limit_radps)
+        if drifts is not None and abs(drifts[0]) < STRAIGHT_RADPS and drifts[1] > self._limit_radps:
+            return True
+        breaks = self._difference(BROKEN_WINDOW_S, BROKEN_RADPS)
+        return breaks is not None and breaks[1] > max(BROKEN_RADPS, abs(breaks[0]))
 
-    def _differs(self, window_s: float, limit_radps: float) -> bool:
-        newest = self._steps[-1][0]
-        if newest - self._steps[0][0] < 0.9 * window_s:
-            return False
-        # Only the newest reading decides whether it is worth to look at all of them.
-        if abs(self._steps[-1][1]) < limit_radps / 2.0:
-            return False
+    def _difference(self, window_s: float, limit_radps: float) -> tuple[float, float] | None:
+        """The mean rate by the wheels, and how far the gyro is from it; None when that is of no interest.
+
+        Args:
+            window_s: How far back to look; None comes back when the readings do not reach so far.
+            limit_radps: When the newest reading of the gyro is below half of it, the rest is not looked at.
+        """
+        newest, gyro_now = self._steps[-1][:2]
+        if newest - self._steps[0][0] < 0.9 * window_s or abs(gyro_now) < limit_radps / 2.0:
+            return None
         steps = [step for step in self._steps if newest - step[0] <= window_s]
         duration = newest - steps[0][0]
         wheels = sum(step[2] for step in steps) / duration
         gyro = sum(step[1] for step in steps) / len(steps)
-        return abs(wheels) < STRAIGHT_RADPS and abs(gyro - wheels) > limit_radps
+        return wheels, abs(gyro - wheels)

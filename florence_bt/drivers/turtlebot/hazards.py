@@ -25,10 +25,11 @@ class StopReason(enum.Enum):
     DOCK = "the base stands on its dock: forward motion is held"
     BATTERY = "the battery is empty: bring the base to its charger"
     GYRO = "the gyro turned while the wheels went straight: the base stands still to calibrate it"
+    DEAF = "the base does not do what it is told: check the wire to it"
     MODE_LOST = "the base left its drive mode: it returns to it with the next velocity command"
 
 
-HOLDS_ALL = frozenset({StopReason.CHARGER, StopReason.BATTERY, StopReason.GYRO})
+HOLDS_ALL = frozenset({StopReason.CHARGER, StopReason.BATTERY, StopReason.GYRO, StopReason.DEAF})
 """What holds every motion; the others leave the way back and turns on the spot."""
 
 

@@ -14,6 +14,10 @@ MODE_WAIT_S = 0.5
 RESET_WAIT_S = 5.0
 """After a soft reset."""
 
+END_OF_HALF_A_COMMAND = codec.start() * 4
+"""Whoever had the port before may have gone amid a command, which would take our first bytes for its last: at
+most four, of a Drive command. Another Start more than that does no harm."""
+
 WAKE_UP = (
     Step(wait_s=0.1, rts=False),
     Step(wait_s=0.75, rts=True),

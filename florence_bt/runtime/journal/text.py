@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 from florence_bt.core.outcome import Outcome
 from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
 from florence_bt.runtime.journal.tree_text import tree_from_events
-from florence_bt.runtime.status import status_text
+from florence_bt.runtime.status import status_text, values_text
 
 _WORDS = {
     EventKind.QUEUED.value: "queued",
@@ -33,7 +32,7 @@ def journal_text(row: JournaledRun, events: Sequence[JournaledEvent]) -> str:
         now = row.started + times[-1] - times[0]
     else:
         now = row.ended or row.started or 0.0
-    return status_text(run, row.tree or tree_from_events(events), now)
+    return status_text(run, row.tree or tree_from_events(events), now, accepted=row.accepted)
 
 
 def timeline(events: Sequence[JournaledEvent]) -> list[str]:
@@ -100,19 +99,9 @@ def _without_end(later: Sequence[JournaledEvent]) -> str:
 
 
 def _skill_line(start: JournaledEvent, end: JournaledEvent | str) -> str:
-    what = f"{start.skill}{_values(start.inputs)} at {start.node}"
+    what = f"{start.skill}{values_text(start.inputs)} at {start.node}"
     if isinstance(end, str):
         return f"{what}: {end}"
     how = end.code if not end.reason else f"{end.code}: {end.reason}"
-    outputs = f" ->{_values(end.outputs)}" if end.outputs else ""
+    outputs = f" ->{values_text(end.outputs)}" if end.outputs else ""
     return f"{what}: {how} after {seconds_text(start.time, end.time)}{outputs}"
-
-
-def _values(values: Mapping[str, Any]) -> str:
-    return "".join(f" {name}={_value(value)}" for name, value in values.items())
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return f"({', '.join(f'{name} {_value(item)}' for name, item in value.items())})"
-    return f"{value:.4g}" if isinstance(value, float) else repr(value)

@@ -12,7 +12,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.requests import MAX_VALUE, checked_text
-from florence_bt.runtime.run import MissionRun, RunStatus
+from florence_bt.runtime.run import RunStatus
 
 OVERRIDE_TOPIC = "florenceLocator/manualOverride"
 """The document's name (REFERENCE 11.1, table 11)."""
@@ -65,19 +65,26 @@ class Controls:
     def _on_pause(
         self, request: PauseMission.Request, response: PauseMission.Response
     ) -> PauseMission.Response:
-        def pause() -> MissionRun:
-            reason = checked_text("the reason", request.reason, MAX_VALUE)
-            return self._missions.pause(reason or "asked by service", _id(request.run_id))
-
-        response.success, response.message = self._answer(pause, "is paused")
+        try:
+            reason = checked_text("the reason", request.reason, MAX_VALUE) or "asked by service"
+            run = self._missions.pause(reason, _id(request.run_id))
+        except FlorenceError as error:
+            response.message = str(error)
+            return response
+        already = f" already, because: {run.paused}" if run.paused != reason else ""
+        response.success, response.message = True, f"{run.run_id} is paused{already}"
         return response
 
     def _on_resume(
         self, request: ResumeMission.Request, response: ResumeMission.Response
     ) -> ResumeMission.Response:
-        response.success, response.message = self._answer(
-            lambda: self._missions.resume(_id(request.run_id)), "goes on"
-        )
+        try:
+            run = self._missions.resume(_id(request.run_id))
+        except FlorenceError as error:
+            response.message = str(error)
+            return response
+        waits = " as soon as its skills have stopped" if run.status is RunStatus.PAUSED else ""
+        response.success, response.message = True, f"{run.run_id} goes on{waits}"
         return response
 
     def _on_reload(
@@ -86,21 +93,13 @@ class Controls:
         response.success, response.report = self._reload()
         return response
 
-    def _answer(self, act: Callable[[], MissionRun], done: str) -> tuple[bool, str]:
-        try:
-            run = act()
-        except FlorenceError as error:
-            return False, str(error)
-        if run.status is RunStatus.PAUSED and done == "goes on":
-            return True, f"{run.run_id} goes on as soon as its skills have stopped"
-        return True, f"{run.run_id} {done}"
-
     def _on_override(self, message: Bool) -> None:
         """True: everything stops and nothing may start; false: missions may start again, nothing resumes."""
         if message.data:
             # Again at every message: somebody presses the button because the robot moves.
-            self._missions.override(f"true on {OVERRIDE_TOPIC}")
+            # The robot first, the books after it.
             self._stop_base()
+            self._missions.override(f"true on {OVERRIDE_TOPIC}")
             self._node.get_logger().warning("manual override: everything stops, missions are refused")
         elif self._missions.release():
             self._node.get_logger().info("manual override released: missions may start again")

@@ -95,7 +95,9 @@ class Questions:
             return response
         run = past.as_run()
         tree = past.tree or tree_from_events(events)
-        return _filled(response, run, status_text(run, tree, run.ended or run.started or 0.0))
+        return _filled(
+            response, run, status_text(run, tree, run.ended or run.started or 0.0, accepted=past.accepted)
+        )
 
     def _on_list(
         self, request: ListMissions.Request, response: ListMissions.Response

@@ -1,6 +1,9 @@
 """Streams that watchers open and close: one topic each, and an end for those that nobody closes.
 
 A watcher that is killed closes nothing. A stream that nobody listens to is therefore closed after a while.
+
+While streams are open, their listeners are counted now and then. The executor could tell who joins and
+leaves, but it crashes when a publisher that it watches so is destroyed at such a moment.
 """
 
 from __future__ import annotations
@@ -14,9 +17,11 @@ from rclpy.validate_topic_name import validate_topic_name
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.watched_publisher import WatchedPublisher
+from florence_bt.ros.watched_publisher import LatchedPublisher
 from florence_bt.runtime.streams import MAX_STREAMS, topic_of
 
+LOOK_S = 0.1
+"""How often the listeners of open streams are counted, in steady time."""
 LINGER_S = 30.0
 """How long a stream stays open without a listener, in steady time."""
 
@@ -32,14 +37,18 @@ class Stream(Generic[T]):
         shown: What it was shown last, to know what is new; None before the first time.
         shown_at: When that was, steady time.
         users: How many have opened it under the same name.
+        listeners: How many listened when they were counted last.
+        heard_at: When somebody listened last, steady time.
     """
 
-    def __init__(self, publisher: WatchedPublisher, wanted: T) -> None:
+    def __init__(self, publisher: LatchedPublisher, wanted: T) -> None:
         self.publisher = publisher
         self.wanted = wanted
         self.shown: Any = None
         self.shown_at = 0.0
         self.users = 1
+        self.listeners = 0
+        self.heard_at = 0.0
 
 
 class Streams(Generic[T]):
@@ -50,7 +59,7 @@ class Streams(Generic[T]):
         message_type: Type of their messages.
         folder: Where they live below the node's name.
         automatic: Begin of the names that are made for those who want none.
-        show: Publishes the state of the moment on a stream.
+        show: Publishes the state of the moment on a stream, unless all who listen have it.
     """
 
     def __init__(
@@ -69,6 +78,7 @@ class Streams(Generic[T]):
         self._show = show
         self._open: dict[str, Stream[T]] = {}
         self._count = 0
+        self._looks = False
 
     def __iter__(self) -> Iterator[Stream[T]]:
         """The open streams, in the order in which they were opened."""
@@ -101,17 +111,12 @@ class Streams(Generic[T]):
                 f"{MAX_STREAMS} streams are open already", valid=["closing one that is not needed any more"]
             )
         self._refuse_other_types(topic)
-        publisher = WatchedPublisher(
-            self._node,
-            self._type,
-            topic,
-            on_join=lambda: self._show(stream),
-            on_leave=lambda: self._close_later(stream),
-        )
-        stream = Stream(publisher, wanted)
+        stream = Stream(LatchedPublisher(self._node, self._type, topic), wanted)
+        stream.heard_at = self._node.steady.now()
         self._open[topic] = stream
-        self._close_later(stream)
         self._show(stream)
+        if not self._looks:
+            self._look_later()
         return topic
 
     def close(self, topic: str) -> bool:
@@ -146,13 +151,24 @@ class Streams(Generic[T]):
             if name == topic and own not in types:
                 raise ConfigError(f"the topic {topic} is taken by {', '.join(types)}", valid=["another name"])
 
-    def _close_later(self, stream: Stream[T]) -> None:
-        def close() -> None:
-            topic = stream.publisher.topic
-            if self._open.get(topic) is stream and not stream.publisher.listeners:
-                self._end(topic)
+    def _look_later(self) -> None:
+        self._looks = True
+        self._node.steady.call_at(self._node.steady.now() + LOOK_S, self._look)
 
-        self._node.steady.call_at(self._node.steady.now() + LINGER_S, close)
+    def _look(self) -> None:
+        """See who has joined and which streams nobody listens to any more."""
+        now = self._node.steady.now()
+        for topic, stream in tuple(self._open.items()):
+            before, stream.listeners = stream.listeners, stream.publisher.listeners
+            if stream.listeners > before:
+                self._show(stream)
+            if stream.listeners:
+                stream.heard_at = now
+            elif now - stream.heard_at >= LINGER_S:
+                self._end(topic)
+        self._looks = False
+        if self._open:
+            self._look_later()
 
     def _end(self, topic: str) -> None:
         self._open.pop(topic).publisher.close()

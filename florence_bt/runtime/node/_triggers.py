@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome
-from florence_bt.ros.action_server import SingleGoalServer
+from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.node._convert import outputs_to_ros
@@ -34,6 +34,7 @@ class Triggers:
         self._node = node
         self._missions = missions
         self._run_of_action: str | None = None
+        self._replaced: MissionRun | None = None
         self._by_name: dict[str, Any] = {}
         self._served: MissionLibrary | None = None
         node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission)
@@ -43,6 +44,7 @@ class Triggers:
             "florence_bt/execute_mission",
             on_goal=self._on_goal,
             on_cancel=self._on_cancel,
+            on_replaced=self._on_replaced,
         )
         self.sync()
 
@@ -66,7 +68,7 @@ class Triggers:
                 )
         for name in tuple(self._by_name):
             if name not in wanted:
-                self._node.destroy_service(self._by_name.pop(name))
+                self._node.retire_service(self._by_name.pop(name))
 
     def _sync_soon(self) -> None:
         """Sync when the present request is answered: its own service may be one that goes."""
@@ -82,8 +84,16 @@ class Triggers:
         if run.run_id != self._run_of_action:
             return
         self._run_of_action = None
+        result = self._result_of(run)
+        outcome = {
+            RunStatus.SUCCEEDED: Outcome.SUCCEEDED,
+            RunStatus.STOPPED: Outcome.CANCELLED,
+        }.get(run.status, Outcome.FAILED)
+        self._action.finish(result, outcome)
+
+    def _result_of(self, run: MissionRun) -> ExecuteMission.Result:
         names, values = outputs_to_ros(run.outputs, self._output_ports(run))
-        result = ExecuteMission.Result(
+        return ExecuteMission.Result(
             run_id=run.run_id,
             state=run.status.value,
             code=run.code,
@@ -93,11 +103,18 @@ class Triggers:
             output_names=names,
             output_values=values,
         )
-        outcome = {
-            RunStatus.SUCCEEDED: Outcome.SUCCEEDED,
-            RunStatus.STOPPED: Outcome.CANCELLED,
-        }.get(run.status, Outcome.FAILED)
-        self._action.finish(result, outcome)
+
+    def _on_replaced(self) -> ExecuteMission.Result:
+        """The result of a goal that a newer one has replaced; its run may not have ended yet."""
+        run = self._replaced
+        if run is None:
+            return ExecuteMission.Result(reason=PREEMPTED)
+        result = self._result_of(run)
+        if run.why is None:
+            reason = f"replaced by {self._run_of_action}, a newer goal of the action"
+            result.state, result.code, result.reason = RunStatus.STOPPED.value, "stopped", reason
+            result.cause = run.mission
+        return result
 
     def _output_ports(self, run: MissionRun) -> Any:
         mission = self._missions.library.find(run.mission)
@@ -141,6 +158,7 @@ class Triggers:
         if not accepted:
             return message
         self._run_of_action = run_id
+        self._replaced = self._missions.find(older) if older is not None else None
         if older is not None:
             # It may still wait in the queue; its client is told that it was replaced.
             self._missions.stop(f"replaced by {run_id}, a newer goal of the action", older)

@@ -68,7 +68,7 @@ class Watching:
             node, BehaviourTree, folder="snapshot_streams", automatic="_snapshots_", show=self._show
         )
         self._boards: Streams[_Board] = Streams(
-            node, String, folder="blackboard_streams", automatic="_watcher_", show=self._show_board
+            node, String, folder="blackboard_streams", automatic="_watcher_", show=self._show_board_to_joiner
         )
         self._default: Stream[StreamParameters] = Stream(
             WatchedPublisher(node, BehaviourTree, "~/snapshots", on_join=lambda: self._show(self._default)),
@@ -111,12 +111,21 @@ class Watching:
         self._ticks.add(self._node.timebase.now(), duration)
         if self._tree is None:
             return
-        watched = self._default.publisher.listeners or len(self._snapshots) or len(self._boards)
-        if watched or self._tree.root.status is not Status.RUNNING:
+        streams = len(self._snapshots) or len(self._boards)
+        if streams or self._default_is_wanted(self._tree) or self._tree.root.status is not Status.RUNNING:
             self._look()
             self._show_all()
         else:
             self._looked = False
+
+    def _default_is_wanted(self, tree: CompiledTree) -> bool:
+        """Whether the topic that is always there has to tell this tick.
+
+        Without a listener only that a tree begins or has ended, so that no tree of an earlier run is latched.
+        """
+        publisher = self._default.publisher
+        at_an_end = self._count == 1 or tree.root.status is not Status.RUNNING
+        return bool(publisher.listeners) or (publisher.holds and at_an_end)
 
     def _forget_tree(self) -> None:
         self._variables = None
@@ -143,12 +152,13 @@ class Watching:
         self._values = values
 
     def _show_all(self) -> None:
-        for stream in (self._default, *self._snapshots):
-            if stream.publisher.listeners:
-                self._show_if_due(stream)
+        if self._tree is not None and self._default_is_wanted(self._tree):
+            self._show_if_due(self._default)
+        # Also those that nobody listens to yet: who joins is given the last message by the topic itself.
+        for stream in self._snapshots:
+            self._show_if_due(stream)
         for board in self._boards:
-            if board.publisher.listeners:
-                self._show_board(board)
+            self._show_board(board)
 
     # ---- snapshots --------------------------------------------------------------------------------------
 
@@ -161,7 +171,7 @@ class Watching:
         """Somebody has begun to watch: the state of the moment."""
         if not self._looked:
             self._look()
-        if self._nodes and not (stream.publisher.holds and stream.shown is self._nodes):
+        if self._nodes and not (stream.publisher.tells_joiners and stream.shown is self._nodes):
             self._publish(stream)
 
     def _publish(self, stream: Stream[StreamParameters]) -> None:
@@ -242,14 +252,18 @@ class Watching:
         response.result = self._boards.close(request.topic_name)
         return response
 
-    def _show_board(self, stream: Stream[_Board]) -> None:
+    def _show_board_to_joiner(self, stream: Stream[_Board]) -> None:
+        """Somebody has begun to watch: the blackboard watcher does not ask for what was published earlier."""
+        self._show_board(stream, joined=not stream.publisher.tells_joiners)
+
+    def _show_board(self, stream: Stream[_Board], *, joined: bool = False) -> None:
         if not self._looked:
             self._look()
         if self._variables is None:
             return
         names = self._names_of(stream.wanted, self._variables, self._values)
         shown = {name: lookup(self._values, name) for name in names}
-        if shown == stream.shown:
+        if shown == stream.shown and not joined:
             return
         activity = [item for item in self._activity if item.key in names] if stream.wanted.activity else None
         stream.publisher.publish(String(data=keys_text(self._values, names, activity)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import islice
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -48,7 +47,9 @@ def make_stop(table: Table, example: Behaviour) -> Stop:
 def halt_from(table: Table, children: list[Behaviour], first: int) -> None:
     """Stop the children from an index on, except those that stand at INVALID."""
     halts = table.halts
-    for child in islice(children, first, None):
+    rest: Any = iter(children)
+    rest.__setstate__(first)  # begins there without passing over, or copying, what stands before
+    for child in rest:
         if child.status is not INVALID:
             try:
                 halt = halts[child.__class__]

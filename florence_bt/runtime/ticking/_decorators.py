@@ -138,17 +138,55 @@ def answer_of(table: Table, example: Any) -> Answer:
     for owner, answer in ANSWERS.items():
         if _is(example, "update", owner):
             return answer
+    if _is(example, "update", decorators.Timeout):
+        return _time_out(table)
     if table.note is None or _leaves_its_child_alone(example):
         return lambda node: node.update()
-    return lambda node: table.watch((node.decorated,), node.update)
+    return _watched_update(table)
 
 
 def _leaves_its_child_alone(example: Any) -> bool:
-    """Whether ``update`` is known not to stop the child by itself, as the time-out of py_trees does."""
+    """Whether ``update`` is known not to stop the child by itself."""
     update = getattr(example.update, "__func__", None)
-    ours = getattr(update, "__module__", "").startswith("florence_bt.behaviours.")
-    stock = update is not None and update.__module__ == decorators.__name__
-    return ours or (stock and update is not decorators.Timeout.update)
+    module = getattr(update, "__module__", "")
+    return module == decorators.__name__ or module.startswith("florence_bt.behaviours.")
+
+
+def _watched_update(table: Table) -> Answer:
+    """An ``update`` that may stop the child by itself."""
+
+    def answer(node: Any) -> Any:
+        child = node.decorated
+        if child.children:
+            return table.watch((child,), node.update)
+        before = child.status
+        try:
+            return node.update()
+        finally:
+            if child.status is not before and table.note is not None:
+                table.note((child, before, child.status))
+
+    return answer
+
+
+def _time_out(table: Table) -> Answer:
+    """The time-out of py_trees, with its clock; it stops the child by itself."""
+
+    def answer(node: Any) -> Status:
+        now = decorators.time.monotonic()
+        child = node.decorated
+        status: Status = child.status
+        if status is not RUNNING:
+            node.feedback_message = "child finished before timeout triggered"
+        elif now > node.finish_time:
+            node.feedback_message = "timed out"
+            table.halt_of(child)(child)
+            return FAILURE
+        else:
+            node.feedback_message = f"time still ticking ... [remaining: {node.finish_time - now}s]"
+        return status
+
+    return answer
 
 
 MAPPINGS: dict[type, tuple[Status, Status, str]] = {

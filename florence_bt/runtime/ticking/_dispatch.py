@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -50,7 +51,7 @@ def functions_of(table: Table, node: Behaviour) -> Functions:
 def maker_of(table: Table, node: Behaviour) -> Maker:
     """The maker for the class of a node, by what the class overrides."""
     cls: Any = type(node)
-    if cls in table.odd:
+    if cls in table.odd or _hears_of_its_status(cls):
         return make_unknown
     if cls.tick is Stepping.tick:
         return make_stepping  # with any ``stop``
@@ -58,6 +59,12 @@ def maker_of(table: Table, node: Behaviour) -> Maker:
     if maker is make_leaf and cls.update in CONSTANTS and cls.terminate in CONSTANT_TERMINATES:
         return make_constant if cls.initialise is Behaviour.initialise else make_leaf
     return maker
+
+
+@cache
+def _hears_of_its_status(cls: Any) -> bool:
+    """Whether a class has a say when its status is set, as py_trees does more often than is needed."""
+    return cls.__setattr__ is not object.__setattr__ or hasattr(cls, "status")
 
 
 def is_odd(node: Behaviour) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from py_trees import behaviours
+from py_trees import behaviours, composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -103,19 +103,42 @@ def make_constant(table: Table, example: Behaviour) -> Functions:
 
 def make_unknown(table: Table, example: Behaviour) -> Functions:
     """A node that says itself how it and everything below it is ticked or stopped."""
-    visit = table.visit
+    visit, abandoned = table.visit, table.abandoned
 
-    def run(node: Any) -> None:
-        for visited in node.tick():
+    def run(node: Any) -> Status:
+        enough, otherwise = _what_the_parent_waits_for(table, node)
+        steps = node.tick()
+        for visited in steps:
             if visit is not None:
                 visit(visited)
+            if visited is node and node.status in enough:
+                abandoned.append(steps)
+                break
+        else:
+            return otherwise or node.status
+        status: Status = node.status
+        return status
 
     def tick(node: Any) -> Status:
-        table.watch((node,), lambda: run(node))
-        status: Status = node.status
+        status: Status = table.watch((node,), lambda: run(node))
         return status
 
     def halt(node: Any) -> None:
         table.watch((node,), lambda: node.stop(INVALID))
 
     return tick, halt
+
+
+def _what_the_parent_waits_for(table: Table, node: Behaviour) -> tuple[tuple[Status, ...], Status | None]:
+    """When the parent, in py_trees, would not ask the generator of a node for more, and what the answer of
+    the node counts as when that never came.
+
+    What a ``tick`` of one's own does behind its last ``yield`` is seen only when it is asked for more.
+    """
+    if node is not table.root:
+        way = getattr(type(node.parent), "tick", None)
+        if way is composites.Sequence.tick:
+            return (RUNNING, FAILURE, INVALID), SUCCESS
+        if way is composites.Selector.tick:
+            return (RUNNING, SUCCESS), FAILURE
+    return (), None

@@ -40,12 +40,16 @@ def verdict(node: Parallel) -> tuple[Status, Behaviour]:
 
 def make_parallel_stop(table: Table, example: Behaviour) -> Stop:
     """``Parallel.stop``: running children are stopped, then the node ends as every composite does."""
-    stop_composite = make_stop(table, example)
+    stop_composite, halts = make_stop(table, example), table.halts
 
     def stop(node: Any, new: Status) -> None:
         for child in node.children:
             if child.status is RUNNING:
-                table.halt_of(child)(child)
+                try:
+                    halt = halts[child.__class__]
+                except KeyError:
+                    halt = table.halt_of(child)
+                halt(child)
         stop_composite(node, new)
 
     return stop

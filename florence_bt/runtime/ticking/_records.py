@@ -9,6 +9,7 @@ A node is
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from heapq import heappush
 from typing import Any
 
@@ -33,12 +34,33 @@ class Record:
         renewed: Whether a full tick would have reset the node right before its next tick, because its parent
             starts anew. Then children that are not asked stand at INVALID afterwards.
         known: Whether ``pending``, and what else a composite remembers of its children, can be relied on.
+        opaque: Whether only a tick of the node itself shows which of its children it would tick, and what it
+            makes of their answers.
+        low: For the others: the first child that it would tick, if something were new there.
+        high: The last such child.
     """
 
-    __slots__ = ("index", "keeper", "known", "node", "parent", "pending", "renewed", "state", "touched")
+    __slots__ = (
+        "_on_touch",
+        "high",
+        "index",
+        "keeper",
+        "known",
+        "low",
+        "node",
+        "opaque",
+        "parent",
+        "pending",
+        "renewed",
+        "state",
+        "touched",
+    )
 
-    def __init__(self, node: Behaviour) -> None:
+    def __init__(self, node: Behaviour, on_touch: Callable[[Record], None]) -> None:
         self.node = node
+        self._on_touch = on_touch
+        self.opaque = True
+        self.low, self.high = 0, -1
         self.keeper: Any = None
         self.state = OPEN
         self.touched = False
@@ -54,14 +76,19 @@ class Record:
             self.renewed = True
 
     def touch(self) -> None:
-        """Note that the next tick may bring something new here: opens the way from the root to this node."""
-        self.touched = True
+        """Note that the next tick may bring something new here."""
+        if not self.touched:
+            self.touched = True
+            self._on_touch(self)
+
+    def open_way(self, end: Record | None = None) -> None:
+        """Open the way from the root, or from below a record above this one, to this node."""
         record = self
         # A node above that is not clean has either been opened already or does not depend on this way.
         while record.state == CLEAN:
             record.state = TOUCHED
             parent = record.parent
-            if parent is None:
+            if parent is end or parent is None:
                 return
             if parent.pending is not None:
                 heappush(parent.pending, record.index)

@@ -35,6 +35,7 @@ class Resuming(ABC):
         self.node = node
         self.table = table
         self.record = record
+        record.opaque = False
         self.pending: list[int] = []
         record.pending = self.pending
         self.kids: list[Record] = []
@@ -57,7 +58,29 @@ class Resuming(ABC):
         self.renews = resumes and again and (self.resets or record.renewed)
         record.state, record.touched, record.known, record.renewed = OPEN, False, False, False
         self.later.clear()
-        new = self._resume(again) if resumes else self._start()
+        return self._conclude(self._resume(again) if resumes else self._start())
+
+    def go_on(self, index: int, answer: Status) -> Status:
+        """Do what comes after the tick of one child, which has happened already; this node was clean.
+
+        Args:
+            index: The place of the child.
+            answer: What it answered.
+        """
+        record = self.record
+        again = self.node.status is not RUNNING
+        self.renews = again and (self.resets or record.renewed)
+        record.state, record.touched, record.known, record.renewed = OPEN, False, False, False
+        self.later.clear()
+        if self.kids[index].state != CLEAN:
+            self.later.append(index)
+        if index > self.top:
+            self.top = index
+        return self._conclude(self._go_on(again, index, answer))
+
+    def _conclude(self, new: Status) -> Status:
+        """Take the new status, and note what the next tick has to look at."""
+        node, record = self.node, self.record
         if new is RUNNING and node.status is not RUNNING:
             self.table.change(node, RUNNING)
         self.left = new
@@ -75,7 +98,8 @@ class Resuming(ABC):
 
     def step(self, index: int) -> Status:
         """Tick one child; when it is not settled afterwards it will be looked at again."""
-        self.top = max(self.top, index)
+        if index > self.top:
+            self.top = index
         kid = self.kids[index]
         if self.renews:
             kid.renew()
@@ -94,18 +118,18 @@ class Resuming(ABC):
         self.top = len(children) - 1
         self.pending.clear()
 
-    def touched_in_order(self) -> Any:
-        """The children to be looked at, from the first to the last; one that is touched behind the present
-        place has to wait for the next tick, as in a full tick.
+    def next_touched(self, position: int) -> int:
+        """The first child behind a place that has to be looked at, or -1.
+
+        One that is touched before that place has to wait for the next tick, as in a full tick.
         """
-        position = -1
         while self.pending:
             index = heappop(self.pending)
             if index <= position:
                 self.later.append(index)
             elif index <= self.last:
-                position = index
-                yield index
+                return index
+        return -1
 
     def halt_lower(self, index: int) -> None:
         """Stop what stands behind a child that decides now."""
@@ -117,10 +141,12 @@ class Resuming(ABC):
 
     def _remember(self, new: Status) -> None:
         """Note which children have to be looked at next time, and whether none has."""
-        waiting = {*self.pending, *self.later}
-        self.pending[:] = sorted(n for n in waiting if n <= self.last and self.matters(n, new))
+        if self.pending or self.later:
+            waiting = {*self.pending, *self.later}
+            self.pending[:] = sorted(n for n in waiting if n <= self.last and self.matters(n, new))
         settled = not self.pending and not self.record.touched and self._would_stay(new)
         self.record.state = CLEAN if settled else OPEN
+        self.record.high = self.last
 
     def matters(self, index: int, new: Status) -> bool:
         """Whether the next tick will look at this child, which may not be settled."""
@@ -142,6 +168,10 @@ class Resuming(ABC):
         """Tick what is pending; ``again``: the node had finished, and a full tick would start it anew."""
 
     @abstractmethod
+    def _go_on(self, again: bool, index: int, answer: Status) -> Status:
+        """The same, when the first of them has been ticked already."""
+
+    @abstractmethod
     def _would_stay(self, new: Status) -> bool:
         """Whether another tick would change nothing, given that no child is pending."""
 
@@ -149,7 +179,7 @@ class Resuming(ABC):
 class Ordered(Resuming):
     """A sequence or a selector: children one after the other, until one decides."""
 
-    go_on: tuple[Status, ...]
+    good: tuple[Status, ...]
     """The answers of a child after which the next one is asked."""
 
     def _advance(self, index: int) -> Status:
@@ -157,20 +187,33 @@ class Ordered(Resuming):
         while index < len(self.kids):
             self._enter(index)
             new = self.step(index)
-            if new not in self.go_on:
+            if new not in self.good:
                 return self._decide(index, new)
             index += 1
         return self._run_out()
 
-    def _ask_pending(self) -> Status:
-        """Ask those that wait; without a new decision the old one stands."""
-        for index in self.touched_in_order():
-            new = self.step(index)
-            if new not in self.go_on:
-                return self._decide(index, new)
-            if index == self.last:
-                return self._advance(index + 1)
+    def _ask_pending(self, position: int = -1) -> Status:
+        """Ask those that wait behind a place; without a new decision the old one stands."""
+        while (position := self.next_touched(position)) >= 0:
+            new = self.step(position)
+            if new not in self.good:
+                return self._decide(position, new)
+            if position == self.last:
+                return self._advance(position + 1)
         return self.left
+
+    def _go_on(self, again: bool, index: int, answer: Status) -> Status:
+        self._look_back(again)
+        if answer not in self.good:
+            return self._decide(index, answer)
+        return self._advance(index + 1) if index == self.last else self._ask_pending(index)
+
+    def _remember(self, new: Status) -> None:
+        super()._remember(new)
+        self.record.low = self.last if new is RUNNING and self.node.memory else 0
+
+    def _look_back(self, again: bool) -> None:
+        """Note what stood before this tick; ``again``: the node had finished."""
 
     def matters(self, index: int, new: Status) -> bool:
         """With memory only the running child matters."""
@@ -199,7 +242,7 @@ class Ordered(Resuming):
 class ResumingSequence(Ordered):
     """``py_trees.composites.Sequence``."""
 
-    go_on = (SUCCESS,)
+    good = (SUCCESS,)
 
     def _start(self) -> Status:
         node = self.node
@@ -244,7 +287,7 @@ class ResumingSequence(Ordered):
 class ResumingSelector(Ordered):
     """``py_trees.composites.Selector``, and our own one that resets its children when it starts anew."""
 
-    go_on = (FAILURE, INVALID)
+    good = (FAILURE, INVALID)
 
     def __init__(self, node: Any, table: Any, record: Record) -> None:
         super().__init__(node, table, record)
@@ -279,18 +322,17 @@ class ResumingSelector(Ordered):
         return self._advance(index)
 
     def _resume(self, again: bool) -> Status:
-        self.first = 0
-        if again:
-            self.previous = self.kids[0].node if self.kids else None
-            return self._ask_pending()
-        self.previous = self.node.current_child
-        if not self.node.memory:
+        self._look_back(again)
+        if again or not self.node.memory:
             return self._ask_pending()
         self.pending.clear()
         if not self.cleared:
             self._clear_upper(self.last)
-        self.first = self.last
         return self._advance(self.last)
+
+    def _look_back(self, again: bool) -> None:
+        self.previous = (self.kids[0].node if self.kids else None) if again else self.node.current_child
+        self.first = self.last if self.node.memory and not again else 0
 
     def _clear_upper(self, index: int) -> None:
         """With memory py_trees resets the children that were passed, with the next tick after that."""

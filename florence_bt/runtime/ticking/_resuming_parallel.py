@@ -65,13 +65,20 @@ class ResumingParallel(Resuming):
         return self._finish()
 
     def _resume(self, again: bool) -> Status:
-        node = self.node
         self._validate()
-        skips = node.policy.synchronise and not again
+        return self._ask_pending(again, -1)
+
+    def _go_on(self, again: bool, index: int, answer: Status) -> Status:
+        self._validate()
+        self._count(index, answer)
+        return self._ask_pending(again, index)
+
+    def _ask_pending(self, again: bool, position: int) -> Status:
+        skips = self.node.policy.synchronise and not again
         self.stopped_some = not again
-        for index in self.touched_in_order():
-            if not (skips and self.kids[index].node.status is SUCCESS):
-                self._step(index)
+        while (position := self.next_touched(position)) >= 0:
+            if not (skips and self.kids[position].node.status is SUCCESS):
+                self._step(position)
         return self._finish()
 
     def _validate(self) -> None:
@@ -79,7 +86,9 @@ class ResumingParallel(Resuming):
             self.node.validate_policy_configuration()
 
     def _step(self, index: int) -> None:
-        new = self.step(index)
+        self._count(index, self.step(index))
+
+    def _count(self, index: int, new: Status) -> None:
         self.succeeded.discard(index)
         self.failed.discard(index)
         if new is SUCCESS:
@@ -109,6 +118,11 @@ class ResumingParallel(Resuming):
         if isinstance(policy, ParallelPolicy.SuccessOnOne):
             return (SUCCESS, kids[max(self.succeeded)].node) if self.succeeded else (RUNNING, kids[-1].node)
         return verdict(self.node)
+
+    def _remember(self, new: Status) -> None:
+        super()._remember(new)
+        # Some of its children may be passed over, or it looks at its policy in its own way.
+        self.record.opaque = bool(self.node.policy.synchronise) or self.validates
 
     def matters(self, index: int, new: Status) -> bool:
         """A child that has succeeded is passed over while the node runs, when the policy says so."""

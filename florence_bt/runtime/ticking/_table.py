@@ -65,6 +65,8 @@ class Table:
         changes: The changes since they were cleared.
         note: Takes one change; None when nobody wants to know.
         odd: Classes of which some node has methods of its own.
+        root: The root of the tree.
+        abandoned: Generators of nodes with ways of their own that nobody asked for more in this tick.
         places: The last place in a long row of children, by the ``id`` of the parent; a hint only.
     """
 
@@ -78,7 +80,13 @@ class Table:
         self.note: Callable[[StatusChange], None] | None = self.changes.flat.extend if record else None
         self.places: dict[int, int] = {}
         self.odd: frozenset[type] = frozenset()
+        self.root: Behaviour | None = None
+        self.abandoned: list[Iterator[Behaviour]] = []
         self._functions_of = functions_of
+
+    def root_tick(self, root: Behaviour) -> Tick:
+        """What ticks the whole tree."""
+        return self.tick_of(root)
 
     def tick_of(self, node: Behaviour) -> Tick:
         """What ticks nodes of this node's class, made now when it is new."""
@@ -112,15 +120,32 @@ class Table:
         """Let somebody else tick or stop nodes, and note what that changed in them and below."""
         if self.note is None:
             return action()
-        before = {id(node): node.status for root in nodes for node in nodes_of(root)}
+        before = level_by_level(nodes)
+        statuses = [node.status for node in before]
         try:
             return action()
         finally:
-            for root in nodes:
-                for node in nodes_of(root):
-                    old = before.get(id(node), Status.INVALID)
-                    if node.status is not old:
-                        self.note((node, old, node.status))
+            after = level_by_level(nodes)
+            if len(after) != len(before) or [node.status for node in after] != statuses:
+                self._tell(nodes, {id(node): old for node, old in zip(before, statuses, strict=True)})
+
+    def _tell(self, roots: Sequence[Behaviour], before: dict[int, Status]) -> None:
+        """Note how nodes and those below differ from what they were."""
+        assert self.note is not None
+        for root in roots:
+            for node in nodes_of(root):
+                old = before.get(id(node), Status.INVALID)
+                if node.status is not old:
+                    self.note((node, old, node.status))
+
+
+def level_by_level(roots: Sequence[Behaviour]) -> list[Behaviour]:
+    """Every node, those nearer to the roots first: the quickest way to meet them all."""
+    found = list(roots)
+    for node in found:
+        if node.children:
+            found += node.children
+    return found
 
 
 def nodes_of(root: Behaviour) -> Iterator[Behaviour]:

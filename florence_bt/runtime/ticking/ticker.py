@@ -48,6 +48,8 @@ class Ticker:
         self.count = 0
         self._root = root
         self._table = (IncrementalTable if incremental else Table)(functions_of, record, visit)
+        self._table.root = root
+        self._abandoned = self._table.abandoned
         self._record = self._table.changes.flat if record else None
         self.rebuild()
 
@@ -73,9 +75,13 @@ class Ticker:
         if self._record is not None:
             self._record.clear()
         self.count += 1
-        if self._depth <= SHALLOW and logging.level >= INFO:
-            return self._tick_root(self._root)
-        return self._tick_specially()
+        try:
+            if self._depth <= SHALLOW and logging.level >= INFO:
+                return self._tick_root(self._root)
+            return self._tick_specially()
+        finally:
+            if self._abandoned:
+                self._abandoned.clear()
 
     def _tick_specially(self) -> Status:
         if logging.level < INFO:
@@ -111,7 +117,7 @@ class Ticker:
             odd.update(type(node) for node in level if is_odd(node))
             level = [child for node in level for child in node.children]
         table.odd = frozenset(odd)
-        self._tick_root = table.tick_of(self._root)
+        self._tick_root = table.root_tick(self._root)
 
 
 @contextmanager

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
+from uuid import UUID
 
 from py_trees import trees
 from py_trees.behaviour import Behaviour
@@ -23,6 +25,23 @@ class BehaviourTree(trees.BehaviourTree):
         super().__init__(root)
         self._plain = Ticker(root)
         self._visited = Ticker(root, visit=self._visit)
+
+    def setup(self, *args: Any, **kwargs: Any) -> None:
+        """Set all nodes up, as py_trees does."""
+        super().setup(*args, **kwargs)
+        self.rebuild()
+
+    def insert_subtree(self, child: Behaviour, unique_id: UUID, index: int) -> bool:
+        """Insert a subtree below a composite, as py_trees does."""
+        inserted = super().insert_subtree(child, unique_id, index)
+        self.rebuild()
+        return inserted
+
+    def replace_subtree(self, unique_id: UUID, subtree: Behaviour) -> bool:
+        """Put a subtree in the place of another, as py_trees does."""
+        replaced = super().replace_subtree(unique_id, subtree)
+        self.rebuild()
+        return replaced
 
     def tick(
         self, pre_tick_handler: TickHandler | None = None, post_tick_handler: TickHandler | None = None
@@ -47,6 +66,11 @@ class BehaviourTree(trees.BehaviourTree):
         if post_tick_handler is not None:
             post_tick_handler(self)
         self.count += 1
+
+    def rebuild(self) -> None:
+        """Look at every node afresh: for who has replaced methods of nodes, or added such nodes by hand."""
+        self._plain.rebuild()
+        self._visited.rebuild()
 
     def _tick_root(self) -> None:
         if self._plain.root is not self.root:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import signal
 import sys
 import time
@@ -18,15 +19,18 @@ from florence_bt.simulation.emulators.scip import MODELS as SCANNERS
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
+LATENCY_S, LONGEST_LATENCY_S = 0.005, 10.0
 
 CREATE_EPILOG = f"""\
-The first line of the output is the device file; a client opens it like a serial port. Lines on standard input
-(and on the connections of --control) make things go wrong; each is answered by one:
+The first line of the output is the device file, which a client opens like a serial port, or host:port with
+--tcp. Lines on standard input (and on the connections of --control) make things go wrong; each is answered by
+one:
 
 {HELP}
 
-example:
+examples:
   python -m florence_bt.simulation.emulators create --link ./create --control ./create.sock
+  python -m florence_bt.simulation.emulators create --model create2 --tcp 0
 """
 
 SCIP_EPILOG = f"""\
@@ -67,6 +71,8 @@ def _base(options: argparse.Namespace, console: int | None) -> CreateProgram:
             options.noise_seed,
             options.strict_baud,
             options.control,
+            options.tcp,
+            options.latency,
         ),
         time.monotonic,
         console,
@@ -76,7 +82,13 @@ def _base(options: argparse.Namespace, console: int | None) -> CreateProgram:
 def _scanner(options: argparse.Namespace, console: int | None) -> ScipProgram:
     return ScipProgram(
         ScipOptions(
-            options.link, options.tcp, options.model, options.scip1, options.noise_seed, options.control
+            options.link,
+            options.tcp,
+            options.model,
+            options.scip1,
+            options.noise_seed,
+            options.control,
+            options.strict_baud,
         ),
         time.monotonic,
         console,
@@ -104,12 +116,12 @@ def _parser() -> argparse.ArgumentParser:
     devices = parser.add_subparsers(dest="device", required=True, metavar="DEVICE")
     create = devices.add_parser(
         "create",
-        help="an iRobot Create or Create 2 on a pseudo-terminal",
-        description="An iRobot Create or Create 2 on a pseudo-terminal, on an endless floor.",
+        help="an iRobot Create or Create 2 on a pseudo-terminal or a TCP port",
+        description="An iRobot Create or Create 2 on a pseudo-terminal or a TCP port, on an endless floor.",
         epilog=CREATE_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    create.add_argument("--link", type=Path, metavar="PATH", help="put a link to the device file there")
+    _add_line(create, "listen on this TCP port of 127.0.0.1 instead; 0 takes any that is free")
     create.add_argument("--model", choices=sorted(MODELS), default="create", help="default: create")
     create.add_argument(
         "--checksum",
@@ -121,6 +133,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     create.add_argument(
         "--strict-baud", action="store_true", help="a client at the wrong speed sees and sends garbage"
+    )
+    create.add_argument(
+        "--latency",
+        type=_seconds,
+        metavar="SECONDS",
+        default=LATENCY_S,
+        help=f"how much later everything leaves; default: {LATENCY_S:g}",
     )
     create.add_argument("--control", type=Path, metavar="PATH", help="take lines on a Unix socket there too")
     _add_scip(devices)
@@ -135,22 +154,35 @@ def _add_scip(devices: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         epilog=SCIP_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    where = scip.add_mutually_exclusive_group()
-    where.add_argument("--link", type=Path, metavar="PATH", help="put a link to the device file there")
-    where.add_argument(
-        "--tcp",
-        type=int,
-        metavar="PORT",
-        help="listen on this TCP port of 127.0.0.1 instead; scanners use 10940, 0 takes any that is free",
+    _add_line(
+        scip,
+        "listen on this TCP port of 127.0.0.1 instead; scanners use 10940, 0 takes any that is free",
     )
     scip.add_argument("--model", choices=sorted(SCANNERS), default="urg-04lx", help="default: urg-04lx")
     scip.add_argument(
         "--scip1", action="store_true", help="wake up in SCIP 1.1 until told SCIP2.0, like old firmware"
     )
     scip.add_argument(
+        "--strict-baud", action="store_true", help="as on RS-232: a client at the wrong speed gets garbage"
+    )
+    scip.add_argument(
         "--noise-seed", type=int, metavar="NUMBER", help="noisy distances; perfect ones without this"
     )
     scip.add_argument("--control", type=Path, metavar="PATH", help="take lines on a Unix socket there too")
+
+
+def _seconds(text: str) -> float:
+    with contextlib.suppress(ValueError):
+        if 0.0 <= float(text) <= LONGEST_LATENCY_S:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"a number from 0 to {LONGEST_LATENCY_S:g} is needed, not {text!r}")
+
+
+def _add_line(device: argparse.ArgumentParser, tcp_help: str) -> None:
+    """Where the client finds the device."""
+    where = device.add_mutually_exclusive_group()
+    where.add_argument("--link", type=Path, metavar="PATH", help="put a link to the device file there")
+    where.add_argument("--tcp", type=int, metavar="PORT", help=tcp_help)
 
 
 if __name__ == "__main__":

@@ -7,15 +7,13 @@ import math
 
 from florence_bt.simulation.base_noise import ADC_MAX, BasePlant, BaseSensors
 from florence_bt.simulation.emulators._create_battery import CAPACITY_MAH, Battery
-from florence_bt.simulation.emulators._create_faults import CreateFaults
+from florence_bt.simulation.emulators._create_faults import NO_INFRARED, CreateFaults
 from florence_bt.simulation.emulators._create_models import EmulatedModel
 from florence_bt.simulation.emulators._create_motion import MAX_SPEED_MMPS, clamp
 from florence_bt.simulation.emulators._create_packets import FORMATS, packets_of
 from florence_bt.simulation.emulators._create_songs import Songs
 
 FLOOR_SIGNAL, CLIFF_SIGNAL, WALL_SIGNAL = 1400, 20, 300
-NO_INFRARED = 255
-DOCK_INFRARED = 254
 DEVICE_DETECT_HIGH = 0x10
 LIGHT_BUMP_THRESHOLD = 100
 ENCODER_ROUND = 65536
@@ -64,6 +62,16 @@ class Body:
         self._sensors = sensors
         self._time: float | None = None
         self._drift = 0.0
+        self._encoders_from = (0.0, 0.0)
+
+    def restart(self) -> None:
+        """Begin like at power-on: the outputs are high for a while, and everything counts from nothing."""
+        self.digital_outputs = 7
+        self.leds = (0, 0, 0)
+        self.songs.forget()
+        self._encoders_from = self._plant.travel()
+        self._sensors.take_distance_mm()
+        self._sensors.take_angle_deg()
 
     def update(self, now: float) -> None:
         """Let the time pass."""
@@ -164,7 +172,7 @@ class Body:
             case 28 | 29 | 30 | 31:
                 return CLIFF_SIGNAL if self.faults.cliffs[packet - 28] else FLOOR_SIGNAL
             case 32:
-                return DEVICE_DETECT_HIGH | self.faults.digital_inputs & 0x0F
+                return self._digital_inputs()
             case 33:
                 return self._analog()
             case 34:
@@ -187,7 +195,7 @@ class Body:
     def _create_2_value(self, packet: int) -> int:
         match packet:
             case 43 | 44:
-                travel_m = self._plant.travel()[packet - 43]
+                travel_m = self._plant.travel()[packet - 43] - self._encoders_from[packet - 43]
                 return math.floor(travel_m / (self.model.metres_per_tick or 1.0)) % ENCODER_ROUND
             case 45:
                 lit = (signal >= LIGHT_BUMP_THRESHOLD for signal in self.faults.light_bumps)
@@ -206,9 +214,12 @@ class Body:
     def _infrared(self) -> int:
         if self.faults.infrared != NO_INFRARED:
             return self.faults.infrared & 0xFF
-        return DOCK_INFRARED if self.faults.dock else NO_INFRARED
+        return self.model.dock_infrared if self.faults.dock else self.model.no_infrared
+
+    def _digital_inputs(self) -> int:
+        return DEVICE_DETECT_HIGH | self.faults.digital_inputs & 0x0F if self.model.cargo_bay else 0
 
     def _analog(self) -> int:
-        if self.faults.gyro_dead or self.model.metres_per_tick is not None:
+        if self.faults.gyro_dead or not self.model.cargo_bay:
             return 0
         return max(0, min(ADC_MAX, self._sensors.gyro_adc() + round(self._drift)))

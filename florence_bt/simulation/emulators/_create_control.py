@@ -5,10 +5,18 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError
 from florence_bt.simulation.emulators._create_battery import CAPACITY_MAH
+from florence_bt.simulation.emulators._fault_lines import (
+    FaultLines,
+    Plug,
+    Verb,
+    integer,
+    number,
+    some_of,
+    switch,
+)
 from florence_bt.simulation.emulators.create import CreateEmulator, CreateFaults
 from florence_bt.simulation.emulators.kinematic_base import KinematicBase
 
@@ -22,6 +30,7 @@ deaf on|off               what the host sends is lost
 noise COUNT               so many random bytes before what is sent next
 bad_checksums COUNT       the next frames have a wrong checksum
 partial_frames COUNT      the next frames and answers are cut in half
+power on|off              off forgets everything; on starts the boot loader
 unplug                    pull the plug: the device file is gone
 plug                      put the plug back in
 wheel_drop left|right|caster...|none
@@ -45,39 +54,20 @@ help                      this list
 quit                      end the program"""
 
 
-class Plug(Protocol):
-    """The plug of the serial line."""
+class CreateControl(FaultLines):
+    """Obeys lines of text about a base."""
 
-    @property
-    def plugged(self) -> bool:
-        """Whether the line is there."""
-
-    def plug(self) -> None:
-        """Put it in."""
-
-    def unplug(self) -> None:
-        """Pull it out."""
-
-
-class CreateControl:
-    """Obeys lines of text.
-
-    Attributes:
-        ended: Whether ``quit`` was said.
-    """
-
-    def __init__(self, create: CreateEmulator, base: KinematicBase, plug: Plug, seed: int) -> None:
+    def __init__(
+        self, create: CreateEmulator, base: KinematicBase, plug: Plug, clock: Callable[[], float], seed: int
+    ) -> None:
         self._create = create
         self._base = base
-        self._plug = plug
+        self._clock = clock
         self._random = random.Random(seed)
-        self.ended = False
-        self._verbs: dict[str, Callable[[Sequence[str]], str | None]] = {
+        verbs: dict[str, Verb] = {
             **{name: self._switch(name) for name in _SWITCHES},
             **{name: self._number(name, *limits) for name, limits in _NUMBERS.items()},
             "noise": self._noise,
-            "unplug": lambda _w: self._plug.unplug(),
-            "plug": lambda _w: self._plug.plug(),
             "wheel_drop": self._wheel_drop,
             "bump": self._bump,
             "cliff": self._cliff,
@@ -86,30 +76,11 @@ class CreateControl:
             "gyro_drift": self._gyro_drift,
             "gyro": self._gyro,
             "light_bumps": self._light_bumps,
+            "power": self._power,
             "clear": self._clear,
-            "status": lambda _w: self._status(),
-            "help": lambda _w: HELP,
-            "quit": self._quit,
+            "status": lambda _words: self._status(),
         }
-
-    def run(self, line: str) -> str:
-        """Obey one line.
-
-        Returns:
-            ``ok``, what was asked for, or ``error:`` and what would have worked.
-        """
-        words = line.split()
-        if not words:
-            return "ok"
-        verb = self._verbs.get(words[0])
-        try:
-            if verb is None:
-                raise ConfigError(
-                    f"there is no command {words[0]!r}", valid=closest_first(words[0], self._verbs)
-                )
-            return verb(words[1:]) or "ok"
-        except ConfigError as error:
-            return f"error: {error}"
+        super().__init__(verbs, plug, HELP)
 
     # -- verbs ---------------------------------------------------------------------------------------------
 
@@ -117,54 +88,55 @@ class CreateControl:
     def _faults(self) -> CreateFaults:
         return self._create.faults
 
-    def _switch(self, name: str) -> Callable[[Sequence[str]], None]:
-        return lambda words: setattr(self._faults, name, _on(words))
+    def _switch(self, name: str) -> Verb:
+        return lambda words: setattr(self._faults, name, switch(words))
 
-    def _number(self, name: str, lowest: int, highest: int) -> Callable[[Sequence[str]], None]:
+    def _number(self, name: str, lowest: int, highest: int) -> Verb:
         field = _FIELDS.get(name, name)
-        return lambda words: setattr(self._faults, field, _integer(words, lowest, highest))
+        return lambda words: setattr(self._faults, field, integer(words, lowest, highest))
 
     def _noise(self, words: Sequence[str]) -> None:
-        self._faults.noise += self._random.randbytes(_integer(words, 0, 10_000))
+        self._faults.noise += self._random.randbytes(integer(words, 0, 10_000))
 
     def _wheel_drop(self, words: Sequence[str]) -> None:
-        self._faults.wheel_drops = sum(WHEELS[word] for word in _some(words, WHEELS))
+        self._faults.wheel_drops = sum(WHEELS[word] for word in some_of(words, WHEELS))
 
     def _bump(self, words: Sequence[str]) -> None:
-        pressed = _some(words, ("left", "right"))
+        pressed = some_of(words, ("left", "right"))
         self._faults.left_bumper, self._faults.right_bumper = "left" in pressed, "right" in pressed
 
     def _cliff(self, words: Sequence[str]) -> None:
-        seen = CLIFFS if list(words) == ["all"] else _some(words, CLIFFS)
+        seen = CLIFFS if list(words) == ["all"] else some_of(words, CLIFFS)
         left, front_left, front_right, right = (place in seen for place in CLIFFS)
         self._faults.cliffs = (left, front_left, front_right, right)
 
     def _battery(self, words: Sequence[str]) -> None:
-        self._create.battery.charge_mah = CAPACITY_MAH * _number(words, 0.0, 100.0) / 100.0
+        self._create.battery.charge_mah = CAPACITY_MAH * number(words, 0.0, 100.0) / 100.0
 
     def _buttons(self, words: Sequence[str]) -> None:
-        self._faults.buttons = sum(BUTTONS[word] for word in _some(words, BUTTONS))
+        self._faults.buttons = sum(BUTTONS[word] for word in some_of(words, BUTTONS))
 
     def _gyro_drift(self, words: Sequence[str]) -> None:
-        self._faults.gyro_drift = _number(words, -100.0, 100.0)
+        self._faults.gyro_drift = number(words, -100.0, 100.0)
 
     def _gyro(self, words: Sequence[str]) -> None:
-        self._faults.gyro_dead = not _on(words)
+        self._faults.gyro_dead = not switch(words)
 
     def _light_bumps(self, words: Sequence[str]) -> None:
         if len(words) != 6:
             raise ConfigError(f"six numbers are needed, not {len(words)}")
-        a, b, c, d, e, f = (_integer([word], 0, 4095) for word in words)
+        a, b, c, d, e, f = (integer([word], 0, 4095) for word in words)
         self._faults.light_bumps = (a, b, c, d, e, f)
+
+    def _power(self, words: Sequence[str]) -> None:
+        self._create.set_power(switch(words), self._clock())
 
     def _clear(self, _words: Sequence[str]) -> None:
         fresh = CreateFaults()
         for name in CreateFaults.__slots__:
             setattr(self._faults, name, getattr(fresh, name))
+        self._create.set_power(True, self._clock())
         self._plug.plug()
-
-    def _quit(self, _words: Sequence[str]) -> None:
-        self.ended = True
 
     def _status(self) -> str:
         create, pose = self._create, self._base.pose
@@ -173,6 +145,7 @@ class CreateControl:
                 "model": create.model.name,
                 "mode": create.mode.name.lower(),
                 "plugged": self._plug.plugged,
+                "powered": create.powered,
                 "baud": create.baud_rate,
                 "streaming": create.streaming,
                 "wheels_mmps": list(create.wheels),
@@ -200,36 +173,3 @@ _NUMBERS = {
     "oi_mode_offset": (0, 252),
 }
 _FIELDS = {"inputs": "digital_inputs"}
-
-
-def _on(words: Sequence[str]) -> bool:
-    if list(words) not in (["on"], ["off"]):
-        raise ConfigError(f"cannot understand {' '.join(words)!r}", valid=("on", "off"))
-    return words[0] == "on"
-
-
-def _number(words: Sequence[str], lowest: float, highest: float) -> float:
-    try:
-        value = float(words[0]) if len(words) == 1 else None
-    except ValueError:
-        value = None
-    if value is None or not lowest <= value <= highest:
-        raise ConfigError(f"a number from {lowest:g} to {highest:g} is needed, not {' '.join(words)!r}")
-    return value
-
-
-def _integer(words: Sequence[str], lowest: int, highest: int) -> int:
-    value = _number(words, lowest, highest)
-    if value != int(value):
-        raise ConfigError(f"a whole number is needed, not {words[0]!r}")
-    return int(value)
-
-
-def _some(words: Sequence[str], known: Sequence[str] | dict[str, int]) -> Sequence[str]:
-    """The words, each of them known; ``none`` stands for no word."""
-    if list(words) == ["none"]:
-        return ()
-    wrong = [word for word in words if word not in known]
-    if wrong or not words:
-        raise ConfigError(f"cannot understand {' '.join(words)!r}", valid=(*known, "none"))
-    return words

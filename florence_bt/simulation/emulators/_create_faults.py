@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+NO_INFRARED = 255
+
 
 @dataclass(slots=True)
 class CreateFaults:
@@ -24,7 +26,7 @@ class CreateFaults:
         charger: The charger is plugged in and powered.
         dock: The base stands on its home base.
         charging_fault: The contacts are dirty: it cannot charge.
-        infrared: Packet 17; 255 is nothing.
+        infrared: The code that is received (packet 17, of a Create 2 also 52 and 53); 255 is nothing.
         buttons: Bits of packet 18.
         overcurrents: Bits of packet 14.
         digital_inputs: Bits 0 to 3 of packet 32.
@@ -48,7 +50,7 @@ class CreateFaults:
     charger: bool = False
     dock: bool = False
     charging_fault: bool = False
-    infrared: int = 255
+    infrared: int = NO_INFRARED
     buttons: int = 0
     overcurrents: int = 0
     digital_inputs: int = 0

@@ -40,10 +40,15 @@ class EmulatedModel:
         last_packet: The highest sensor packet; the lowest is 7.
         groups: First and last packet of each group.
         songs: How many songs it stores.
+        longest_stream: How many packets a stream may have.
         header_in_checksum: The header 19 counts for the checksum of a stream frame.
         wheel_separation_mm: Between the wheels.
         metres_per_tick: Travel per count of an encoder; None when the encoders cannot be read.
-        boot_text: What it prints after a reset.
+        cargo_bay: Has the connector with the digital and analog inputs and outputs.
+        no_infrared: What the infrared packets say when nothing is received.
+        dock_infrared: What they say on the home base: the force field and both beams on a Create, the force
+            field of a base of series 600 on a Create 2 (REFERENCE 1.7).
+        boot_texts: What it prints after a reset or when it is switched on, each with the seconds until then.
     """
 
     name: str
@@ -52,10 +57,14 @@ class EmulatedModel:
     last_packet: int
     groups: Mapping[int, tuple[int, int]]
     songs: int
+    longest_stream: int
     header_in_checksum: bool
     wheel_separation_mm: float
     metres_per_tick: float | None
-    boot_text: bytes
+    cargo_bay: bool
+    no_infrared: int
+    dock_infrared: int
+    boot_texts: tuple[tuple[float, bytes], ...]
 
 
 MODELS: dict[str, EmulatedModel] = {
@@ -66,10 +75,17 @@ MODELS: dict[str, EmulatedModel] = {
         last_packet=42,
         groups=_GROUP_ENDS,
         songs=16,
+        longest_stream=43,
         header_in_checksum=False,
         wheel_separation_mm=260.0,
         metres_per_tick=None,
-        boot_text=b"\r\nCreate boot loader\r\n",
+        cargo_bay=True,
+        no_infrared=255,
+        dock_infrared=254,
+        boot_texts=(
+            (0.5, b"bl-start\r\n2006-09-12-1137-L   \r\n"),
+            (2.5, b"RDK by iRobot!\r\nMC9S12E128\r\nbattery-current-zero 510\r\n"),
+        ),
     ),
     "create2": EmulatedModel(
         name="create2",
@@ -78,10 +94,18 @@ MODELS: dict[str, EmulatedModel] = {
         last_packet=58,
         groups=_GROUP_ENDS | {100: (7, 58), 101: (43, 58), 106: (46, 51), 107: (54, 58)},
         songs=5,
+        longest_stream=108,
         header_in_checksum=True,
         wheel_separation_mm=235.0,
         metres_per_tick=0.000444565,
-        boot_text=b"\r\nCreate 2 boot loader\r\n",
+        cargo_bay=False,
+        no_infrared=0,
+        dock_infrared=161,
+        boot_texts=(
+            (0.015, b"Soft reset!\n"),
+            (1.0, b"\xfe"),
+            (3.0, b"Roomba by iRobot!\r\nstm32\r\n"),
+        ),
     ),
 }
 """By name."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-STRAIGHT = (-0x8000, 0x7FFF)
+STRAIGHT = (-0x8000, 0x7FFF, 0)
+"""Radii. That 0 is one of them is chosen here: PyRobot and others stop with velocity 0 and radius 0."""
+
 SPIN_CLOCKWISE, SPIN_COUNTER_CLOCKWISE = -1, 1
 ROBOT_RADIUS_MM = 165.0
 MAX_SPEED_MMPS, MAX_RADIUS_MM, MAX_PWM = 500, 2000, 255
@@ -23,7 +25,7 @@ def wheels_on_arc(velocity: int, radius: int, separation_mm: float) -> tuple[int
 
     Args:
         velocity: mm/s.
-        radius: mm or one of the special values, never 0.
+        radius: mm or one of the special values.
         separation_mm: Between the wheels.
     """
     if radius in STRAIGHT:

@@ -40,6 +40,7 @@ _EVENTS: dict[int, tuple[tuple[int, ...], int]] = {
 """Event -> the packets that tell it, and which of their bits."""
 
 OI_MODE, PASSIVE, PASSIVE_EVENT = 35, 1, 22
+DISTANCE, ANGLE = 19, 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class World:
     """What a wait looks at.
 
     Attributes:
-        value: The count of a sensor packet.
+        value: The count of a sensor packet; those of distance and angle begin anew when they are looked at.
         distance_mm: How far the base has gone since the start.
         angle_deg: How far it has turned since the start, counter-clockwise positive.
     """
@@ -68,8 +69,10 @@ class Wait:
         self._start = 0.0
         if self._opcode == WAIT_DISTANCE:
             self._start = world.distance_mm()
+            world.value(DISTANCE)
         elif self._opcode == WAIT_ANGLE:
             self._start = world.angle_deg()
+            world.value(ANGLE)
 
     def is_over(self, now: float) -> bool:
         """Whether what it waits for has come."""
@@ -112,7 +115,7 @@ class ScriptPlayer:
 
     @property
     def waiting(self) -> bool:
-        """Whether a wait runs: the base listens to nothing then."""
+        """Whether a wait runs: the base obeys nothing then; what arrives meanwhile, it obeys afterwards."""
         return self._wait is not None
 
     def define(self, script: bytes) -> None:

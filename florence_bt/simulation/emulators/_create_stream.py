@@ -6,7 +6,6 @@ from florence_bt.simulation.emulators._create_body import Body
 from florence_bt.simulation.emulators._create_packets import packets_of, size_of
 
 PERIOD_S = 0.015
-MAX_PACKETS = 43
 LONGEST_BODY = 255
 """What the length byte can say; what finds no room is left out."""
 
@@ -43,7 +42,7 @@ class Stream:
         room = LONGEST_BODY
         for number in numbers:
             size = 1 + size_of(number, model)
-            if packets_of(number, model) is not None and size <= room and len(chosen) < MAX_PACKETS:
+            if packets_of(number, model) is not None and size <= room and len(chosen) < model.longest_stream:
                 chosen.append(number)
                 room -= size
         self._numbers = chosen

@@ -7,8 +7,8 @@ import random
 import re
 from collections.abc import Callable, Sequence
 
-from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.simulation.emulators._create_control import Plug
+from florence_bt.core.errors import ConfigError
+from florence_bt.simulation.emulators._fault_lines import FaultLines, Plug, Verb, integer, number, switch
 from florence_bt.simulation.emulators.scip import ScipEmulator, ScipFaults
 
 HELP = """\
@@ -36,23 +36,17 @@ quit                      end the program"""
 _STATUS = re.compile(r"[0-9][0-9A-Z]")
 
 
-class ScipControl:
-    """Obeys lines of text.
-
-    Attributes:
-        ended: Whether ``quit`` was said.
-    """
+class ScipControl(FaultLines):
+    """Obeys lines of text about a scanner."""
 
     def __init__(self, scanner: ScipEmulator, plug: Plug, clock: Callable[[], float], seed: int) -> None:
         self._scanner = scanner
-        self._plug = plug
         self._clock = clock
         self._random = random.Random(seed)
-        self.ended = False
-        self._verbs: dict[str, Callable[[Sequence[str]], str | None]] = {
-            "silent": lambda words: setattr(self._faults, "silent", _on(words)),
-            "deaf": lambda words: setattr(self._faults, "deaf", _on(words)),
-            "laser_broken": lambda words: setattr(self._faults, "laser_broken", _on(words)),
+        verbs: dict[str, Verb] = {
+            "silent": lambda words: setattr(self._faults, "silent", switch(words)),
+            "deaf": lambda words: setattr(self._faults, "deaf", switch(words)),
+            "laser_broken": lambda words: setattr(self._faults, "laser_broken", switch(words)),
             "noise": self._noise,
             "bad_checksums": lambda words: setattr(self._faults, "bad_checksums", _count(words)),
             "bad_replies": lambda words: setattr(self._faults, "bad_replies", _count(words)),
@@ -61,35 +55,13 @@ class ScipControl:
             "status_of": self._status_of,
             "stat": lambda words: setattr(self._faults, "stat", " ".join(words) or ScipFaults().stat),
             "freeze_timer": self._freeze_timer,
-            "delay": lambda words: setattr(self._faults, "delay_s", _number(words, 60.0)),
+            "delay": lambda words: setattr(self._faults, "delay_s", number(words, 0.0, 60.0)),
             "speed": self._speed,
-            "power": lambda words: self._scanner.set_power(_on(words), self._clock()),
-            "unplug": lambda _w: self._plug.unplug(),
-            "plug": lambda _w: self._plug.plug(),
+            "power": lambda words: self._scanner.set_power(switch(words), self._clock()),
             "clear": self._clear,
-            "status": lambda _w: self._status(),
-            "help": lambda _w: HELP,
-            "quit": self._quit,
+            "status": lambda _words: self._status(),
         }
-
-    def run(self, line: str) -> str:
-        """Obey one line.
-
-        Returns:
-            ``ok``, what was asked for, or ``error:`` and what would have worked.
-        """
-        words = line.split()
-        if not words:
-            return "ok"
-        verb = self._verbs.get(words[0])
-        try:
-            if verb is None:
-                raise ConfigError(
-                    f"there is no command {words[0]!r}", valid=closest_first(words[0], self._verbs)
-                )
-            return verb(words[1:]) or "ok"
-        except ConfigError as error:
-            return f"error: {error}"
+        super().__init__(verbs, plug, HELP)
 
     @property
     def _faults(self) -> ScipFaults:
@@ -108,18 +80,15 @@ class ScipControl:
 
     def _freeze_timer(self, words: Sequence[str]) -> None:
         now = self._scanner.state.timer(self._clock())
-        self._faults.frozen_timer_ms = now if _on(words) else None
+        self._faults.frozen_timer_ms = now if switch(words) else None
 
     def _speed(self, words: Sequence[str]) -> None:
-        self._faults.bytes_per_second = _number(words, 1e7) or None
+        self._faults.bytes_per_second = number(words, 0.0, 1e7) or None
 
     def _clear(self, _words: Sequence[str]) -> None:
         self._scanner.faults = ScipFaults()
         self._scanner.set_power(True, self._clock())
         self._plug.plug()
-
-    def _quit(self, _words: Sequence[str]) -> None:
-        self.ended = True
 
     def _status(self) -> str:
         scanner = self._scanner
@@ -136,27 +105,8 @@ class ScipControl:
         )
 
 
-def _on(words: Sequence[str]) -> bool:
-    if list(words) not in (["on"], ["off"]):
-        raise ConfigError(f"cannot understand {' '.join(words)!r}", valid=("on", "off"))
-    return words[0] == "on"
-
-
-def _number(words: Sequence[str], highest: float) -> float:
-    try:
-        value = float(words[0]) if len(words) == 1 else -1.0
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= highest:
-        raise ConfigError(f"a number from 0 to {highest:g} is needed, not {' '.join(words)!r}")
-    return value
-
-
 def _count(words: Sequence[str]) -> int:
-    value = _number(words, 1e6)
-    if value != int(value):
-        raise ConfigError(f"a whole number is needed, not {words[0]!r}")
-    return int(value)
+    return integer(words, 0, 1_000_000)
 
 
 def _status(words: Sequence[str]) -> str:

@@ -12,12 +12,22 @@ from florence_bt.simulation.emulators._scip_device import (
     ScannerModel,
     ScipFaults,
 )
+from florence_bt.simulation.emulators._scip_malfunction import PretendedError
 from florence_bt.simulation.emulators._scip_wire import encode_number, information_lines, summed
 
 TIMER_WRAP_MS = 1 << 24
 LONGEST_NOTE = 16
-USUAL_MODE = "10"
-"""The argument of DB that ends a simulated error (REFERENCE 4.6)."""
+BY_DEFAULT = "<-Default setting by user"
+"""Stands behind a setting of II that was never changed."""
+
+STATES = {
+    "000": "Idle",
+    "002": "Time adjustment",
+    "003": "Single scan",
+    "004": "Multi scan",
+    "005": "Sleep",
+}
+"""What %ST tells."""
 
 WAKING = ("BM", "QT", "TM")
 
@@ -33,6 +43,7 @@ class ScipState:
         laser_on: Whether the laser is on.
         speaks_scip1: Whether it still waits for ``SCIP2.0``.
         restarts: How often RB restarted it.
+        pretended: The error that DB asked for.
     """
 
     def __init__(self, model: ScannerModel, faults: Callable[[], ScipFaults], wakes_in_scip1: bool) -> None:
@@ -54,7 +65,7 @@ class ScipState:
         """Begin as after power on."""
         self.speaks_scip1 = self._wakes_in_scip1
         self._restart_asked = False
-        self._debug: str | None = None
+        self.pretended = PretendedError()
         self._bit_rate = BIT_RATES[0]
         self._reset(now)
 
@@ -73,6 +84,16 @@ class ScipState:
     def period(self) -> float:
         """Seconds a turn; each step of CR is taken as one hundredth slower."""
         return 60.0 / self._model.number("SCAN") / (1.0 - 0.01 * self._slowness)
+
+    @property
+    def bit_rate(self) -> int:
+        """Bits a second of its RS-232 line."""
+        return int(self._bit_rate)
+
+    @property
+    def laser_broken(self) -> bool:
+        """Whether the laser cannot be switched on."""
+        return self._faults().laser_broken or self.pretended.trouble
 
     def objection(self, letters: str, arguments: str, note: str) -> str | None:
         """The status that refuses a command, None when there is nothing against it."""
@@ -126,7 +147,7 @@ class ScipState:
             case "HS":
                 return self._set_sensitivity(arguments), []
             case "DB":
-                return self._set_debug(arguments), []
+                return self._pretend(arguments), []
         return "00", []
 
     def _reset(self, now: float, keep_speeds: bool = False) -> None:
@@ -140,16 +161,31 @@ class ScipState:
             self._bit_rate = BIT_RATES[0]
 
     def _information(self, measuring: bool, now: float) -> dict[str, str]:
-        """The fields of II; the manual gives no format for SCSP, MESM and TIME."""
+        """The fields of II, in the words of the sensors whose replies are published.
+
+        The state that a UTM tells as MESM is made up of what %ST tells.
+        """
+        rate = f"{int(self._bit_rate)}[bps]"
+        code, trouble = self._state_code(measuring), self.pretended.trouble
+        idle = "Measuring by Sensitive Mode" if self._sensitive else "Measuring by Normal Mode"
         return {
             "MODL": self._model.parameters["MODL"],
             "LASR": "ON" if self.laser_on else "OFF",
-            "SCSP": f"{round(60.0 / self.period)}[rpm]",
-            "MESM": "Measuring" if measuring else "Idle",
-            "SBPS": f"{int(self._bit_rate)}[bps]",
+            "SCSP": self._speed(),
+            "MESM": f"{code} {STATES[code]}"
+            if "%ST" in self._model.commands
+            else idle
+            if measuring
+            else "IDLE",
+            "SBPS": rate + BY_DEFAULT if self._bit_rate == BIT_RATES[0] else rate,
             "TIME": f"{self.timer(now):06X}",
-            "STAT": self._faults().stat if self._debug is None else f"Simulated error {self._debug}.",
+            "STAT": f"Simulated error {self.pretended.mode}." if trouble else self._faults().stat,
         }
+
+    def _speed(self) -> str:
+        """SCSP: the usual speed, or how much slower it is; hosts such as hokuyoaist read both."""
+        rpm = f"({round(60.0 / self.period)}[rpm])"
+        return f"{self._slowness}%down{rpm}" if self._slowness else f"Initial{rpm}{BY_DEFAULT}"
 
     def _state_code(self, measuring: bool) -> str:
         """Standby, time adjustment, sleep, single scan or multi scan."""
@@ -162,7 +198,7 @@ class ScipState:
         return "004" if measuring else "003"
 
     def _switch_on(self) -> str:
-        if self._faults().laser_broken:
+        if self.laser_broken:
             return "01"
         if self.laser_on:
             return "02"
@@ -197,7 +233,7 @@ class ScipState:
                 return "01", []
 
     def _set_bit_rate(self, digits: str) -> str:
-        """Has no further effect: the emulated line is USB."""
+        """Counts from the next command on; over USB and TCP it has no effect."""
         if not digits.isdecimal():
             return "01"
         if digits not in BIT_RATES:
@@ -226,12 +262,7 @@ class ScipState:
         self._sensitive = digit == "1"
         return "00"
 
-    def _set_debug(self, digits: str) -> str:
-        """The manual names the arguments nowhere: here each number but 10 shows as an error in STAT."""
-        if not digits.isdecimal():
-            return "01"
-        wanted = None if digits == USUAL_MODE else digits
-        if wanted == self._debug:
-            return "02" if wanted is not None else "03"
-        self._debug = wanted
-        return "00"
+    def _pretend(self, digits: str) -> str:
+        status = self.pretended.set(digits)
+        self.laser_on = self.laser_on and not self.pretended.trouble
+        return status

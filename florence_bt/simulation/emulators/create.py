@@ -13,6 +13,7 @@ from collections.abc import Callable
 from florence_bt.simulation.base_noise import BasePlant, BaseSensors
 from florence_bt.simulation.emulators._create_battery import Battery
 from florence_bt.simulation.emulators._create_body import Body, Mode
+from florence_bt.simulation.emulators._create_boot import BOOT_S, BootLoader
 from florence_bt.simulation.emulators._create_commands import CommandReader
 from florence_bt.simulation.emulators._create_faults import CreateFaults
 from florence_bt.simulation.emulators._create_models import MODELS, EmulatedModel
@@ -32,15 +33,8 @@ from florence_bt.simulation.emulators._create_scripts import WAITS, ScriptPlayer
 from florence_bt.simulation.emulators._create_songs import Songs
 from florence_bt.simulation.emulators._create_stream import Stream
 
-__all__ = ["BOOT_S", "BOOT_TEXT", "CreateEmulator", "CreateFaults", "Mode"]
+__all__ = ["BOOT_S", "CreateEmulator", "CreateFaults", "Mode"]
 
-BOOT_S = 3.0
-"""How long the boot loader runs after a reset: input is ignored and the digital outputs are high."""
-
-BOOT_TEXT_S = 0.5
-"""When it has printed its text."""
-
-BOOT_TEXT = MODELS["create"].boot_text
 BAUD_RATES = (300, 600, 1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 115200)
 FULL_DUTY = 128
 
@@ -53,6 +47,7 @@ class CreateEmulator:
     Attributes:
         model: Which base.
         baud_rate: What the line should run at.
+        powered: Whether it is switched on.
         infrared_sent: The bytes sent as infrared light, in order.
         unobeyed: How often each opcode came that is not acted on, or not in the mode of the moment.
     """
@@ -76,6 +71,7 @@ class CreateEmulator:
         """
         self.model: EmulatedModel = MODELS[model]
         self.baud_rate = self.model.baud_rate
+        self.powered = True
         self.infrared_sent: list[int] = []
         self.unobeyed: Counter[int] = Counter()
         self._body = Body(self.model, plant, sensors)
@@ -88,8 +84,7 @@ class CreateEmulator:
             self.model.commands, World(self._body.value, self._body.distance_mm, self._body.angle_deg)
         )
         self._output = bytearray()
-        self._boot_end: float | None = None
-        self._boot_text_at: float | None = None
+        self._boot_loader = BootLoader(self.model.boot_texts)
         self._demo: Demo | None = None
         self._was_docked = False
         self._handlers = self._make_handlers()
@@ -187,6 +182,21 @@ class CreateEmulator:
         """How many bytes came that are no opcode."""
         return self._commands.unknown_bytes
 
+    def set_power(self, on: bool, now: float) -> None:
+        """Switch it off, so that it forgets everything, or on again; nothing happens when it is so already.
+
+        Args:
+            on: Whether it shall be on.
+            now: Seconds.
+        """
+        if on == self.powered:
+            return
+        self.powered = on
+        self._boot(now)
+        if not on:
+            self._body.digital_outputs = 0
+            self._boot_loader.stop()
+
     # -- bytes and time ------------------------------------------------------------------------------------
 
     def receive(self, data: bytes, now: float) -> bytes:
@@ -200,16 +210,17 @@ class CreateEmulator:
             The answers.
         """
         self._advance(now)
-        if self._boot_end is not None or self.faults.deaf or self._scripts.waiting:
-            return self._flush()
-        self._commands.feed(data)
-        while (command := self._commands.take()) is not None:
+        if self.powered and not self._boot_loader.running and not self.faults.deaf:
+            self._commands.feed(data)
+            self._obey_all(now)
+        return self._flush()
+
+    def _obey_all(self, now: float) -> None:
+        """Obey what has arrived, in order; while a wait runs, it waits too."""
+        while not self._scripts.waiting and (command := self._commands.take()) is not None:
             self._obey(command, now)
             self._scripts.step(now, lambda scripted: self._obey(scripted, now))
             self._protect()
-            if self._scripts.waiting:
-                self._commands.clear()
-        return self._flush()
 
     def next_frame(self) -> float | None:
         """When :meth:`poll` has the next frame of the stream; None while nothing is streamed."""
@@ -225,12 +236,9 @@ class CreateEmulator:
     def _advance(self, now: float) -> None:
         body = self._body
         body.update(now)
-        if self._boot_end is not None and now >= self._boot_end:
-            self._boot_end = None
+        if self._boot_loader.ends(now):
             body.digital_outputs = 0
-        if self._boot_text_at is not None and now >= self._boot_text_at:
-            self._boot_text_at = None
-            self._output += self.model.boot_text
+        self._output += self._boot_loader.take(now)
         self._scripts.step(now, lambda command: self._obey(command, now))
         if self._demo is not None:
             wheels = self._demo.wheels(now, bumped=any(body.bumpers()), docked=body.powered)
@@ -239,6 +247,7 @@ class CreateEmulator:
             else:
                 body.set_wheels(*wheels)
         self._protect()
+        self._obey_all(now)
 
     def _flush(self) -> bytes:
         out = bytes(self._output)
@@ -265,17 +274,20 @@ class CreateEmulator:
             self._body.set_wheels(0, 0)
             self._body.drive = (0, 0)
             self._body.low_side_drivers = (0, 0, 0)
+        elif mode is Mode.SAFE:
+            self._body.leds = (0, 0, 0)
         self._body.mode = mode
 
     def _reset(self, _arguments: bytes, now: float) -> None:
+        self._boot(now)
+
+    def _boot(self, now: float) -> None:
+        """Forget everything, as without a battery, and start the boot loader."""
         self._forget()
-        self._body.digital_outputs = 7
-        self._body.leds = (0, 0, 0)
-        self._body.songs.forget()
+        self._body.restart()
         self._scripts.define(b"")
         self.baud_rate = self.model.baud_rate
-        self._boot_end = now + BOOT_S
-        self._boot_text_at = now + BOOT_TEXT_S
+        self._boot_loader.start(now)
 
     def _on_stop(self, _arguments: bytes, _now: float) -> None:
         self._forget()
@@ -330,9 +342,6 @@ class CreateEmulator:
 
     def _on_drive(self, arguments: bytes, _now: float) -> None:
         velocity, radius = struct.unpack(">hh", arguments)
-        if radius == 0:
-            self.unobeyed[137] += 1
-            return
         velocity = clamp(velocity, MAX_SPEED_MMPS)
         self._body.drive = (velocity, radius)
         self._body.set_wheels(*wheels_on_arc(velocity, radius, self.model.wheel_separation_mm))
@@ -384,6 +393,7 @@ class CreateEmulator:
                 answer = answer[: len(answer) // 2]
             self._output += answer
 
-    def _on_show_script(self, _arguments: bytes, _now: float) -> None:
+    def _on_show_script(self, _arguments: bytes, now: float) -> None:
+        self._stream.pause(True, now)
         script = self._scripts.script
         self._output += bytes([len(script)]) + script

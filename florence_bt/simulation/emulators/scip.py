@@ -24,6 +24,7 @@ from florence_bt.simulation.emulators._scip_device import (
     parse_measurement,
 )
 from florence_bt.simulation.emulators._scip_line import SlowLine
+from florence_bt.simulation.emulators._scip_malfunction import TROUBLE
 from florence_bt.simulation.emulators._scip_state import ScipState
 from florence_bt.simulation.emulators._scip_values import group, with_intensities
 from florence_bt.simulation.emulators._scip_wire import reply, scan_lines, spoil_last_sum
@@ -190,10 +191,13 @@ class ScipEmulator:
         if self._remaining is not None:
             self._remaining -= 1
         echo = f"{self._head}{self._remaining or 0:02d}{self._note}"
-        broken = "50" if self.faults.laser_broken else None
-        status, self.faults.scan_status = self.faults.scan_status or broken, None
+        told, self.faults.scan_status = self.faults.scan_status, None
+        broken = TROUBLE if self.faults.laser_broken else None
+        pretended = self.state.pretended.instead_of_scan()
+        status = told or broken or pretended
         if status is not None:
-            self._stop()
+            if status is not pretended or status == TROUBLE:
+                self._stop()
             return reply(echo, status)
         if self._remaining == 0:
             self._stop()
@@ -226,8 +230,7 @@ class ScipEmulator:
     def _answer(self, line: str, now: float) -> bytes:
         command, semicolon, text = line.partition(";")
         if self.state.speaks_scip1:
-            self.state.speaks_scip1 = command != "SCIP2.0"
-            return f"{line}\nE\n\n".encode("latin-1") if self.state.speaks_scip1 else reply(line, "00")
+            return self._answer_scip1(line)
         length = 3 if command.startswith("%") else 2
         letters, arguments = command[:length], command[length:]
         status = self.state.objection(letters, arguments, text)
@@ -242,6 +245,18 @@ class ScipEmulator:
             self.faults.bad_replies -= 1
             return spoil_last_sum(answer)
         return answer
+
+    def _answer_scip1(self, line: str) -> bytes:
+        """SCIP 1.1, whose statuses are one character without a sum: who it is, and the way to SCIP 2.0."""
+        lines: list[str] = []
+        status = "0"
+        if line == "SCIP2.0":
+            self.state.speaks_scip1 = False
+        elif line == "V":
+            lines = [f"{tag}:{value}" for tag, value in self._model.version.items()]
+        else:
+            status = "E"
+        return "\n".join([line, status, *lines, "", ""]).encode("latin-1")
 
     def _carry_out(self, letters: str, arguments: str, note: str, now: float) -> tuple[str, list[str]]:
         match letters:
@@ -266,8 +281,9 @@ class ScipEmulator:
             return wanted
         if self._stream is not None:
             return "0B"
-        if self.faults.laser_broken:
-            return "50"
+        if self.state.laser_broken:
+            return TROUBLE
+        self.state.pretended.begin_stream()
         self.state.laser_on = True
         self._stream, self._remaining = wanted, wanted.count
         self._head, self._note = letters + arguments[:11], note
@@ -279,6 +295,8 @@ class ScipEmulator:
         wanted = parse_measurement(letters, arguments, self._model.outermost_step)
         if isinstance(wanted, str):
             return wanted, []
+        if self.state.laser_broken:
+            return TROUBLE, []
         if not self.laser_on:
             return "10", []
         return "00", scan_lines(self.state.timer(now), self._measure(wanted), wanted.width)

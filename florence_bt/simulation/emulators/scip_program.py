@@ -1,27 +1,20 @@
 """The emulated scanner alone, on a pseudo-terminal or a TCP port, for any client; ``python -m`` runs it.
 
-One loop serves the line, the time and the lines of text of the control channel. The clock is given.
+The clock is given.
 """
 
 from __future__ import annotations
 
-import select
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
-from florence_bt.core.errors import DeviceLost
-from florence_bt.simulation.emulators._control_channel import ControlChannel
+from florence_bt.simulation.emulators._lone_program import GARBAGE, LoneProgram
 from florence_bt.simulation.emulators._scip_control import ScipControl
-from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import MODELS, ScipEmulator
 from florence_bt.simulation.emulators.scip_room import ScipRoom
-from florence_bt.simulation.emulators.tcp_line import TcpLine
 
 LONGEST_WAIT_S = 0.1
-
-Line: TypeAlias = PseudoTerminal | TcpLine
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +28,8 @@ class ScipOptions:
         scip1: Wake up in SCIP 1.1.
         seed: Start of the noise; None for perfect distances.
         control: Where to put the socket of the control channel; None for none.
+        strict_baud: As on RS-232: a client at the wrong speed understands nothing and is not understood;
+            the scanner wakes up with 19200.
     """
 
     link: Path | None = None
@@ -43,10 +38,11 @@ class ScipOptions:
     scip1: bool = False
     seed: int | None = None
     control: Path | None = None
+    strict_baud: bool = False
 
 
-class ScipProgram:
-    """Line, scanner, control channel and their loop.
+class ScipProgram(LoneProgram):
+    """Line, scanner and control channel.
 
     Attributes:
         scanner: The scanner.
@@ -64,72 +60,31 @@ class ScipProgram:
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        self._options = options
+        super().__init__(options.link, options.tcp_port)
+        self._strict_baud = options.strict_baud
         self._start = clock()
         self._clock = clock
         model = MODELS[options.model]
         self.scanner = ScipEmulator(ScipRoom(model, options.seed), model=model, speaks_scip1=options.scip1)
-        self._tcp_port = options.tcp_port
-        self._line: Line | None = None
-        self.plug()
         self.control = ScipControl(self.scanner, self, self.now, options.seed or 0)
-        try:
-            self._channel = ControlChannel(options.control, console)
-        except OSError as error:
-            self.unplug()
-            raise DeviceLost(f"cannot listen at {options.control}: {error}") from error
+        self._listen(self.control, options.control, console)
 
     def now(self) -> float:
         """Seconds since the start."""
         return self._clock() - self._start
 
-    @property
-    def path(self) -> str:
-        """What a client opens; empty while the plug is out."""
-        return self._line.path if self._line is not None else ""
-
-    @property
-    def plugged(self) -> bool:
-        """Whether the line is there."""
-        return self._line is not None
-
-    def plug(self) -> None:
-        """Put the plug in; nothing happens when it is."""
-        if self._line is not None:
-            return
-        if self._tcp_port is None:
-            self._line = PseudoTerminal(self._options.link)
-            return
-        line = TcpLine(port=self._tcp_port)
-        self._line, self._tcp_port = line, line.port
-
-    def unplug(self) -> None:
-        """Pull the plug: the client loses the line; the scanner goes on."""
-        if self._line is not None:
-            self._line.unplug()
-            self._line = None
-
-    def serve(self, go_on: Callable[[], bool]) -> None:
-        """Run until ``quit`` is said or go_on says no."""
-        while go_on() and not self.control.ended:
-            readers: list[int] = self._channel.descriptors()
-            if self._line is not None:
-                readers.append(self._line.fileno())
-            due = self.scanner.next_deadline()
-            wait = LONGEST_WAIT_S if due is None else max(0.0, min(LONGEST_WAIT_S, due - self.now()))
-            ready, _, _ = select.select(readers, [], [], wait)
-            self._channel.serve(ready, self.control.run)
-            self.step()
-
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
         now, line = self.now(), self._line
-        received = line.read() if line is not None else b""
+        baud_rate = (
+            self.scanner.state.bit_rate if self._strict_baud else None
+        )  # SS is answered at the old one
+        received = self._as_heard(line.read(), baud_rate) if line is not None else b""
+        received = received.replace(bytes([GARBAGE]), b"")  # no letters: the scanner passes over them
         answer = (self.scanner.receive(received, now) if received else b"") + self.scanner.poll(now)
         if answer and line is not None:
-            line.write(answer)
+            line.write(self._as_heard(answer, baud_rate))
 
-    def close(self) -> None:
-        """End the line and the control channel."""
-        self.unplug()
-        self._channel.close()
+    def _longest_wait(self) -> float:
+        due = self.scanner.next_deadline()
+        return LONGEST_WAIT_S if due is None else max(0.0, min(LONGEST_WAIT_S, due - self.now()))

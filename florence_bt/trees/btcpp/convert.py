@@ -10,10 +10,11 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.convert_scripts import set_nodes
 from florence_bt.trees.btcpp.key_uses import Ports, pointer, registration
 from florence_bt.trees.btcpp.notes import LossNotes
-from florence_bt.trees.btcpp.script import Unary, parse_expression, parse_script
+from florence_bt.trees.btcpp.script import Unary, order_matters, parse_expression, parse_script
 from florence_bt.trees.btcpp.script_terms import condition_text
 from florence_bt.trees.btcpp.si_values import quantity_text, read_number
 from florence_bt.trees.btcpp.skill_book import SkillBook
+from florence_bt.trees.btcpp.skipping import kept, lift, with_guards_above
 from florence_bt.trees.btcpp.tree_facts import Facts, TreeFacts
 from florence_bt.trees.btcpp.trust import trusted, trusted_guards, trusted_values
 from florence_bt.trees.btcpp.values_in import text_value, written_value
@@ -102,6 +103,7 @@ class Converter:
         if own is not None:
             return own
         try:
+            self._note_order(element, script)
             return condition_text(parse_expression(script), self)
         except ConfigError as error:
             self.lost(element, f"the condition {script!r}: {error.problem}")
@@ -146,7 +148,9 @@ class Converter:
     def node(self, element: Element) -> Node:
         """Convert an element with everything below it."""
         handler = self._handlers.get(element.tag, self._handlers[None])
-        node = handler(self, element)
+        node, different = with_guards_above(element, handler(self, element))
+        if different:
+            self.lost(element, different)
         written = element.get("name").strip()
         if written not in ("", registration(element), node.get("name")):
             node = put(node, "name", written)
@@ -191,9 +195,15 @@ class Converter:
         reason = f"{registration(element)} (line {element.position.line}) has no equivalent"
         return {"fail": reason, "code": NOT_IMPORTED}
 
+    def _note_order(self, element: Element, script: str) -> None:
+        if order_matters(script):
+            message = f"{script!r} is computed from the left, as since version 4.9; from the right before"
+            self.notice(element, message)
+
     def scripts(self, element: Element, text: str) -> list[Node]:
         """The assignments of a script as nodes."""
         try:
+            self._note_order(element, text)
             return set_nodes(parse_script(text), self, lambda message: self.notice(element, message))
         except ConfigError as error:
             return [self.stand_in(element, f"the script {text!r}: {error.problem}")]
@@ -201,13 +211,22 @@ class Converter:
     # ---- conditions before and scripts after ---------------------------------------------------------------
 
     def _with_conditions(self, element: Element, node: Node) -> Node:
+        started = element.get("_onStart")
+        if started:
+            node = {"sequence": [*self.scripts(element, started), node]}
+        node, guards = lift(node)  # a node that is skipped has no scripts done after it
         succeeds, fails = (self._asked(element, name) for name in ("_successIf", "_failureIf"))
         if succeeds is not None:
             node = {"if": succeeds, "then": dict(NOTHING), "else": node}
         if fails is not None:
             node = {"if": fails, "then": {"fail": f"_failureIf: {fails}"}, "else": node}
         node = self._with_scripts(element, node)
-        node = self._with_skip(element, node, [asked for asked in (fails, succeeds) if asked is not None])
+        before = [asked for asked in (fails, succeeds) if asked is not None]
+        if before and guards:
+            guards = {"unless": _all([f"not ({kept(guards)})", *_none_of(before)])}
+        for name, guard in guards.items():
+            node = put(node, name, guard)
+        node = self._with_skip(element, node, before)
         return self._with_because(element, node)
 
     def _asked(self, element: Element, name: str) -> str | None:
@@ -225,12 +244,24 @@ class Converter:
                     node = put(node, guard, text)
             else:
                 node = self._skipped(element, node, before)
+        if "_onlyIf" in element.attributes:
+            node = self._only(node, self.condition(element, element.get("_onlyIf")), before)
         if "_while" in element.attributes:
             held = self.condition(element, element.get("_while"))
             if held is not None:
-                node = put(put(node, "when", held), "while", held)
+                node = put(self._only(node, held, before), "while", held)
                 self.lost(element, "_while that breaks while the node runs: skipped there, a failure here")
         return node
+
+    def _only(self, node: Node, needed: str | None, before: list[str]) -> Node:
+        """Skip a node unless something holds; what decides before that comes first."""
+        if needed is None:
+            return node
+        return (
+            put(node, "unless", _all([f"not ({needed})", *_none_of(before)]))
+            if before
+            else put(node, "when", needed)
+        )
 
     def _skipped(self, element: Element, node: Node, before: list[str]) -> Node:
         script = element.get("_skipIf")
@@ -238,8 +269,7 @@ class Converter:
         if text is None:
             return node
         if before:
-            others = " and ".join(f"not ({asked})" for asked in before)
-            return put(node, "unless", f"({text}) and {others}")
+            return put(node, "unless", _all([f"({text})", *_none_of(before)]))
         code = parse_expression(script)
         if isinstance(code, Unary) and code.operator == "!":
             return put(node, "when", condition_text(code.operand, self))
@@ -275,10 +305,24 @@ class Converter:
 
 
 def put(node: Node, modifier: str, value: Any) -> Node:
-    """Add a modifier; a node that has it already is put into a sequence of its own."""
+    """Add a modifier; a second guard joins the first, what else is there twice stands round the node."""
     if modifier in node:
+        if modifier in _JOINED:
+            return {**node, modifier: f"({node[modifier]}) {_JOINED[modifier]} ({value})"}
         node = {"sequence": [node]}
     return {**node, modifier: value}
+
+
+_JOINED = {"when": "and", "while": "and", "unless": "or"}
+"""Guards -> what joins two of them."""
+
+
+def _none_of(conditions: list[str]) -> list[str]:
+    return [f"not ({condition})" for condition in conditions]
+
+
+def _all(conditions: list[str]) -> str:
+    return " and ".join(conditions)
 
 
 def arranged(node: Node) -> Node:

@@ -7,8 +7,10 @@ from typing import Any
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.convert import Converter, Node, put
-from florence_bt.trees.btcpp.key_uses import pointer
+from florence_bt.trees.btcpp.convert_leaves import skill
+from florence_bt.trees.btcpp.key_uses import pointer, registration
 from florence_bt.trees.btcpp.si_values import read_number
+from florence_bt.trees.btcpp.trust import trusted_cases
 from florence_bt.trees.btcpp.values_in import written_value
 from florence_bt.trees.btcpp.vocabulary import MARK
 from florence_bt.trees.btcpp.written import Quoted, read_flow
@@ -129,7 +131,8 @@ def switch(c: Converter, e: Element) -> Node:
     if key is None or len(e.children) != cases + 1:
         return c.stand_in(e, f"it needs a variable and {cases + 1} nodes below it")
     kind = c.kind(key)
-    values = [_case(e.get(f"case_{number}"), kind) for number in range(1, cases + 1)]
+    written = [e.get(f"case_{number}") for number in range(1, cases + 1)]
+    values = trusted_cases(e, written) or [_case(text, kind) for text in written]
     nodes = c.children(e)
     default = e.children[-1]
     if e.get(MARK) != "once" and c.changes_below(e, key):
@@ -169,6 +172,24 @@ def try_catch(c: Converter, e: Element) -> Node:
     return {"selector": [body, after]}
 
 
+_CERTAIN = ("AlwaysSuccess", "ForceSuccess", "Script", "SetBlackboard", "Sleep")
+"""What never fails as a clean-up."""
+
+
+def finally_node(c: Converter, e: Element) -> Node:
+    """``Finally``, since version 4.11: the second child is done after the first in any case."""
+    if len(e.children) != 2:
+        return c.stand_in(e, "it needs exactly 2 nodes below it")
+    if e.children[1].tag not in _CERTAIN:
+        c.lost(e, "when the second node fails it fails there; here the status of the first one stands")
+    if "halt_timeout_msec" in e.attributes:
+        c.lost(e, "halt_timeout_msec: a clean-up takes the time that it needs here")
+    body, cleanup = c.children(e)
+    if {"when", "unless", "while"} & set(body):
+        body = {"sequence": [body]}  # a node that is skipped is not cleaned up after, and there it is
+    return put(body, "finally", cleanup)
+
+
 def recovery_node(c: Converter, e: Element) -> Node:
     """Nav2's ``RecoveryNode``: after a failure of the first child the second, then the first again."""
     if len(e.children) != 2:
@@ -187,6 +208,8 @@ def recovery_node(c: Converter, e: Element) -> Node:
 def round_robin(c: Converter, e: Element) -> Node:
     """Nav2's ``RoundRobin``: each start goes on with the next child."""
     count = len(e.children)
+    if e.get("wrap_around", "true").lower() not in ("true", "1"):
+        c.lost(e, "wrap_around: after the last node the first one is tried here")
     turn = c.new_key("turn", Kind.INTEGER, "0")
     cases = {str(number): node for number, node in enumerate(c.children(e), start=1)}
     steps = [
@@ -203,14 +226,37 @@ def pipeline_sequence(c: Converter, e: Element) -> Node:
     return {"sequence": c.children(e)}
 
 
+def paced_child(c: Converter, e: Element) -> Node:
+    """Nav2's ``RateController`` and its like, which start their child at once and then again and again."""
+    c.lost(e, f"the child is done once, not again and again; {_ports_in_words(e)}")
+    return {"sequence": c.children(e), "name": e.get("name") or e.tag}
+
+
+def goal_updater(c: Converter, e: Element) -> Node:
+    """Nav2's ``GoalUpdater``: hands a goal on, or a newer one that comes by a topic."""
+    c.lost(e, "newer goals that come by its topic are not heard; the goal is handed on as it is")
+    handed = {
+        c.key_name(target): c.value(e, f"input_{what}", None)
+        for what in ("goal", "goals")
+        if (target := pointer(e.get(f"output_{what}"), what)) is not None and e.get(f"input_{what}")
+    }
+    before = [{"set": handed}] if handed else []
+    return {"sequence": [*before, *c.children(e)], "name": e.get("name") or e.tag}
+
+
 def unknown_control(c: Converter, e: Element) -> Node:
-    """A control or decorator of another project."""
-    name = e.get("ID") or e.tag
+    """A control or decorator of another project: a skill for its own part, then the nodes below it."""
     c.lost(
         e,
-        "a node with nodes below it cannot be a skill; imported as a sequence: look at it before you run it",
+        "what it does with the nodes below it is not known; imported as a skill, and then these nodes in a"
+        " sequence: look at it before you run it",
     )
-    return {"sequence": c.children(e), "name": e.get("name") or name}
+    return {"sequence": [skill(c, e), *c.children(e)], "name": e.get("name") or registration(e)}
+
+
+def _ports_in_words(e: Element) -> str:
+    given = [f"{name}={value!r}" for name, value in e.attributes.items() if name not in ("ID", "name")]
+    return f"{' '.join(given)} left out" if given else "imported as a sequence"
 
 
 # ---- our own ------------------------------------------------------------------------------------------

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.btcpp.known_attributes import attributes_of, left_over
 from florence_bt.trees.btcpp.notes import LossNotes
 from florence_bt.trees.btcpp.port_models import NodeModel, read_models
-from florence_bt.trees.btcpp.vocabulary import CATEGORIES, V3_NAMES, category_of
+from florence_bt.trees.btcpp.vocabulary import CATEGORIES, MARK, V3_NAMES, category_of
 from florence_bt.trees.btcpp.xml_source import Element, read_xml
 from florence_bt.trees.source import Position
 
@@ -79,6 +80,7 @@ def load_document(path: Path, notes: LossNotes) -> Document:
     loader.add(root, path, document)
     loader.check_main(root, document)
     _name_compact_calls(document)
+    _note_left_over(document, notes)
     return document
 
 
@@ -88,6 +90,31 @@ def _name_compact_calls(document: Document) -> None:
         for node in tree.root.walk():
             if node.tag in document.trees and category_of(node.tag) is None and not node.children:
                 node.tag, node.attributes = "SubTree", {"ID": node.tag, **node.attributes}
+
+
+def _renew_remaps(call: Element) -> None:
+    """``<remap internal="a" external="b"/>`` below a call, as the first files of version 3 have it."""
+    for child in [child for child in call.children if child.tag == "remap"]:
+        if child.get("internal") and child.get("external"):
+            call.attributes.setdefault(child.get("internal"), f"{{{child.get('external')}}}")
+            call.children.remove(child)
+
+
+def _note_left_over(document: Document, notes: LossNotes) -> None:
+    for tree in document.trees.values():
+        for name in tree.element.attributes:
+            if name not in ("ID", "_description") and not name.startswith(MARK):
+                message = f"<BehaviorTree> has no attribute {name!r}; it is left out"
+                notes.notice(tree.file, tree.element.position, message)
+        for node in tree.root.walk():
+            for name in left_over(node):
+                message = f"<{node.tag}> has no attribute {name!r}; {node.get(name)!r} is left out"
+                notes.lost(
+                    tree.file, node.position, message, closest_first(name, attributes_of(node.tag, name))
+                )
+            if node.text:
+                message = f"the text in <{node.tag}> is left out: {node.text[:40]!r}"
+                notes.notice(tree.file, node.position, message)
 
 
 def _version(root: Element, path: Path) -> int:
@@ -111,6 +138,7 @@ class _Loader:
     def add(self, root: Element, path: Path, document: Document) -> None:
         """Add the trees of a file."""
         self._seen.add(path.resolve())
+        self._groot(root, path)
         for name, model in read_models(root).items():
             document.models.setdefault(name, model)
         for element in root.children:
@@ -123,7 +151,6 @@ class _Loader:
                     self._notes.error(
                         path, element.position, f"<{tag}> has no place in <root>", _ROOT_CHILDREN[:3]
                     )
-        self._groot(root, path)
 
     def check_main(self, root: Element, document: Document) -> None:
         """Find the main tree."""
@@ -189,6 +216,8 @@ class _Loader:
         for old in ("__autoremap", "__shared_blackboard"):
             if old in node.attributes:
                 node.attributes["_autoremap"] = node.attributes.pop(old)
+        if node.tag == "SubTree":
+            _renew_remaps(node)
         if node.tag in CATEGORIES and not node.get("ID"):
             self._notes.error(path, node.position, f"<{node.tag}> needs an ID", [f'<{node.tag} ID="..."/>'])
         elif node.tag in CATEGORIES and node.tag != "SubTree":

@@ -10,14 +10,16 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees import model
 from florence_bt.trees.btcpp.nodes_out import NodeWriter
 from florence_bt.trees.btcpp.notes import LossNotes
-from florence_bt.trees.btcpp.si_values import si_text
+from florence_bt.trees.btcpp.si_values import script_number, si_text
 from florence_bt.trees.btcpp.vocabulary import (
+    CATEGORIES,
     FORMAT,
     KIND_TYPES,
     KIND_UNITS,
     MARK,
     OUTPUT_PORTS,
     OWN_PORTS,
+    private_key,
 )
 from florence_bt.trees.btcpp.written import write_flow
 from florence_bt.trees.btcpp.xml_source import Element
@@ -64,7 +66,9 @@ def export_mission(
     for mission in missions:
         _check(mission, declarations)
         root.children.append(_tree(mission, library, declarations, notes))
-    root.children.append(_models(missions, declarations, list(root.children)))
+    models = _models(missions, declarations, list(root.children))
+    _make_compact(root, missions)
+    root.children.append(models)
     return Exported(write_xml(root), tuple(mission.name for mission in missions), tuple(notes.findings))
 
 
@@ -124,8 +128,9 @@ def _tree(
 
 
 def _start(name: str, port: Port) -> str:
-    text = si_text(port.default)
-    return f"{name} := '{text}'" if isinstance(port.default, str) else f"{name} := {text}"
+    value = port.default
+    text = f"'{value}'" if isinstance(value, str) else script_number(value)
+    return f"{name} := {text}"
 
 
 def _models(
@@ -167,12 +172,23 @@ def _skill_model(declaration: SkillDeclaration, category: str) -> Element:
 def _mission_model(mission: Mission) -> Element:
     element = Element("SubTree", {"ID": mission.name})
     element.children += [_port("input_port", name, port) for name, port in mission.inputs.items()]
-    element.children += [
-        _port("output_port", name, port)
-        for name, port in mission.outputs.items()
-        if name not in mission.inputs
-    ]
+    for name, port in mission.outputs.items():
+        if name not in mission.inputs:
+            output = _port("output_port", name, port)
+            # A call need not ask for it; BehaviorTree.CPP refuses the file unless each has somewhere to go.
+            output.attributes["default"] = f"{{{private_key(mission.name, name)}}}"
+            element.children.append(output)
     return element
+
+
+def _make_compact(root: Element, missions: list[Mission]) -> None:
+    """Write ``<turn/>`` in place of ``<Action ID="turn"/>`` where BehaviorTree.CPP before 4.9 needs it."""
+    names = {mission.name for mission in missions}
+    for element in root.walk():
+        if element.tag == "ReactiveSequence":
+            for child in element.children:
+                if child.tag in CATEGORIES and child.tag != "SubTree" and child.get("ID") not in names:
+                    child.tag = child.attributes.pop("ID")
 
 
 def _port(tag: str, name: str, port: Port) -> Element:

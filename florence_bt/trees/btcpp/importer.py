@@ -12,7 +12,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.convert import Converter, Node
 from florence_bt.trees.btcpp.document import Document, Tree, load_document
 from florence_bt.trees.btcpp.handlers import HANDLERS
-from florence_bt.trees.btcpp.key_uses import Ports, port_of_skill, registration
+from florence_bt.trees.btcpp.key_uses import Ports, pointer, port_of_skill, registration
 from florence_bt.trees.btcpp.names import Names, identifier
 from florence_bt.trees.btcpp.nav2 import Nav2Models
 from florence_bt.trees.btcpp.notes import LossNotes
@@ -147,7 +147,7 @@ class _Import:
         kind = self._facts.kind(tree.name, key) or Kind.TEXT
         written = port_document(Port(kind, about.description))
         limits = dict(about.limits)
-        if about.default is not None:
+        if about.default is not None and pointer(about.default, key) is None:
             limits["default"] = about.default
         for name in ("default", "min", "max"):
             if name in limits:

@@ -19,6 +19,7 @@ from florence_bt.trees.btcpp.vocabulary import (
     PRE_CONDITIONS,
     PREFIX,
     category_of,
+    private_key,
 )
 from florence_bt.trees.btcpp.written import read_flow
 from florence_bt.trees.btcpp.xml_source import Element
@@ -95,6 +96,17 @@ class Ports:
     def skill(self, name: str) -> SkillDeclaration | None:
         """The skill of this installation that a node is, by its registration ID."""
         return self.declarations.get(self.skill_of.get(name, name))
+
+    def mapped_by_default(self, tree: str) -> dict[str, str]:
+        """The ports of a tree that go to a key, in the words of its model, where a call does not say."""
+        model = self.models.get(tree)
+        if model is None or model.category != "SubTree":
+            return {}
+        return {
+            name: port.default
+            for name, port in model.ports.items()
+            if port.default and pointer(port.default, name) not in (None, private_key(tree, name))
+        }
 
     def port(self, name: str, port: str) -> PortModel | None:
         """What is known about a port; the skills of this installation know best."""

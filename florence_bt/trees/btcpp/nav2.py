@@ -9,7 +9,11 @@ from florence_bt.core.declaration import Kind
 from florence_bt.trees.btcpp.port_models import NodeModel, PortModel
 
 _ENDS = "error_code_id error_msg"
+_CANCELS = ("AssistedTeleop", "BackUp", "ComputeAndTrackRoute", "Control", "DriveOnHeading", "Spin", "Wait")
+_ROUTE = "route path"
+_TRACK = "last_node_id next_node_id current_edge_id rerouted"
 _ACTIONS = {
+    **{f"Cancel{what}": "" for what in _CANCELS},
     "AssistedTeleop": _ENDS,
     "BackUp": _ENDS,
     "ClearCostmapAroundPose": "",
@@ -18,10 +22,14 @@ _ACTIONS = {
     "ClearEntireCostmap": "",
     "ComputePathThroughPoses": f"path {_ENDS}",
     "ComputePathToPose": f"path {_ENDS}",
+    "ComputeAndTrackRoute": f"execution_time {_ROUTE} {_TRACK} {_ENDS}",
+    "ComputeRoute": f"planning_time {_ROUTE} {_ENDS}",
+    "ConcatenatePaths": "output_path",
     "ControllerSelector": "selected_controller",
     "DockRobot": f"success num_retries {_ENDS}",
     "DriveOnHeading": _ENDS,
-    "FollowPath": _ENDS,
+    "FollowPath": f"tracking_feedback {_ENDS}",
+    "GetCurrentPose": "current_pose",
     "GetPoseFromPath": "pose",
     "GoalCheckerSelector": "selected_goal_checker",
     "NavigateThroughPoses": _ENDS,
@@ -29,8 +37,8 @@ _ACTIONS = {
     "PlannerSelector": "selected_planner",
     "ProgressCheckerSelector": "selected_progress_checker",
     "ReinitializeGlobalLocalization": "",
-    "RemoveInCollisionGoals": "output_goals",
-    "RemovePassedGoals": "output_goals",
+    "RemoveInCollisionGoals": "output_goals output_waypoint_statuses",
+    "RemovePassedGoals": "output_goals output_waypoint_statuses",
     "SmoothPath": f"smoothed_path smoothing_duration was_completed {_ENDS}",
     "SmootherSelector": "selected_smoother",
     "Spin": _ENDS,
@@ -59,6 +67,7 @@ _CONDITIONS = frozenset(
         "TransformAvailable",
         "WouldAControllerRecoveryHelp",
         "WouldAPlannerRecoveryHelp",
+        "WouldARouteRecoveryHelp",
         "WouldASmootherRecoveryHelp",
     }
 )
@@ -75,6 +84,10 @@ _KINDS = {
     "goal": Kind.POSE,
     "start": Kind.POSE,
     "pose": Kind.POSE,
+    "current_pose": Kind.POSE,
+    "ref_pose": Kind.POSE,
+    "target_pose": Kind.POSE,
+    "rerouted": Kind.BOOLEAN,
     "input_goal": Kind.POSE,
     "output_goal": Kind.POSE,
     "error_code_id": Kind.INTEGER,

@@ -6,16 +6,17 @@ author's own words, which only our import reads. What it cannot do is one of our
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees import model
+from florence_bt.trees.btcpp.handed_over import computed_inputs
 from florence_bt.trees.btcpp.notes import LossNotes
 from florence_bt.trees.btcpp.script_terms import Inexpressible, script_of
 from florence_bt.trees.btcpp.scripts_out import needs_mark, set_script, term_needs_mark
 from florence_bt.trees.btcpp.trust import skip_script
-from florence_bt.trees.btcpp.values_out import flow_value, own_value, port_attribute
+from florence_bt.trees.btcpp.values_out import case_text, flow_value, own_value, port_attribute
 from florence_bt.trees.btcpp.vocabulary import MARK
 from florence_bt.trees.btcpp.written import write_flow
 from florence_bt.trees.btcpp.xml_source import Element
@@ -25,6 +26,8 @@ from florence_bt.trees.quantities import read_value
 
 MAX_CASES = 6
 """Most cases that a ``Switch`` of BehaviorTree.CPP has."""
+_TURNING = (model.Invert, model.Succeed, model.Force, model.Once)
+_SKIPPED = "in BehaviorTree.CPP it is skipped when what is below is skipped; here that is success or failure"
 
 
 class NodeWriter:
@@ -116,6 +119,8 @@ class NodeWriter:
             case model.Sequence(children=children, memory=memory):
                 return Element("Sequence" if memory else "ReactiveSequence", {}, children=self._all(children))
             case model.Selector(children=children, memory=memory):
+                if all(child.when is not None or child.unless is not None for child in children):
+                    self._differs(node, _SKIPPED)
                 return Element("Fallback" if memory else "ReactiveFallback", {}, children=self._all(children))
             case model.Parallel():
                 return self._parallel(node)
@@ -176,12 +181,24 @@ class NodeWriter:
             children.append(self.node(node.default))
         else:
             children.append(Element("AlwaysFailure", {MARK: "no_case"}))
+        declared = self._declared_kind(node.value)
+        shown = [case_text(case, declared) for case, _ in node.cases]
         attributes = {"variable": port_attribute(node.value, None), MARK: "once"}
-        attributes |= {f"case_{number}": text for number, text in enumerate(texts, start=1)}
+        attributes |= {f"case_{number}": case for number, case in enumerate(shown, start=1)}
+        if shown != texts:
+            attributes[f"{MARK}_cases"] = write_flow(texts)[1:-1]
         return Element(f"Switch{len(texts)}", attributes, children=children)
+
+    def _declared_kind(self, value: Value | Expression) -> Kind | None:
+        if not isinstance(value, Reference):
+            return None
+        port = self._mission.keys.get(value.key) or self._mission.inputs.get(value.key)
+        return port.kind if port is not None else None
 
     def _wrapper(self, node: model.Wrapper) -> Element:
         children = [self.node(node.child)]
+        if isinstance(node, _TURNING) and (node.child.when is not None or node.child.unless is not None):
+            self._differs(node, _SKIPPED)
         match node:
             case model.Invert():
                 return Element("Inverter", {}, children=children)
@@ -278,6 +295,10 @@ class NodeWriter:
     def _call(self, node: model.Call) -> Element:
         called = self._library.get(node.mission.text)
         attributes = {"ID": called.name, **self._given(node, node.inputs, called.inputs)}
+        for name in computed_inputs(called):
+            if not attributes.get(name, "").startswith("{"):
+                message = f"{name}: BehaviorTree.CPP hands a text over, and {called.name} computes with it"
+                self._differs(node, message, ["a key that holds the value"])
         for output, key in node.outputs:
             if output.text in attributes:
                 self._differs(
@@ -302,8 +323,8 @@ class NodeWriter:
         message = f"{reason}; written as {name}, which must be registered with BehaviorTree.CPP"
         self._notes.notice(self._mission.file, node.position, message)
 
-    def _differs(self, node: Node, message: str) -> None:
-        self._notes.lost(self._mission.file, node.position, message)
+    def _differs(self, node: Node, message: str, valid: Sequence[str] = ()) -> None:
+        self._notes.lost(self._mission.file, node.position, message, valid)
 
 
 def _milliseconds(duration: Value) -> int | None:

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import Kind
 from florence_bt.trees.btcpp.vocabulary import CATEGORIES, KIND_UNITS
 from florence_bt.trees.btcpp.xml_source import Element
 
-_PORTS = {"input_port": "in", "output_port": "out", "inout_port": "inout"}
+_PORTS = {"input_port": "in", "output_port": "out", "inout_port": "inout", "bidirectional_port": "inout"}
 _UNIT = re.compile(r"\s*\[(m|rad|s|m/s|m;m;rad)\]\s*$")
 _INTEGERS = re.compile(
     r"(unsigned( int| long| short)?|(std::)?u?int(8|16|32|64)?(_t)?|(long )?long|short|(std::)?size_t)"

@@ -120,6 +120,17 @@ def parse_expression(text: str) -> Code:
     return statements[0]
 
 
+def order_matters(text: str) -> bool:
+    """Whether a script has a sum or product that versions before 4.9 compute otherwise: from the right.
+
+    Raises:
+        ConfigError: It is no script. The error has no place in the file.
+    """
+    parser = _Parser(text)
+    parser.statements()
+    return parser.order_matters
+
+
 def names_in(code: Code) -> Iterator[tuple[str, bool]]:
     """Every name in a piece of script in the order of its evaluation, with whether it is written."""
     match code:
@@ -185,6 +196,7 @@ class _Parser:
         self._tokens = list(_cut(text))
         self._at = 0
         self._depth = 0
+        self.order_matters = False
 
     def statements(self) -> list[Code]:
         found: list[Code] = []
@@ -238,16 +250,22 @@ class _Parser:
 
     def _sum(self) -> Code:
         left = self._product()
+        before = ""
         while (operator := self._text()) in ("+", "-", "|", "^"):
+            self.order_matters |= before == "-"
             self._at += 1
             left = Binary(operator, left, self._product())
+            before = operator
         return left
 
     def _product(self) -> Code:
         left = self._prefix()
+        before = ""
         while (operator := self._text()) in ("*", "/", "&"):
+            self.order_matters |= before == "/"
             self._at += 1
             left = Binary(operator, left, self._prefix())
+            before = operator
         return left
 
     def _prefix(self) -> Code:

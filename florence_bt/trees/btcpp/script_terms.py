@@ -7,7 +7,7 @@ from typing import Protocol
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.script import Assignment, Binary, Choice, Code, Name, Number, Text, Truth, Unary
-from florence_bt.trees.btcpp.si_values import quantity_text, si_text
+from florence_bt.trees.btcpp.si_values import quantity_text, script_number, si_text
 from florence_bt.trees.expressions import syntax
 from florence_bt.trees.expressions.printing import print_term
 from florence_bt.trees.expressions.syntax import Term
@@ -176,7 +176,7 @@ def script_of(term: Term) -> str:
         case syntax.Constant(value=value, kind=Kind.TEXT):
             return script_text(str(value))
         case syntax.Constant(value=value):
-            return si_text(value)
+            return script_number(value)
         case syntax.Key(key=key):
             return key
         case syntax.Unary(operator=operator, operand=operand):

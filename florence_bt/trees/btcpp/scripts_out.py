@@ -5,7 +5,7 @@ from __future__ import annotations
 from florence_bt.core.declaration import Kind
 from florence_bt.trees import model
 from florence_bt.trees.btcpp.script_terms import Inexpressible, script_of, script_text
-from florence_bt.trees.btcpp.si_values import si_text
+from florence_bt.trees.btcpp.si_values import script_number
 from florence_bt.trees.expressions.syntax import Constant, Term, parts_of
 from florence_bt.trees.model import Literal, Value
 from florence_bt.trees.quantities import UNITS, guess_value
@@ -35,7 +35,7 @@ def value_script(value: Value) -> str:
             return script_text(text)
         case Literal(text=text):
             kind, guessed = guess_value(text)
-            return script_text(text) if kind is Kind.TEXT else si_text(guessed)
+            return script_text(text) if kind is Kind.TEXT else script_number(guessed)
         case model.Reference(key=key):
             return key
         case model.Expression(term=term):

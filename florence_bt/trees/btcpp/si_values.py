@@ -44,6 +44,12 @@ def si_text(value: Any) -> str:
     return str(value)
 
 
+def script_number(value: Any) -> str:
+    """A number or truth value in a script; a quantity has a point, for ``2`` makes a key of whole numbers."""
+    text = si_text(value)
+    return f"{text}.0" if isinstance(value, float) and text.lstrip("-").isdecimal() else text
+
+
 def read_number(text: str) -> int | float | None:
     """A finite number as C++ reads it, None when the text is none."""
     try:

@@ -116,7 +116,7 @@ class TreeFacts:
 
     def input_name(self, key: str, facts: Facts) -> str:
         """Our name of an input: a key that is written too needs another one."""
-        both = key in self.all_inputs(facts) and key in self.written
+        both = key in self.written and key in self.all_inputs(facts)
         return self.names.of(f"before {key}" if both else key)
 
     def may_change(self, element: Element, key: str, facts: Facts) -> bool:
@@ -294,7 +294,8 @@ def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTre
             yield replace(use, key=local(use.key))
         if element.tag == "SubTree":
             keys, literals = {}, {}
-            for name, value in element.attributes.items():
+            given = {**ports.mapped_by_default(element.get("ID")), **element.attributes}
+            for name, value in given.items():
                 if name in ("ID", "name") or name.startswith("_"):
                     continue
                 key = pointer(value, name)

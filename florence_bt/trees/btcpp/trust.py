@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.trees.btcpp.script import parse_script
 from florence_bt.trees.btcpp.script_terms import script_of
 from florence_bt.trees.btcpp.scripts_out import set_script
+from florence_bt.trees.btcpp.values_out import case_text
 from florence_bt.trees.btcpp.vocabulary import MARK
 from florence_bt.trees.btcpp.written import read_flow
 from florence_bt.trees.btcpp.xml_source import Element
 from florence_bt.trees.expressions.parser import parse_expression
 from florence_bt.trees.expressions.syntax import Term, Unary
-from florence_bt.trees.model import Set
+from florence_bt.trees.model import Literal, Set
 from florence_bt.trees.parse import parse_mission
 from florence_bt.trees.source import Position
 
@@ -64,7 +66,7 @@ def _term(text: str) -> Term | None:
 
 def _says(script: Callable[[], str], written: str) -> bool:
     try:
-        return script() == written.strip()
+        return parse_script(script()) == parse_script(written)
     except ConfigError:
         return False  # not what our export would have written
 
@@ -83,3 +85,14 @@ def trusted_values(element: Element) -> Any:
     if not isinstance(node, Set) or mission.findings:
         return None
     return values if _says(lambda: set_script(node.values), element.get("code")) else None
+
+
+def trusted_cases(element: Element, written: list[str]) -> list[str] | None:
+    """The cases of our own mark on a ``Switch``, None when they are not those that stand in the file."""
+    try:
+        cases = read_flow(f"[{element.get(f'{MARK}_cases')}]")
+    except ConfigError:
+        return None  # an editor broke it; the cases beside it count
+    if not isinstance(cases, list) or not all(isinstance(case, str) for case in cases):
+        return None
+    return cases if [case_text(Literal(case, False, Position()), None) for case in cases] == written else None

@@ -12,6 +12,7 @@ from florence_bt.trees.btcpp.values_in import text_value, written_value
 from florence_bt.trees.btcpp.vocabulary import PREFIX
 from florence_bt.trees.btcpp.written import Quoted, write_flow
 from florence_bt.trees.model import Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.quantities import UNITS, guess_value
 from florence_bt.trees.values import tree_value
 
 
@@ -34,6 +35,21 @@ def port_attribute(value: Value, kind: Kind | None) -> str:
             if not isinstance(resolved, str) or _stays(text, kind):
                 return text
     return PREFIX + own_value(value)
+
+
+def case_text(case: Literal, declared: Kind | None) -> str:
+    """A case of a ``Switch`` as keys are compared there: a number in SI units, 1 or 0 for a truth value.
+
+    Args:
+        case: The case as written.
+        declared: The kind of the key, None when it is not declared.
+    """
+    kind, value = guess_value(case.text)
+    if declared is Kind.TEXT:
+        return case.text
+    if kind is Kind.BOOLEAN:
+        return str(int(bool(value)))
+    return si_text(float(value)) if kind in UNITS else case.text
 
 
 def own_value(value: Value | dict[str, Value]) -> str:

@@ -18,7 +18,8 @@ PREFIX = "florence:"
 MARK = "_florence"
 """The attribute with an expression as it stands in a mission."""
 
-PRE_CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_while")
+PRE_CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_onlyIf", "_while", "_onStart")
+"""In the order in which they are looked at; ``_onlyIf`` and ``_onStart`` came with version 4.11."""
 POST_CONDITIONS = ("_onHalted", "_onFailure", "_onSuccess", "_post")
 
 FOREVER = 1_000_000_000
@@ -40,7 +41,7 @@ V3_NAMES = {
 _SWITCHES = [f"Switch{cases}" for cases in range(2, 7)]
 _SEQUENCES = ["Sequence", "AsyncSequence", "SequenceWithMemory", "ReactiveSequence"]
 _FALLBACKS = ["Fallback", "AsyncFallback", "ReactiveFallback"]
-_FURTHER = ["Parallel", "ParallelAll", "IfThenElse", "WhileDoElse", "TryCatch", "ManualSelector"]
+_FURTHER = ["Parallel", "ParallelAll", "IfThenElse", "WhileDoElse", "TryCatch", "Finally", "ManualSelector"]
 _ROUNDS = ["RetryUntilSuccessful", "RetryUntilSuccesful", "Repeat", "KeepRunningUntilFailure", "RunOnce"]
 _ENDS = ["Inverter", "ForceSuccess", "ForceFailure", "Precondition", "Timeout", "Delay"]
 _UPDATES = ["SkipUnlessUpdated", "WaitValueUpdate", "BlackboardCheck"]
@@ -123,3 +124,8 @@ def category_of(tag: str) -> str | None:
     if tag in DECORATORS | OWN_DECORATORS:
         return "Decorator"
     return "Action" if tag in LEAVES | OWN_LEAVES else None
+
+
+def private_key(tree: str, port: str) -> str:
+    """Where an output goes that a call does not ask for: BehaviorTree.CPP wants a key for each."""
+    return f"_{tree}_{port}"

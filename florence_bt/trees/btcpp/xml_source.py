@@ -15,6 +15,10 @@ MAX_BYTES = 4_000_000
 """Largest file that is read."""
 MAX_ELEMENTS = 10_000
 """Most elements in a file."""
+MAX_PORTS = 500
+"""Most attributes of an element."""
+MAX_ATTRIBUTES = 20_000
+"""Most attributes in a file."""
 MAX_DEPTH = 256
 """Deepest nesting of nodes, which is BehaviorTree.CPP's own limit."""
 _OUTER = 2
@@ -95,6 +99,7 @@ class _Builder:
         self._open: list[Element] = []
         self._root: Element | None = None
         self._count = 0
+        self._attributes = 0
 
     def build(self, data: bytes) -> Element:
         try:
@@ -114,6 +119,11 @@ class _Builder:
         self._count += 1
         if self._count > MAX_ELEMENTS:
             raise self._error(f"the file has more than {MAX_ELEMENTS} elements", place, ["<include>"])
+        if len(flat) > 2 * MAX_PORTS:
+            raise self._error(f"<{tag}> has more than {MAX_PORTS} attributes", place)
+        self._attributes += len(flat) // 2
+        if self._attributes > MAX_ATTRIBUTES:
+            raise self._error(f"the file has more than {MAX_ATTRIBUTES} attributes", place, ["<include>"])
         element = Element(tag, dict(zip(flat[::2], flat[1::2], strict=True)), place)
         if self._open:
             self._open[-1].children.append(element)

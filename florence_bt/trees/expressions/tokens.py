@@ -45,6 +45,13 @@ _MEANT: Mapping[str, str] = {
     "·": "*",
     "÷": "/",
     "−": "-",
+    "–": "-",
+    "“": '"',
+    "”": '"',
+    "„": '"',
+    "‘": "'",
+    "’": "'",
+    "{{": "$key, without braces",
 }
 """Signs of other languages -> what is written here."""
 

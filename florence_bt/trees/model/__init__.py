@@ -14,7 +14,7 @@ from florence_bt.trees.model.decorators import (
     Timeout,
 )
 from florence_bt.trees.model.leaves import Call, Condition, Fail, Set, Use, Wait
-from florence_bt.trees.model.mission import Mission, values_of
+from florence_bt.trees.model.mission import Mission, default_of, values_of
 from florence_bt.trees.model.node import Node, Wrapper, walk
 from florence_bt.trees.model.values import (
     Literal,
@@ -60,6 +60,7 @@ __all__ = [
     "Value",
     "Wait",
     "Wrapper",
+    "default_of",
     "references",
     "show",
     "values_of",

@@ -72,6 +72,7 @@ class Use(Node):
         outputs: Output names and the keys that receive them.
         table_given: Whether the inputs were written as a table, or nothing was.
         unread: Names of inputs whose values could not be read, which was noted there.
+        written: What stands there in place of a table.
     """
 
     skill: str
@@ -79,6 +80,7 @@ class Use(Node):
     outputs: tuple[tuple[Literal, Literal], ...] = ()
     table_given: bool = True
     unread: tuple[str, ...] = ()
+    written: str = ""
 
     @property
     def default_title(self) -> str:

@@ -16,6 +16,11 @@ from florence_bt.trees.model.values import Value
 from florence_bt.trees.source import Position
 
 
+def default_of(name: str) -> str:
+    """Under which name the position of the default of an input or a key is kept; no key is called so."""
+    return f"{name}: default"
+
+
 @dataclass(frozen=True, slots=True)
 class Mission:
     """A mission file.
@@ -29,7 +34,8 @@ class Mission:
         keys: ``keys``: the keys that are declared, with their types; a default is the value at the start.
         on_restart: ``abort``, ``restart`` or ``resume``: what follows when the executor died on it.
         tree: The root node; None when the file is too broken to have one.
-        positions: Where the inputs, outputs and keys are declared, by name.
+        positions: Where the inputs, outputs and keys are declared, by name, and their defaults, by
+            :func:`default_of` their name.
         findings: What was wrong with the file's form.
         lost: Where the form is wrong: the keys that nodes would write, broken nodes included.
         version: Stands for the text of the file: equal versions are equal texts.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from florence_bt.trees.expressions.syntax import Expression, keys_of
 from florence_bt.trees.source import Position
@@ -44,10 +44,12 @@ class Template:
     Attributes:
         parts: Texts and references in order.
         position: Where it stands.
+        quoted: Whether it stood in quotes, and so is certainly meant as a text.
     """
 
     parts: tuple[str | Reference, ...]
     position: Position
+    quoted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +81,13 @@ class Reasons:
         always: The text for every failure, or None.
         by_code: Texts for failures with one code.
         position: Where it stands.
+        places: Code -> where it stands.
     """
 
     always: Value | None
     by_code: Mapping[str, Value]
     position: Position
+    places: Mapping[str, Position] = field(default_factory=dict)
 
 
 def references(value: Value) -> Iterator[Reference]:

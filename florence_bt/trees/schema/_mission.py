@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.trees.kinds import INPUT_KEYS, KEY_KEYS, MISSION_KEYS, NODE_KINDS, ON_RESTART, OUTPUT_KEYS
 from florence_bt.trees.model import Mission
-from florence_bt.trees.quantities import NUMERIC_KINDS
+from florence_bt.trees.quantities import NUMERIC_KINDS, example_of
 from florence_bt.trees.schema._nodes import NODE, NodeSchemas
-from florence_bt.trees.schema._values import NAME, TEXT, Schema, definitions, literal
+from florence_bt.trees.schema._values import NAME, TEXT, Schema, definitions, literal, where, words
 
-DRAFT = "https://json-schema.org/draft/2020-12/schema"
+DRAFT = "http://json-schema.org/draft-07/schema#"
+"""The newest draft that YAML language servers of editors understand."""
 
 _TEXTS = {
     "mission": "the name, equal to the name of the file",
@@ -24,12 +25,29 @@ _TEXTS = {
 }
 
 
+_RESTARTS = {
+    "abort": "the run is over",
+    "restart": "the mission begins again",
+    "resume": "the mission goes on where it stood",
+}
+_PORT_TEXTS: dict[str, Schema] = {
+    "type": {
+        **words({kind.value: f"such as {example_of(kind)}" for kind in Kind}),
+        "description": "what it holds",
+    },
+    "description": {**TEXT, "description": "what it is, for people"},
+    "default": {"description": "its value when none is given"},
+    "min": {"description": "the smallest value that is allowed"},
+    "max": {"description": "the largest value that is allowed"},
+}
+
+
 def make_schema(
     declarations: Mapping[str, SkillDeclaration],
     missions: Iterable[Mission] = (),
     labels: Mapping[str, Iterable[str]] | None = None,
 ) -> Schema:
-    """The JSON Schema (draft 2020-12) of a mission file.
+    """The JSON Schema (draft-07) of a mission file.
 
     Args:
         declarations: The skills by name.
@@ -46,9 +64,10 @@ def make_schema(
         "inputs": _ports(INPUT_KEYS),
         "outputs": _ports(OUTPUT_KEYS),
         "keys": _ports(KEY_KEYS),
-        "on_restart": {"enum": list(ON_RESTART), "default": ON_RESTART[0]},
+        "on_restart": {**words({each: _RESTARTS[each] for each in ON_RESTART}), "default": ON_RESTART[0]},
         "tree": NODE,
     }
+    nodes = NodeSchemas(declarations, missions, labels or {})
     return {
         "$schema": DRAFT,
         "$id": "urn:florence-bt:mission",
@@ -58,17 +77,17 @@ def make_schema(
         "properties": {key: {"description": _TEXTS[key], **values[key]} for key in MISSION_KEYS},
         "required": ["mission", "tree"],
         "additionalProperties": False,
-        "$defs": {**definitions(), "node": NodeSchemas(declarations, missions, labels or {}).node()},
+        "definitions": {**definitions(), "code": nodes.code(), "node": nodes.node()},
     }
 
 
 def _ports(keys: Iterable[str]) -> Schema:
     """A table of declared inputs, outputs or keys."""
-    fields: dict[str, Schema] = {"type": {"enum": [kind.value for kind in Kind]}, "description": TEXT}
-    fields |= {key: {} for key in keys if key not in fields}
+    fields = {key: _PORT_TEXTS[key] for key in keys}
     limited: list[str] = [key for key in ("min", "max") if key in fields]
     rules = [_typed(kind, limited, fields) for kind in Kind] if "default" in fields else []
     declared: Schema = {
+        "title": "what is declared",
         "type": "object",
         "properties": fields,
         "required": ["type"],
@@ -83,6 +102,6 @@ def _typed(kind: Kind, limited: list[str], fields: Mapping[str, Schema]) -> Sche
     of_kind: dict[str, Schema | bool] = {"default": literal(kind)}
     of_kind |= {key: literal(kind) if kind in NUMERIC_KINDS else False for key in limited}
     return {
-        "if": {"required": ["type"], "properties": {"type": {"const": kind.value}}},
+        "if": where({"required": ["type"]}, {"properties": {"type": {"const": kind.value}}}),
         "then": {"properties": of_kind},
     }

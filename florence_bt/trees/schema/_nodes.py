@@ -16,20 +16,32 @@ from florence_bt.trees.kinds import (
     TREE_CODES,
 )
 from florence_bt.trees.model import Mission
-from florence_bt.trees.schema._values import EXPRESSION, NAME, REFERENCE, TEXT, Schema, given, table, targets
+from florence_bt.trees.schema._values import (
+    EXPRESSION,
+    NAME,
+    REFERENCE,
+    TEXT,
+    Schema,
+    given,
+    refused,
+    table,
+    targets,
+    where,
+    words,
+)
 
-NODE: Schema = {"$ref": "#/$defs/node"}
+NODE: Schema = {"$ref": "#/definitions/node"}
 _NODES: Schema = {"type": "array", "items": NODE, "minItems": 1}
 _COUNT: Schema = {"anyOf": [{"type": "integer", "minimum": 1}, REFERENCE]}
 _PAUSE = given(Kind.DURATION)
-_A_KEY: Schema = {"patternProperties": {f"^{IDENTIFIER.pattern}$": {"$ref": "#/$defs/any"}}}
+_A_KEY: Schema = {"patternProperties": {f"^{IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
 
 KIND_VALUES: dict[str, Schema] = {
     "sequence": _NODES,
     "selector": _NODES,
     "parallel": _NODES,
     "if": {"anyOf": [EXPRESSION, NODE]},
-    "switch": {"$ref": "#/$defs/any"},
+    "switch": {"$ref": "#/definitions/any"},
     "retry": _COUNT,
     "repeat": _COUNT,
     "timeout": _PAUSE,
@@ -68,6 +80,10 @@ MODIFIER_TEXTS: dict[str, str] = {
 }
 """Modifier -> what it does."""
 
+_POLICIES = {
+    "all": "succeeds when all have succeeded, fails at the first failure",
+    "any": "succeeds at the first success, fails when all have failed",
+}
 _NEEDED = {**dict.fromkeys(MODIFIERS["do"], "do"), "if": "then", "switch": "cases"}
 """Kind key -> the modifier that it cannot be without."""
 
@@ -91,28 +107,46 @@ class NodeSchemas:
         self._missions = sorted(missions, key=lambda mission: mission.name)
         self._labels = labels
 
+    def code(self) -> Schema:
+        """The schema of a code: one that is known, or one of the author's own."""
+        return {"anyOf": [words(self._codes()), NAME]}
+
     def node(self) -> Schema:
         """The schema of a node."""
-        kinds = [*NODE_KINDS, *self._declarations]
+        properties = {**self._kinds(), **self._skills(), **self._modifiers()}
+        # A word that is not known is said to be unknown, and nothing else is made of it.
+        known: Schema = {"propertyNames": {"enum": list(properties)}}
         return {
             "title": "a node",
             "type": "object",
-            "properties": {**self._kinds(), **self._skills(), **self._modifiers()},
+            "properties": properties,
             "additionalProperties": False,
-            "oneOf": [{"required": [kind]} for kind in kinds],
-            "allOf": [*self._rules(), *self._skill_rules(), *self._call_rules()],
+            "allOf": [
+                *self._one_kind(known),
+                *self._rules(known),
+                *self._skill_rules(),
+                *self._call_rules(),
+            ],
         }
 
+    def _one_kind(self, known: Schema) -> Iterable[Schema]:
+        kinds = [{"required": [kind]} for kind in (*NODE_KINDS, *self._declarations)]
+        none, one = {"not": {"anyOf": kinds}}, {"oneOf": kinds}
+        yield {"if": where(known, none), "then": refused("a node needs a kind, or the name of a skill")}
+        several = where({"anyOf": kinds}, {"not": one})
+        message = "a node has one kind only: several nodes stand in a list, each behind a dash"
+        yield {"if": several, "then": refused(message)}
+
     def _kinds(self) -> dict[str, Schema]:
-        names = [mission.name for mission in self._missions]
-        run: Schema = {"anyOf": [{"enum": names}, NAME]} if names else NAME
+        missions = {mission.name: mission.description or "a mission" for mission in self._missions}
+        run: Schema = {"anyOf": [words(missions), NAME]} if missions else NAME
         values = {**KIND_VALUES, "run": run}
         return {kind: {"description": text, **values[kind]} for kind, text in NODE_KINDS.items()}
 
     def _skills(self) -> dict[str, Schema]:
         schemas = {}
         for name, skill in self._declarations.items():
-            schema = table(skill.inputs, self._labels)
+            schema = table(name, skill.inputs, self._labels)
             if "required" not in schema:
                 schema["type"] = ["object", "null"]
             about = skill.summary.rstrip(".")
@@ -124,8 +158,8 @@ class NodeSchemas:
         return schemas
 
     def _modifiers(self) -> dict[str, Schema]:
-        codes = {*COMMON_CODES, *TREE_CODES}.union(*(skill.failures for skill in self._declarations.values()))
-        code: Schema = {"anyOf": [{"enum": sorted(codes)}, NAME]}
+        codes = self._codes()
+        code: Schema = {"$ref": "#/definitions/code"}
         values: dict[str, Schema] = {
             "name": TEXT,
             "when": EXPRESSION,
@@ -136,7 +170,7 @@ class NodeSchemas:
                     TEXT,
                     {
                         "type": "object",
-                        "properties": dict.fromkeys(sorted(codes), TEXT),
+                        "properties": {name: {**TEXT, "description": about} for name, about in codes.items()},
                         "additionalProperties": TEXT,
                         "propertyNames": NAME,
                     },
@@ -150,7 +184,7 @@ class NodeSchemas:
             "default": NODE,
             "on": {"anyOf": [code, {"type": "array", "items": code}]},
             "attempt": NAME,
-            "memory": {"type": "boolean", "default": True},
+            "memory": {"type": "boolean", "default": True, "errorMessage": "true or false"},
             "policy": _policy(),
             "code": code,
             "with": {"type": ["object", "null"], **_A_KEY, "additionalProperties": False},
@@ -158,14 +192,23 @@ class NodeSchemas:
         }
         return {name: {"description": text, **values[name]} for name, text in MODIFIER_TEXTS.items()}
 
+    def _codes(self) -> dict[str, str]:
+        """Every code with what it means."""
+        declared = (skill.failures.items() for skill in self._declarations.values())
+        known = {code: about for failures in declared for code, about in failures}
+        return dict(sorted({**known, **COMMON_CODES, **TREE_CODES}.items()))
+
     # ---- what goes together ---------------------------------------------------------------------------
 
-    def _rules(self) -> Iterable[Schema]:
+    def _rules(self, known: Schema) -> Iterable[Schema]:
         for modifier, owners in MODIFIERS.items():
             kinds = [
                 kind for owner in owners for kind in ([owner] if owner in NODE_KINDS else self._declarations)
             ]
-            yield _rule(modifier, {"anyOf": [{"required": [kind]} for kind in kinds]})
+            elsewhere: Schema = {"not": {"anyOf": [{"required": [kind]} for kind in kinds]}}
+            message = f"{modifier!r} belongs to {' and '.join(owners)}"
+            then: Schema = {"properties": {modifier: False}, "errorMessage": message}
+            yield {"if": where({"required": [modifier]}, known, elsewhere), "then": then}
         for kind, modifier in _NEEDED.items():
             yield _rule(kind, {"required": [modifier]})
 
@@ -175,11 +218,11 @@ class NodeSchemas:
 
     def _call_rules(self) -> Iterable[Schema]:
         for mission in self._missions:
-            inputs = table(mission.inputs, self._labels)
+            inputs = table(mission.name, mission.inputs, self._labels)
             then: Schema = {"properties": {"with": inputs, "out": targets(mission.outputs)}}
             if "required" in inputs:
-                then["required"] = ["with"]
-            called = {"required": ["run"], "properties": {"run": {"const": mission.name}}}
+                then = where(then, {"required": ["with"]})
+            called = where({"required": ["run"]}, {"properties": {"run": {"const": mission.name}}})
             yield {"if": called, "then": then}
 
 
@@ -195,4 +238,5 @@ def _policy() -> Schema:
         "required": [POLICY_KEYS[0]],
         "additionalProperties": False,
     }
-    return {"anyOf": [{"enum": list(POLICIES)}, {"type": "array", "items": TEXT, "minItems": 1}, counted]}
+    named = words({each: _POLICIES[each] for each in POLICIES})
+    return {"anyOf": [named, {"type": "array", "items": TEXT, "minItems": 1}, counted]}

@@ -8,23 +8,25 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.trees.kinds import IDENTIFIER
-from florence_bt.trees.quantities import UNITS, example_of, format_value
+from florence_bt.trees.quantities import UNITS, example_of, format_value, with_article
 
 Schema = dict[str, Any]
 
 NAME: Schema = {"type": "string", "pattern": f"^{IDENTIFIER.pattern}$"}
 TEXT: Schema = {"type": ["string", "number", "boolean"]}
 """A text; one without quotes may look like a number."""
-EXPRESSION: Schema = {"$ref": "#/$defs/expression"}
-REFERENCE: Schema = {"$ref": "#/$defs/reference"}
+EXPRESSION: Schema = {"$ref": "#/definitions/expression"}
+REFERENCE: Schema = {"$ref": "#/definitions/reference"}
 
 _NUMBER = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?"
+
+_REFERENCE = rf"\$({IDENTIFIER.pattern}|\{{[\s\S]+\}})"
 
 DEFINITIONS: dict[str, Schema] = {
     "reference": {
         "title": "a key, or an expression",
         "type": "string",
-        "pattern": rf"^\$({IDENTIFIER.pattern}|\{{[\s\S]+\}})$",
+        "pattern": f"^{_REFERENCE}$",
         "examples": ["$key", "${$distance + 0.5 m}"],
     },
     "expression": {
@@ -36,12 +38,12 @@ DEFINITIONS: dict[str, Schema] = {
     },
     "any": {
         "title": "a value",
-        "anyOf": [TEXT, {"$ref": "#/$defs/pose"}],
+        "anyOf": [TEXT, {"$ref": "#/definitions/pose"}],
     },
     "pose": {
         "title": "a pose in the frame of the map",
         "type": "object",
-        "properties": {axis: {"$ref": f"#/$defs/{kind}"} for axis, kind in
+        "properties": {axis: {"$ref": f"#/definitions/{kind}"} for axis, kind in
                        (("x", "length"), ("y", "length"), ("yaw", "angle"))},
         "required": ["x", "y", "yaw"],
         "additionalProperties": False,
@@ -62,15 +64,33 @@ def literal(kind: Kind) -> Schema:
         case Kind.NUMBER:
             return {"type": "number"}
         case Kind.POSE:
-            return {"$ref": "#/$defs/pose"}
+            return {"$ref": "#/definitions/pose"}
+    return _quantity(kind)
+
+
+def _quantity(kind: Kind, *others: str) -> Schema:
+    """A number with its unit, or a text of another pattern; only 0 needs no unit.
+
+    One pattern: of several alternatives editors tell only the types.
+    """
     units = "|".join(re.escape(unit) for unit in UNITS[kind])
-    quantity = {"type": "string", "pattern": rf"^{_NUMBER}\s*({units})$", "examples": [example_of(kind)]}
-    return {"anyOf": [quantity, {"const": 0}]}
+    message = f"{with_article(kind)} is a number with its unit ({', '.join(UNITS[kind])}): {example_of(kind)}"
+    patterns = "|".join((rf"{_NUMBER}\s*({units})", *others))
+    written = {
+        "type": "string",
+        "pattern": f"^({patterns})$",
+        "examples": [example_of(kind)],
+        "errorMessage": message,
+    }
+    return {"anyOf": [written, {"const": 0, "errorMessage": message}]}
 
 
 def value(kind: Kind) -> Schema:
     """A value of a kind: written out, a key, or an expression."""
-    return {"title": f"{kind.value}, such as {example_of(kind)}", "anyOf": [literal(kind), REFERENCE]}
+    title = f"{kind.value}, such as {example_of(kind)}"
+    if kind in UNITS:
+        return {"title": title, **_quantity(kind, _REFERENCE)}
+    return {"title": title, "anyOf": [literal(kind), REFERENCE]}
 
 
 def definitions() -> dict[str, Schema]:
@@ -81,7 +101,7 @@ def definitions() -> dict[str, Schema]:
 
 def given(kind: Kind) -> Schema:
     """A reference to the schema of a value of a kind."""
-    return {"$ref": f"#/$defs/{'a_pose' if kind is Kind.POSE else kind.value}"}
+    return {"$ref": f"#/definitions/{'a_pose' if kind is Kind.POSE else kind.value}"}
 
 
 def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
@@ -121,10 +141,12 @@ def _about(port: Port) -> str:
     return "; ".join(parts)
 
 
-def table(ports: Mapping[str, Port], labels: Mapping[str, Iterable[str]]) -> Schema:
-    """A table of inputs."""
+def table(owner: str, ports: Mapping[str, Port], labels: Mapping[str, Iterable[str]]) -> Schema:
+    """A table of inputs of a skill or a mission."""
     required = [name for name, each in ports.items() if each.required]
     schema: Schema = {
+        "title": f"inputs of {owner}",
+        "description": f"the inputs of {owner}",
         "type": "object",
         "properties": {name: port(each, labels) for name, each in ports.items()},
         "additionalProperties": False,
@@ -132,6 +154,24 @@ def table(ports: Mapping[str, Port], labels: Mapping[str, Iterable[str]]) -> Sch
     if required:
         schema["required"] = required
     return schema
+
+
+def words(texts: Mapping[str, str]) -> Schema:
+    """One of some words, each with what it means; editors show that when they offer them."""
+    return {"enum": list(texts), "enumDescriptions": list(texts.values())}
+
+
+def where(*conditions: Schema) -> Schema:
+    """What must hold for a rule to count.
+
+    One by one: editors take a schema with ``properties`` and ``required`` for something to offer.
+    """
+    return conditions[0] if len(conditions) == 1 else {"allOf": list(conditions)}
+
+
+def refused(message: str) -> Schema:
+    """What nothing fits, with the reason for editors."""
+    return {"type": "null", "errorMessage": message}
 
 
 def targets(ports: Mapping[str, Port]) -> Schema:

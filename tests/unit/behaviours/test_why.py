@@ -37,6 +37,21 @@ def test_selector_points_to_the_last_child_and_tells_why_the_others_failed(clock
     assert explain(run(clock, build)) == Why("root/c", "failed", reason)
 
 
+def test_selector_says_a_reason_that_several_branches_share_only_once(clock):
+    def build(c):
+        return Selector("root", True, [Fail("a", c, "same"), Fail("b", c, "same"), Fail("c", c, "last")])
+
+    assert explain(run(clock, build)).reason == "last (before that, a, b: same)"
+
+
+def test_selector_does_not_repeat_the_reason_of_its_last_branch(clock):
+    def build(c):
+        branches = [Fail("a", c, "nobody"), Fail("b", c, "shut"), Fail("c", c, "nobody")]
+        return Selector("root", True, branches)
+
+    assert explain(run(clock, build)).reason == "nobody (before that, a too; b: shut)"
+
+
 def test_parallel_points_to_the_child_that_failed(clock):
     def build(c):
         return Parallel("root", ParallelPolicy.SuccessOnAll(), [Succeed("a"), Fail("b", c, "no b")])

@@ -10,7 +10,7 @@ from florence_bt.drivers.hokuyo.codec import check_sum
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
-from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
 from florence_bt.drivers.hokuyo.start_up import Sensor
 from florence_bt.drivers.hokuyo.stream import plan_measurement
 
@@ -191,3 +191,17 @@ def test_the_frequency_window() -> None:
     assert not is_off(10.4, 10.0)
     assert is_off(9.4, 10.0)
     assert is_off(10.6, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("how", "rate"),
+    [
+        ({"port": "/dev/ttyUSB0"}, 115200),
+        ({"port": "/dev/ttyUSB0", "baud_rate": 19200}, 19200),
+        ({"port": "/dev/ttyUSB0", "baud_rate": 230400}, None),  # no sensor knows it
+        ({"port": "/dev/ttyACM0"}, None),
+        ({"ip_address": "192.168.0.10"}, None),
+    ],
+)
+def test_which_lines_have_a_speed(how: dict[str, object], rate: int | None) -> None:
+    assert HokuyoPortParameters(**how).line_rate == rate  # type: ignore[arg-type]

@@ -48,7 +48,8 @@ def test_names_heads_and_contents(tmp_path: Path) -> None:
 
 
 def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
-    RecordingWriter(tmp_path).close()
+    with RecordingWriter(tmp_path) as writer:
+        writer.add(DepthFrame(320, 240, 100.0, pack_11_bit(RAW)), 12.5)
     with pytest.raises(ConfigError, match="already"):
         RecordingWriter(tmp_path)
     (tmp_path / "file").write_text("")

@@ -68,6 +68,23 @@ def test_a_name_that_nobody_knows() -> None:
     port.close()
 
 
+def test_a_name_with_both_kinds_of_addresses(server: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+    number = server.getsockname()[1]
+    found = [
+        (socket.AF_INET6, socket.SOCK_STREAM, 6, "", ("::1", number, 0, 0)),
+        (socket.AF_INET, socket.SOCK_STREAM, 6, "", ("127.0.0.1", number)),
+    ]
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_how: found)
+    port = TcpPort("laser", number)
+    port.write(b"QT\n")
+    assert port.read(5.0) == b""
+    peer, _ = server.accept()
+    with peer:
+        peer.settimeout(10.0)
+        assert peer.recv(100) == b"QT\n"
+    port.close()
+
+
 def test_writing_without_an_end_is_noticed(server: socket.socket) -> None:
     port = opened(server)
     with pytest.raises(DeviceTimeout):

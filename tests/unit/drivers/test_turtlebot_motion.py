@@ -132,6 +132,41 @@ def test_drive_control_forgets_a_held_command_and_an_old_one() -> None:
     assert control.take(0.81, None, enabled=True) == stop  # 0.6 s are over
 
 
+def test_a_flood_of_commands_does_not_fill_the_line() -> None:
+    """1000 different commands a second: 57600 baud carry 5760 bytes."""
+    control = DriveControl(PLAIN, timeout_s=0.6)
+    sent = []
+    for millisecond in range(1000):
+        now = millisecond / 1000.0
+        control.command(Twist2(0.1 + millisecond / 10_000.0, 0.0), now)
+        if data := control.take(now, None, enabled=True):
+            sent.append(now)
+        assert now < control.due <= now + 0.034
+    assert sent[0] == 0.0
+    assert 60 <= len(sent) <= 70
+    control.command(Twist2(0.0, 0.0), 0.9995)
+    assert control.take(0.9995, None, enabled=True) == codec.drive_direct(0, 0)  # a stop does not wait
+    assert data == b""
+
+
+def test_the_newest_command_waits_for_its_turn() -> None:
+    control = DriveControl(PLAIN, timeout_s=0.6)
+    control.command(Twist2(0.1, 0.0), 0.0)
+    control.take(0.0, None, enabled=True)
+    control.command(Twist2(0.2, 0.0), 0.005)
+    assert control.take(0.005, None, enabled=True) == b""
+    assert control.due == pytest.approx(0.015)
+    assert control.take(control.due, None, enabled=True) == codec.drive_direct(200, 200)
+
+
+def test_a_clock_that_is_set_back_stops_the_base() -> None:
+    control = DriveControl(PLAIN, timeout_s=0.6)
+    control.command(Twist2(0.1, 0.0), 1000.0)
+    control.take(1000.0, None, enabled=True)
+    assert control.take(400.0, None, enabled=True) == codec.drive_direct(0, 0)
+    assert control.due == pytest.approx(400.0, abs=0.04)
+
+
 @pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
 def test_a_command_that_is_no_number_stops(wrong: float) -> None:
     control = DriveControl(PLAIN, timeout_s=0.6)

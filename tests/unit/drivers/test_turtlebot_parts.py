@@ -10,6 +10,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.turtlebot._script import Script, Step
 from florence_bt.drivers.turtlebot.charging import PATIENCE_S, PAUSE_S, ChargeWatch, needs_reset
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
@@ -18,6 +19,7 @@ from florence_bt.drivers.turtlebot.encoders import EncoderTravel, ticks_between
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters
 from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
 from florence_bt.drivers.turtlebot.hazards import StopReason, contact, hold_forward
+from florence_bt.drivers.turtlebot.obedience import Obedience
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheel_joints import NAMES, WheelJoints
 from florence_bt.drivers.turtlebot.wheels import (
@@ -46,6 +48,48 @@ def test_travel_of_the_encoders() -> None:
     assert (distance, angle) == pytest.approx((0.444565, 0.0))
     distance, angle = travel.update(464, 1200)
     assert angle == pytest.approx(100 * 0.000444565 / 0.235)
+
+
+def test_counters_that_begin_anew_are_no_motion() -> None:
+    travel = EncoderTravel(0.000444565, 0.235)
+    travel.update(1000, 65000)
+    assert travel.update(0, 0) == (0.0, 0.0)  # the base was switched off and on
+    assert travel.update(10, 10)[0] == pytest.approx(10 * 0.000444565)
+    assert travel.update(0, 0)[0] == pytest.approx(-10 * 0.000444565)  # it rolled back
+
+
+# -- waits, and whether the base obeys ---------------------------------------------------------------------
+
+
+def test_a_clock_that_is_set_back_does_not_stretch_a_wait() -> None:
+    script = Script()
+    script.begin([Step(b"a", 0.5), Step(b"b", 0.5), Step(b"c")], 1000.0)
+    assert script.take(1000.0) == b"a"
+    assert script.take(10.0) == b""
+    assert script.due == pytest.approx(10.5)
+    assert script.take(10.5) == b"b"
+    assert script.take(11.0) == b"c"
+    assert not script.busy
+
+
+def test_obedience() -> None:
+    def said(left: int, right: int) -> SensorState:
+        return SensorState(requested_left_velocity=left * 1e-3, requested_right_velocity=right * 1e-3)
+
+    watch = Obedience()
+    watch.look(said(7, 7), 0.0)  # nothing was sent: somebody else may have driven it
+    for step in range(100):
+        watch.sent(WheelSpeeds(step, -step), step / 50.0)
+        watch.look(said(max(0, step - 3), -max(0, step - 3)), step / 50.0)  # it answers a little later
+        assert not watch.lost
+    for step in range(100, 200):
+        watch.sent(WheelSpeeds(0, 0), step / 50.0)
+        watch.look(said(96, -96), step / 50.0)
+        assert not watch.lost or step > 190
+    watch.look(said(96, -96), 4.1)
+    assert watch.lost
+    watch.look(said(0, 0), 4.2)
+    assert not watch.lost
 
 
 # -- wheels --------------------------------------------------------------------------------------------------
@@ -123,7 +167,7 @@ def test_the_charge_watch_is_patient_and_does_not_nag() -> None:
 # -- gyro ----------------------------------------------------------------------------------------------------
 
 
-def test_the_gyro_watch_looks_at_straight_driving_only() -> None:
+def test_the_gyro_watch_looks_for_drift_in_straight_driving_only() -> None:
     def found(gyro: float, wheels: float, limit: float = 0.2, seconds: float = 3.1) -> bool:
         watch = GyroWatch(limit)
         return any(watch.disagrees(0.015 * n, gyro, 0.015 * wheels) for n in range(round(seconds / 0.015)))
@@ -135,6 +179,9 @@ def test_the_gyro_watch_looks_at_straight_driving_only() -> None:
     assert not found(5.0, 0.0, limit=0.0)
     assert not found(0.5, 0.0, seconds=2.0)  # wheels that slip for a while
     assert found(3.5, 0.0, seconds=0.6)  # no power: nothing turns like that
+    assert found(3.5, 0.3, seconds=0.6)
+    assert found(3.5, -1.0, seconds=0.6)
+    assert not found(3.9, 2.0, seconds=3.1)  # it may be the scale
 
 
 def test_a_gap_begins_a_new_window() -> None:

@@ -24,10 +24,17 @@ class FakeServer:
 
     def __init__(self, there: bool = True) -> None:
         self.there = there
+        self.twins = 1
         self.sent: list[str] = []
 
     def server_is_there(self) -> bool:
         return self.there
+
+    def goals_server_is_there(self) -> bool:
+        return self.there
+
+    def servers(self) -> int:
+        return self.twins
 
     def send_goal(self) -> None:
         self.sent.append("goal")
@@ -323,3 +330,14 @@ def test_changes_are_told() -> None:
 def test_deadlines_must_be_above_zero(name: str) -> None:
     with pytest.raises(ConfigError, match=name):
         Deadlines(**{name: 0.0})
+
+
+@pytest.mark.parametrize("end", ["finished", "rejected"])
+def test_two_servers_of_one_name_are_both_told_to_stop(end: str) -> None:
+    """Each is sent the goal; the answer that comes first counts, and the other one must not work on."""
+    clock, server, run = begin()
+    server.twins = 2
+    apply(end, clock, run)
+    assert run.poll() is not None and server.sent == ["goal", "cancel"] and not run.goal_open
+    clock.advance(GIVE_UP_S)
+    assert server.sent == ["goal", "cancel"]

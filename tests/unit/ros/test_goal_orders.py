@@ -28,6 +28,7 @@ class World:
     def __init__(self, there: bool = True, refusals: int = 0) -> None:
         self.clock = ManualClock(100.0)
         self.alive = True
+        self.life, self.first_seen = 1, 0
         self.in_sight = there
         self.left = False
         self.beyond_us = False
@@ -41,6 +42,15 @@ class World:
 
     def server_is_there(self) -> bool:
         return self.alive and self.in_sight
+
+    def goals_server_is_there(self) -> bool:
+        if not self.server_is_there():
+            return False
+        self.first_seen = self.first_seen or self.life
+        return self.life == self.first_seen
+
+    def servers(self) -> int:
+        return int(self.server_is_there())
 
     def send_goal(self) -> None:
         self.goal = "on its way"
@@ -119,6 +129,13 @@ class World:
         self.goal = "gone"
         self.stops_waiting = 0
 
+    def on_restarts(self) -> None:
+        """A server of the same name that knows nothing of the goal; discovery may have missed the change."""
+        self.alive = self.in_sight = True
+        self.life += 1
+        self.goal = "gone"
+        self.stops_waiting = 0
+
     def on_hides(self) -> None:
         self.in_sight = False
 
@@ -167,7 +184,7 @@ def check(events: tuple[str, ...], world: World) -> None:
 
 NAMED = ("send", "accept", "reject", "feedback", "result", "cancel", "dies", "shut_down")
 """The events that the project's own promise names."""
-ALL = (*NAMED, "accept_unheard", "hides", "wait", "long_wait")
+ALL = (*NAMED, "accept_unheard", "hides", "restarts", "wait", "long_wait")
 
 
 def test_every_order_of_the_named_events() -> None:
@@ -182,6 +199,16 @@ def test_every_order_of_some_of_all_events(there: bool, refusals: int) -> None:
     for length in range(5):
         for events in itertools.permutations(ALL, length):
             check(events, World(there, refusals))
+
+
+def test_a_server_started_anew_is_noticed_before_the_deadline_of_the_result() -> None:
+    """The name is in sight all the time: only that it is another server tells that the goal is gone."""
+    world = World()
+    for event in ("accept", "wait", "restarts"):
+        world.happen(event)
+    world.clock.advance(DEADLINES.lost_s + 0.5)
+    result = world.run.poll()
+    assert result is not None and result.code == "server_lost"
 
 
 def test_the_model_can_leave_an_orphan() -> None:

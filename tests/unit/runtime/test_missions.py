@@ -11,9 +11,10 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.missions import MissionFolders
+from florence_bt.runtime.missions import READINGS, MissionFolders
 from florence_bt.runtime.run import Policy, Request, RunIds, RunStatus
 from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.trees.loader import MissionLibrary
 
 SPEAK = SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})
 
@@ -131,11 +132,14 @@ def test_a_deleted_file_that_somebody_calls_stays_in_force(home):
         home.executor.trigger(Request("visit"))
 
 
-def test_a_new_file_with_errors_is_refused_and_disturbs_nobody(home):
-    home.write("wrong", "speek: {text: x}")
+@pytest.mark.parametrize(
+    ("tree", "told"), [("speek: {text: x}", "speek"), ("speak: {text: x", r"wrong\.yaml:")]
+)
+def test_a_new_file_with_errors_is_refused_and_disturbs_nobody(home, tree, told):
+    home.write("wrong", tree)
     report = home.executor.reload()
-    assert not report.ok and "speek" in report.broken["wrong"]
-    with pytest.raises(ConfigError, match="speek"):
+    assert not report.ok and re.search(told, report.broken["wrong"]) and "cannot run" in report.text()
+    with pytest.raises(ConfigError, match=told):
         home.executor.trigger(Request("wrong"))
     assert home.run().status is RunStatus.SUCCEEDED
 
@@ -194,3 +198,77 @@ def test_a_folder_that_is_gone_changes_nothing_and_is_said(home):
     assert home.run().status is RunStatus.SUCCEEDED
     home.folder.with_name("elsewhere").rename(home.folder)
     assert not report.ok
+
+
+def rewrite_in_place(file, old, new):
+    """Change a text as a script does, within one step of the file system's clock: no new stamp."""
+    stat = file.stat()
+    text = file.read_text()
+    assert len(old) == len(new) and old in text
+    file.write_text(text.replace(old, new))
+    os.utime(file, ns=(stat.st_mtime_ns, stat.st_mtime_ns))
+
+
+def folders_that_are_edited_while_they_are_read(folder, edits, **options):
+    """Missions of a folder; the next edit is made right after each reading, while there are edits left."""
+
+    def load():
+        library = MissionLibrary.load([folder], built_in=False)
+        if edits:
+            edits.pop(0)()
+        return library
+
+    return MissionFolders(load, {"speak": SPEAK}, **options)
+
+
+def test_a_broken_text_that_is_written_while_the_file_is_read_does_not_pass_as_no_edit(home):
+    file, edits = home.folder / "greet.yaml", []
+    missions = folders_that_are_edited_while_they_are_read(home.folder, edits)
+    home.write("greet", "speak: {text: good}")
+    edits.append(lambda: home.write("greet", "speek: {text: good}"))
+    assert "stays in force" in missions.refresh().held["greet"]
+    assert not missions.library.get("greet").findings and missions.note_about("greet")
+    file.write_text(file.read_text().replace("speek", "speak"))
+    assert missions.refresh().changed == ("greet",) and missions.note_about("greet") == ""
+
+
+def test_a_text_that_is_written_while_the_folder_is_read_for_the_first_time_counts(home):
+    edits = [lambda: home.write("greet", "speak: {text: later}")]
+    missions = folders_that_are_edited_while_they_are_read(home.folder, edits)
+    assert "later" in repr(missions.library.get("greet"))
+    assert missions.refresh().text() == "nothing has changed"
+
+
+def test_files_that_never_hold_still_keep_the_versions_of_before_and_say_so(home):
+    edits = []
+    missions = folders_that_are_edited_while_they_are_read(home.folder, edits)
+    home.write("greet", "speak: {text: one}")
+    edits += [lambda: home.write("greet", "speak: {text: two}")] * READINGS
+    report = missions.refresh()
+    assert not report.ok and "being written" in report.text()
+    assert missions.refresh().changed == ("greet",)
+
+
+@pytest.mark.parametrize("age_s", [0.0, 1.0, -5.0], ids=["now", "just now", "the clock was set back"])
+def test_a_second_edit_within_one_step_of_the_file_systems_clock_is_seen(home, age_s):
+    now = home.stamp + 3 + int(age_s * 1e9)
+    missions = folders_that_are_edited_while_they_are_read(home.folder, [], date_ns=lambda: now)
+    home.write("greet", "speak: {text: one}")
+    assert missions.refresh().changed == ("greet",)
+    rewrite_in_place(home.folder / "greet.yaml", "one", "two")
+    assert missions.refresh().changed == ("greet",)
+    assert missions.refresh().text() == "nothing has changed"
+
+
+def test_hidden_files_and_links_that_lead_nowhere_disturb_nobody(home):
+    # What Emacs leaves beside a file that is being edited.
+    (home.folder / ".#greet.yaml").symlink_to("anna@home.4711:1700000000")
+    (home.folder / "._visit.yaml").write_bytes(bytes(100))
+    home.write("greet", "speak: {text: good day}")
+    home.run()
+    assert home.said == ["good day"] and home.executor.reload().ok
+    (home.folder / "lost.yaml").symlink_to("nowhere")
+    again = MissionFolders.of([home.folder], {"speak": SPEAK}, built_in=False)
+    assert again.library.names() == ["greet", "visit"] and "lost" in again.library.unreadable()
+    report = home.executor.reload()
+    assert "lost" in report.text() and home.run().status is RunStatus.SUCCEEDED

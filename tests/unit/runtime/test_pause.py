@@ -190,6 +190,21 @@ def test_a_second_pause_takes_back_a_resume_that_has_not_come_into_effect(bench)
     bench.executor.pause("no, stay")
     bench.clock.advance(60.0)
     assert run.status is RunStatus.PAUSED and run.paused == "no, stay"
+    assert [event.data["reason"] for event in bench.events if event.kind is EventKind.PAUSED] == [
+        "wait",
+        "no, stay",
+    ]
+
+
+def test_a_run_that_is_paused_twice_keeps_its_first_reason(bench):
+    run = bench.executor.trigger(Request("drive_once", {"way": "3 m"}))
+    bench.clock.advance(0.5)
+    bench.executor.pause("a visitor")
+    assert bench.executor.pause("florence pause") is run
+    assert run.paused == "a visitor" and kinds(bench).count(EventKind.PAUSED) == 1
+    bench.executor.resume()
+    bench.clock.advance(5.0)
+    assert run.status is RunStatus.SUCCEEDED
 
 
 @pytest.mark.parametrize("cancel_takes", [0.0, 0.7])
@@ -306,29 +321,6 @@ def test_a_skill_that_breaks_at_the_restart_fails_the_run(bench):
     bench.executor.resume()
     bench.clock.advance(1.0)
     assert run.status is RunStatus.FAILED and run.code == "internal_error"
-
-
-def test_the_override_stops_all_and_blocks_until_it_is_released(bench):
-    first = bench.executor.trigger(Request("drive_once"))
-    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
-    bench.clock.advance(1.0)
-    bench.executor.override("Anna took the joystick")
-    assert bench.drive.active == 0
-    bench.clock.advance(1.0)
-    assert (first.status, second.status) == (RunStatus.STOPPED, RunStatus.STOPPED)
-    assert "manual override: Anna" in first.reason and "manual override" in second.reason
-    with pytest.raises(RequestRefused, match=r"manual override is on \(Anna took the joystick\).*release"):
-        bench.executor.trigger(Request("drive_once"))
-    assert bench.executor.release() and not bench.executor.release()
-    bench.executor.trigger(Request("drive_once"))
-
-
-def test_releasing_the_override_lifts_no_other_block(bench):
-    bench.executor.override("hands off")
-    bench.executor.block("shutdown", "shutting down")
-    bench.executor.release()
-    with pytest.raises(RequestRefused, match="shutting down"):
-        bench.executor.trigger(Request("drive_once"))
 
 
 def test_the_queue_is_bounded(bench):

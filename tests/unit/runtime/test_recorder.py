@@ -13,7 +13,7 @@ from florence_bt.runtime import recorder as recorder_module
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecorder, read_record
-from florence_bt.runtime.run import Request
+from florence_bt.runtime.run import Policy, Request
 from florence_bt.runtime.status import status_text
 from florence_bt.testing.mocks import Step
 
@@ -37,6 +37,17 @@ def test_a_run_leaves_tree_and_result(bench, tmp_path):
     assert (result["status"], result["outputs"], result["caller"]) == ("SUCCEEDED", {"pay": 7}, "test")
     assert result["run_id"] == run.run_id
     assert [record.folder for record in done] == [folder]
+
+
+def test_a_run_that_only_waited_leaves_its_end_and_nothing_to_draw(bench, tmp_path):
+    done = []
+    recorder = RunRecorder(bench.executor, tmp_path, bench.clock, lambda: None, done.append)
+    bench.executor.trigger(Request("drive_once"))
+    waiting = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    bench.executor.stop_all("enough")
+    bench.clock.advance(10.0)
+    result = json.loads((recorder.folder_of(waiting.run_id) / "result.json").read_text())
+    assert result["status"] == "STOPPED" and len(done) == 1
 
 
 def test_the_path_is_noted_from_start_to_end_and_no_longer(bench, tmp_path):

@@ -2,154 +2,21 @@
 
 from __future__ import annotations
 
-import random
-import sqlite3
-
 import pytest
 
-from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import Event, RunState
-from florence_bt.runtime.executor import Executor, RequestRefused
-from florence_bt.runtime.journal import Journal, JournalReader
-from florence_bt.runtime.missions import MissionFolders
-from florence_bt.runtime.recovery import MAX_IN_A_ROW, SAFE_LIMIT_S, Recovery
-from florence_bt.runtime.run import Policy, Request, RunIds, RunStatus
-from florence_bt.testing.mocks import ScriptedSkill, Step
-
-DRIVE = SkillDeclaration(
-    "drive",
-    "Drive somewhere",
-    inputs={"goal": Port(Kind.POSE, "where to")},
-    outputs={"pose": Port(Kind.POSE, "where it stopped")},
-    failures={"blocked": "something is in the way"},
-    resources=frozenset({"base"}),
-    deadline_s=30.0,
+from florence_bt.runtime.executor import RequestRefused
+from florence_bt.runtime.recovery import MAX_IN_A_ROW, SAFE_LIMIT_S
+from florence_bt.runtime.run import Policy, RunStatus
+from florence_bt.testing.mocks import Step
+from tests.unit.runtime.recovery_bench import (
+    Process,
+    crash,
+    missions,
+    trip,
 )
-SPEAK = SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})
-LOOK = SkillDeclaration("look", "Look round", outputs={"count": Port(Kind.INTEGER, "how many people")})
-
-ROUND_TRIP = """
-mission: round_trip
-description: Drives there and back, with everything on the way that has a memory.
-inputs:
-  there: {type: pose}
-outputs:
-  pose: {type: pose, description: where it stopped}
-on_restart: POLICY
-tree:
-  sequence:
-    - speak: {text: I go}
-    - retry: 3
-      on: [blocked]
-      do:
-        timeout: 20 s
-        do:
-          drive: {goal: $there}
-          out: {pose: pose}
-    - wait: 2 s
-    - parallel:
-        - look:
-          out: {count: count}
-        - succeed:
-            timeout: 1.5 s
-            do:
-              wait: 5 s
-    - selector:
-        - sequence:
-            - look:
-              out: {count: count}
-            - fail: nobody there
-        - speak: {text: "$count people"}
-    - run: home
-      with: {from: $pose}
-      out: {pose: pose}
-"""
-HOME = """
-mission: home
-description: Drives home.
-inputs:
-  from: {type: pose}
-outputs:
-  pose: {type: pose, description: where it stopped}
-tree:
-  repeat: 2
-  do:
-    drive: {goal: $from}
-    out: {pose: pose}
-"""
-
-
-THERE = {"there": "{x: 1 m, y: 2 m, yaw: 0 deg}"}
-
-
-def trip(**options):
-    return Request("round_trip", options.pop("inputs", THERE), **options)
-
-
-class Late:
-    """A clock whose timers ring a little late, each by another while, as on a real machine."""
-
-    def __init__(self, base, seed):
-        self._base = base
-        self._random = random.Random(seed)
-
-    def now(self):
-        return self._base.now()
-
-    def call_at(self, when, callback):
-        late = self._random.uniform(0.0001, 0.0015) if when > self._base.now() else 0.0
-        return self._base.call_at(when + late, callback)
-
-
-class Process:
-    """A process with an executor; it dies when nobody drives its clock any more."""
-
-    def __init__(self, folder, *, start=0.0, name="A", make_safe=None, drive=None, late=None):
-        self.clock = ManualClock(start)
-        scripts = {
-            "drive": drive
-            or [
-                Step(failure("blocked", "a chair"), after=1.0),
-                Step(success(pose=Pose2(1.0, 2.0, 0.0)), after=3.0),
-                Step(success(pose=Pose2(0.5, 0.0, 0.0)), after=3.0),
-            ],
-            "speak": [Step(after=0.5)],
-            "look": [Step(success(count=2), after=1.0)],
-        }
-        declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}
-        self.skills = {n: ScriptedSkill(d, self.clock, scripts[n]) for n, d in declarations.items()}
-        self.journal = Journal(folder / "runs")
-        missions = MissionFolders.of([folder], declarations, built_in=False)
-        clock = self.clock if late is None else Late(self.clock, late)
-        self.executor = Executor(missions, self.skills, declarations, clock, RunIds(name), log=self.journal)
-        self.told = []
-        self.recovery = Recovery(self.executor, self.journal, declarations, self.clock, self.told.append)
-        self.recovering = self.recovery.begin(make_safe)
-
-    def past(self, run_id):
-        with JournalReader(self.journal.folder) as reader:
-            return reader.run(run_id)
-
-    def all(self):
-        with JournalReader(self.journal.folder) as reader:
-            return {run.run_id: run for run in reader.runs(limit=100)}
-
-
-def missions(folder, policy):
-    (folder / "round_trip.yaml").write_text(ROUND_TRIP.strip().replace("POLICY", policy))
-    (folder / "home.yaml").write_text(HOME.strip())
-
-
-def crash(folder, at=6.0, policy="abort", **request):
-    """A process that dies on a round trip; gives the run's id."""
-    missions(folder, policy)
-    first = Process(folder)
-    run = first.executor.trigger(trip(caller="test", **request))
-    first.clock.advance(at)
-    return run.run_id
 
 
 def test_nothing_is_left_after_a_run_that_ended(tmp_path):
@@ -158,7 +25,12 @@ def test_nothing_is_left_after_a_run_that_ended(tmp_path):
     run = first.executor.trigger(trip())
     first.clock.advance(60.0)
     assert run.status is RunStatus.SUCCEEDED, run.reason
-    assert not Process(tmp_path, name="B").recovering
+    second = Process(tmp_path, name="B")
+    assert not second.recovering
+    last = second.executor.find()
+    assert last.run_id == run.run_id, "people who ask for the last run are shown it"
+    assert last.status is RunStatus.SUCCEEDED and "[+] speak" in second.executor.render(last)
+    assert second.executor.trigger(trip()).status is RunStatus.RUNNING
 
 
 def test_abort_closes_the_run_with_what_it_was_doing(tmp_path):
@@ -206,128 +78,6 @@ def test_a_mission_that_kills_its_process_is_not_restarted_for_ever(tmp_path):
     last = Process(tmp_path, name="Z")
     assert last.executor.current is None
     assert "in a row" in max(last.all().values(), key=lambda run: run.run_id).reason
-
-
-def whole_life(folder):
-    """An undisturbed round trip: the skill starts with inputs, and the outputs."""
-    missions(folder, "resume")
-    process = Process(folder)
-    run = process.executor.trigger(trip())
-    process.clock.advance(60.0)
-    assert run.status is RunStatus.SUCCEEDED
-    return {name: len(skill.runs) for name, skill in process.skills.items()}, run
-
-
-@pytest.mark.parametrize("tenth", range(0, 190, 3))
-def test_a_run_is_resumed_wherever_its_process_died(tmp_path, tenth):
-    (tmp_path / "whole").mkdir()
-    starts, whole = whole_life(tmp_path / "whole")
-    (tmp_path / "died").mkdir()
-    died_at = tenth / 10.0 + 0.05
-    missions(tmp_path / "died", "resume")
-    first = Process(tmp_path / "died")
-    run = first.executor.trigger(trip())
-    first.clock.advance(died_at)
-    if run.status.final:
-        return
-    done = {name: len(skill.runs) - skill.active for name, skill in first.skills.items()}
-    going = {name: skill.active for name, skill in first.skills.items()}
-    # The drives that are still to come in the second process.
-    script = first.skills["drive"]._script
-    drive = [script[min(done["drive"] + n, len(script) - 1)] for n in range(5)]
-    second = Process(tmp_path / "died", start=5000.0, name="B", drive=drive)
-    resumed = second.executor.current
-    assert resumed is not None, second.told
-    assert resumed.run_id == run.run_id
-    second.clock.advance(60.0)
-    assert resumed.status is RunStatus.SUCCEEDED, resumed.reason
-    assert resumed.outputs == whole.outputs
-    # What had ended is not done again; what went on is started again, once.
-    for name, count in starts.items():
-        assert len(second.skills[name].runs) == count - done[name], (name, going)
-    assert second.past(run.run_id).state == "SUCCEEDED"
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_timers_that_ring_late_do_not_keep_a_run_from_being_resumed(tmp_path, seed):
-    missions(tmp_path, "resume")
-    first = Process(tmp_path, late=seed)
-    run = first.executor.trigger(trip())
-    first.clock.advance(1.0 + 1.2 * seed)
-    second = Process(tmp_path, start=70.0, name="B", late=seed + 100)
-    assert run.status.final or second.executor.current is not None, second.told
-
-
-def test_waits_and_limits_go_on_where_they_stood(tmp_path):
-    # speak 0.5 s, drive 1 s (blocked), drive 3 s, so the wait of 2 s begins at 4.5 s: the last word of the
-    # journal. The time that passed since then is not known to anybody.
-    run_id = crash(tmp_path, at=6.0, policy="resume")
-    second = Process(tmp_path, start=900.0, name="B")
-    assert second.executor.tip() == "wait 2 s" and second.executor.current.run_id == run_id
-    second.clock.advance(1.9)
-    assert not second.skills["look"].runs
-    second.clock.advance(0.2)
-    assert second.skills["look"].active == 1
-
-
-def test_a_run_can_be_resumed_again_and_again_but_not_for_ever(tmp_path):
-    run_id = crash(tmp_path, at=2.0, policy="resume")
-    for number in range(MAX_IN_A_ROW):
-        process = Process(tmp_path, start=1000.0 * (number + 1), name=f"B{number}")
-        assert process.executor.current is not None, process.told
-        process.clock.advance(0.5)
-    last = Process(tmp_path, start=9000.0, name="Z")
-    assert last.executor.current is None and "resumed 3 times" in last.past(run_id).reason
-
-
-def test_a_run_that_was_paused_and_resumed_is_taken_up(tmp_path):
-    missions(tmp_path, "resume")
-    first = Process(tmp_path)
-    run = first.executor.trigger(trip())
-    first.clock.advance(2.0)
-    first.executor.pause("a child")
-    first.clock.advance(100.0)
-    first.executor.resume()
-    first.clock.advance(3.5)
-    second = Process(tmp_path, name="B", drive=[Step(success(pose=Pose2(0.0, 0.0, 0.0)), after=3.0)])
-    assert second.executor.current is not None, second.told
-    assert second.executor.tip() == "wait 2 s"
-    second.clock.advance(60.0)
-    assert second.past(run.run_id).state == "SUCCEEDED"
-
-
-def test_a_run_that_was_paused_stays_paused(tmp_path):
-    missions(tmp_path, "resume")
-    first = Process(tmp_path)
-    first.executor.trigger(trip())
-    first.clock.advance(2.0)
-    first.executor.pause("a child")
-    second = Process(tmp_path, name="B")
-    run = second.executor.current
-    assert run is not None and run.status is RunStatus.PAUSED and run.paused == "a child", second.told
-    second.clock.advance(50.0)
-    assert not second.skills["drive"].runs
-    second.executor.resume()
-    second.clock.advance(60.0)
-    assert run.status is RunStatus.SUCCEEDED
-
-
-def test_a_changed_mission_file_is_not_resumed(tmp_path):
-    run_id = crash(tmp_path, policy="resume")
-    file = tmp_path / "home.yaml"  # a mission that is called counts as well
-    file.write_text(file.read_text().replace("repeat: 2", "repeat: 3"))
-    second = Process(tmp_path, name="B")
-    assert second.past(run_id).state == "ABORTED" and "changed since" in second.past(run_id).reason
-
-
-def test_a_journal_that_does_not_fit_the_mission_is_not_resumed(tmp_path):
-    run_id = crash(tmp_path, policy="resume")
-    with sqlite3.connect(tmp_path / "runs" / "journal.sqlite") as connection:
-        connection.execute("UPDATE events SET inputs = '{\"text\":\"I stay\"}' WHERE skill = 'speak'")
-    connection.close()
-    second = Process(tmp_path, name="B")
-    reason = second.past(run_id).reason
-    assert second.past(run_id).state == "ABORTED" and "I stay" in reason and "I go" in reason
 
 
 def test_queued_runs_survive_in_their_order(tmp_path):

@@ -12,6 +12,10 @@ from py_trees.behaviours import Failure, Running, Success, TickCounter
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
+from florence_bt.behaviours.composites import Finally
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.parallel import CountingParallel
+from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.snapshot import NodeType, detail_of, snapshot_of, statuses, type_of
@@ -93,6 +97,16 @@ def test_a_parallel_tells_its_policy() -> None:
     parallel = Parallel("p", ParallelPolicy.SuccessOnSelected([children[1]]), children)
     assert type_of(parallel) is NodeType.PARALLEL and detail_of(parallel) == "OnSelected(1)"
     assert detail_of(Parallel("q", ParallelPolicy.SuccessOnAll(), [Success("c")])) == "OnAll"
+
+
+def test_own_composites_are_drawn_as_what_they_do() -> None:
+    both = [Success("a"), Success("b")]
+    counting = CountingParallel("p", list(both), succeed=1, fail=2)
+    assert type_of(counting) is NodeType.PARALLEL and detail_of(counting) == "Succeed(1), Fail(2)"
+    assert detail_of(CountingParallel("q", [Success("c")], succeed=1)) == "Succeed(1)"
+    context = TreeContext(ManualClock(), lambda: None, {}, {})
+    tidy = Finally("f", context, Success("d"), lambda context: Success("e"))
+    assert type_of(tidy) is NodeType.SEQUENCE
 
 
 def test_statistics_of_the_last_ten_ticks() -> None:

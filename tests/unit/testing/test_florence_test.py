@@ -7,7 +7,8 @@ from typer.testing import CliRunner
 
 from florence_bt.cli import FAILED, OK, USAGE, app
 from florence_bt.core.errors import ConfigError
-from florence_bt.wiring.scenario_runs import keyword_filter, scenario_files
+from florence_bt.testing.files import looks_like_scenarios, scenario_files
+from florence_bt.testing.keyword import keyword_filter
 
 GOOD = """\
 mission: goto_room
@@ -37,7 +38,38 @@ def test_all_passed(florence):
     done = florence("good.yaml")
     assert done.exit_code == OK
     assert done.stdout.splitlines() == ["good.yaml", "  [+] it drives", "", "1 scenario: 1 passed"]
-    assert florence("good.yaml", "--quiet").stdout.splitlines()[0:2] == ["good.yaml", ""]
+    assert florence("good.yaml", "--quiet").stdout.splitlines() == ["", "1 scenario: 1 passed"]
+
+
+def test_many_that_pass_are_not_named_each(florence, tmp_path):
+    rows = ", ".join(str(number) for number in range(26))
+    example = f"  - {{name: drive <n>, examples: {{n: [{rows}]}}, then: {{status: SUCCEEDED}}}}\n"
+    (tmp_path / "many.yaml").write_text(GOOD + example)
+    done = florence("many.yaml")
+    assert done.stdout.splitlines() == ["[+] many.yaml: 27 passed", "", "27 scenarios: 27 passed"]
+    assert "  [+] drive 25" in florence("many.yaml", "--verbose").stdout.splitlines()
+    (tmp_path / "many.yaml").write_text(BAD + example)
+    lines = florence("many.yaml").stdout.splitlines()
+    assert lines[:2] == ["[x] many.yaml: 27 passed, 1 failed", "  [x] it flies"]
+    assert florence("many.yaml", "-q").stdout.splitlines()[:2] == lines[:2]
+
+
+def test_what_holds_no_scenarios_is_left_out_of_a_folder(florence, tmp_path):
+    (tmp_path / "missions").mkdir()
+    (tmp_path / "missions" / "nap.yaml").write_text("mission: nap\ndescription: x\ntree:\n  wait: 1 s\n")
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / ".hidden" / "bad.yaml").write_text(BAD)
+    for name in ("bad", "torn"):
+        (tmp_path / f"{name}.yaml").unlink()
+    done = florence(".")
+    assert done.exit_code == OK
+    assert done.stdout.splitlines()[-2:] == [
+        "not scenarios, left out: missions/nap.yaml",
+        "1 scenario: 1 passed",
+    ]
+    done = florence("missions")
+    assert done.exit_code == USAGE and "no scenario file in 'missions'" in done.stderr
+    assert florence("missions/nap.yaml").exit_code == FAILED, "what is named itself is read"
 
 
 def test_one_failed(florence):
@@ -80,6 +112,42 @@ def test_junit(florence, tmp_path):
     assert florence("good.yaml", "--junit", tmp_path).exit_code == USAGE
 
 
+ALLOWED = {
+    "testsuites": {"name", "time", "tests", "failures", "disabled", "errors"},
+    "testsuite": {"name", "tests", "failures", "errors", "skipped", "time", "timestamp", "hostname"},
+    "testcase": {"name", "classname", "time", "file", "line", "status", "assertions"},
+    "failure": {"message", "type"},
+    "error": {"message", "type"},
+    "system-out": set(),
+}
+"""The attributes that Jenkins and GitLab know."""
+
+
+def test_junit_is_what_continuous_integration_services_read(florence, tmp_path):
+    odd = tmp_path / 'odd\x07 <&" names'
+    odd.mkdir()
+    name = r'"bell \a, escape \e, null \0, <tag> & \"quotes\", \U0001F600, line\nbreak"'
+    (odd / "a.yaml").write_text(GOOD + f"  - {{name: {name}, then: {{duration: 1 s}}}}\n")
+    assert florence(".", "--junit", "report.xml").exit_code == FAILED
+    root = ET.parse(tmp_path / "report.xml").getroot()
+    for element in root.iter():
+        assert set(element.keys()) <= ALLOWED[element.tag]
+    for suite in root:
+        cases = suite.findall("testcase")
+        assert all(case.get("name") and case.get("classname") for case in cases)
+        assert all(float(case.get("time")) >= 0.0 for case in cases)
+        assert int(suite.get("tests")) == len(cases)
+        assert int(suite.get("failures")) == len(suite.findall("testcase/failure"))
+        assert int(suite.get("errors")) == len(suite.findall("testcase/error"))
+    for total in ("tests", "failures", "errors"):
+        assert int(root.get(total)) == sum(int(suite.get(total)) for suite in root)
+    failed = next(case for suite in root for case in suite if case.find("failure") is not None)
+    assert "10 s" not in failed.find("failure").get("message")
+    assert "3 s  drive to the hotspot: SUCCESS" in failed.find("system-out").text
+    (odd_case,) = (case for case in root.iter("testcase") if case.get("name").startswith("bell"))
+    assert '<tag> & "quotes", \U0001f600' in odd_case.get("name") and "\x07" not in odd_case.get("name")
+
+
 def test_coverage_and_its_minimum(florence):
     done = florence("good.yaml", "--coverage")
     assert done.exit_code == OK and "goto_room       3/3        3/8            0/10" in done.stdout
@@ -90,6 +158,25 @@ def test_coverage_and_its_minimum(florence):
     assert done.exit_code == FAILED
     assert "the coverage is 37.5 %, below the 38 % that are asked for" in done.stdout
     assert florence("good.yaml", "--min-coverage", "101").exit_code == USAGE
+
+
+def test_missions_that_no_scenario_starts_count_as_not_covered(florence, tmp_path):
+    (tmp_path / "mine").mkdir()
+    for name in ("nap", "doze"):
+        text = f"mission: {name}\ndescription: x\ntree:\n  wait: 1 s\n"
+        (tmp_path / "mine" / f"{name}.yaml").write_text(text)
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "nap.yaml").write_text(
+        "missions: [../mine]\nmission: nap\nscenarios:\n"
+        "  - {name: a, then: {status: SUCCEEDED}}\n"
+        "  - {name: b, when: [stop], then: {status: STOPPED}}\n"
+    )
+    done = florence("cases", "--coverage")
+    assert "nap           1/1        2/2             0/0" in done.stdout
+    assert "doze          0/1        0/2             0/0" in done.stdout
+    assert "\nmine/doze.yaml:4:3: wait 1 s: was never reached\n" in done.stdout
+    assert florence("cases", "--min-coverage", "100").exit_code == FAILED
+    assert florence("cases", "--min-coverage", "100", "-k", "nap").exit_code == OK
 
 
 def test_only_some(florence):
@@ -106,11 +193,30 @@ def test_wrong_usage(florence, tmp_path, arguments):
 
 
 def test_files_of_folders_come_once_and_in_order(florence, tmp_path):
-    assert [file.name for file in scenario_files([tmp_path, tmp_path / "bad.yaml"])] == [
-        *["bad.yaml", "good.yaml", "torn.yaml"]
-    ]
-    with pytest.raises(ConfigError):
-        scenario_files([tmp_path / "none"])
+    found = scenario_files([tmp_path, tmp_path / "bad.yaml"])
+    assert [file.name for file in found.files] == ["bad.yaml", "good.yaml", "torn.yaml"]
+    assert found.left_out == ()
+    with pytest.raises(ConfigError, match="there is no file that is called like"):
+        scenario_files([tmp_path / "none*.yaml"])
+
+
+@pytest.mark.parametrize(
+    ("text", "counts"),
+    [
+        (GOOD, True),
+        ("scenario:\n  - {name: x}\n", True),
+        ("mission: nap\ngiven: {}\n", True),
+        ("a: [", False),
+        ("", False),
+        ("mission: nap\ntree:\n  wait: 1 s\n", False),
+        ("mission: nap\ntree:\n  wait: 1 s\nscenarios: []\n", True),
+        ("services:\n  web: {}\n", False),
+    ],
+)
+def test_what_counts_as_scenarios_in_a_folder(tmp_path, text, counts):
+    file = tmp_path / "some.yml"
+    file.write_text(text)
+    assert looks_like_scenarios(file) is counts
 
 
 @pytest.mark.parametrize(
@@ -121,9 +227,21 @@ def test_files_of_folders_come_once_and_in_order(florence, tmp_path):
         ("a or B", "ab"),
         ("not a", "bc"),
         ("file and not a and not b", "c"),
+        ("test a", "a"),
+        ("not (a or b)", "c"),
+        ("(a or b) and not b", "a"),
+        ("not not a", "a"),
+        ("'or'", "abc"),
         ("x", ""),
     ],
 )
 def test_the_keyword(keyword, names):
     chosen = keyword_filter(keyword)
-    assert "".join(name for name in "abc" if chosen(f"FILE::test {name.upper()}")) == names
+    assert "".join(name for name in "abc" if chosen(f"FILE for::test {name.upper()}")) == names
+
+
+@pytest.mark.parametrize("keyword", ["a and", "or", "not", "(a", "a)", "(a) b", "'a", "()"])
+def test_a_keyword_that_cannot_be_read(florence, keyword):
+    with pytest.raises(ConfigError, match="would have worked"):
+        keyword_filter(keyword)
+    assert florence("good.yaml", "-k", keyword).exit_code == USAGE

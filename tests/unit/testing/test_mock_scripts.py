@@ -62,6 +62,9 @@ def test_the_example_of_the_documentation():
         ("running forever", ["never"] * 6),
         ("FAILURE no_path always", ["no_path"] * 6),
         ("CANCELLED\nSUCCESS", ["cancelled", *["success"] * 5]),
+        ("FAILURE no_path, then SUCCESS, then again", ["no_path", "success"] * 3),
+        ("SUCCESS, FAILURE blocked twice, then again and again", ["success", "blocked", "blocked"] * 2),
+        ("SUCCESS once, again", ["success"] * 6),
     ],
 )
 def test_counts(text, expected):
@@ -102,6 +105,9 @@ def test_the_text_and_the_python_form_mean_the_same(text, reply):
         ("FAILURE no_path SUCCESS", 16, "cannot stand behind", "then SUCCESS"),
         ("SUCCESS always, FAILURE", 16, "nothing can follow", ""),
         ("FAILURE 0 times", 8, "at least once", "once"),
+        ("SUCCESS always, again", 16, "needs steps before it", "then again"),
+        ("again", 0, "needs steps before it", "then again"),
+        ("SUCCESS, again, FAILURE", 16, "nothing can follow 'again'", "then again"),
         ("SUCCESS (room", 8, "never closed", ""),
         ("SUCCESS (room kitchen)", 9, "is no output", "room=kitchen"),
         ("running 3 s saying hello, SUCCESS", 19, "in quotes", '"driving"'),
@@ -227,3 +233,18 @@ def test_a_cancel_before_a_broken_end_ends_it():
     run.cancel()
     clock.advance(5.0)
     assert run.poll().outcome is Outcome.CANCELLED
+
+
+def test_a_reply_means_something_else_to_another_skill_of_the_same_name():
+    reply = fail(203)
+    other = SkillDeclaration("drive", "Drive", failures={"lost": "x"}, server_codes={203: "lost"})
+    assert bind_reply(reply, DRIVE) is bind_reply(reply, DRIVE)
+    assert bind_reply(reply, other).result.code == "lost"
+    assert bind_reply(reply.twice(), DRIVE).result.code == "no_path"
+    assert reply == fail(203)
+
+
+@pytest.mark.parametrize("first", ["SUCCESS always", "FAILURE twice, again"])
+def test_nothing_follows_what_never_comes_to_an_end(first):
+    with pytest.raises(ConfigError, match="nothing can follow"):
+        items_of([first, succeed()])

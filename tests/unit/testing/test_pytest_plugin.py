@@ -20,6 +20,10 @@ def test_a_call_that_nobody_looked_at(florence):
         florence.run("park")
     except AssertionError:
         pass
+
+def test_a_mock_with_a_mistake(florence):
+    florence.mock("navigate_to", lambda inputs: inputs["gaol"])
+    florence.run("park").assert_failed()
 """
 LIGHT = """
 import sys
@@ -50,6 +54,7 @@ def project(tmp_path):
     (tmp_path / "missions" / "park.yaml").write_text(PARK)
     (tmp_path / "cases").mkdir()
     (tmp_path / "cases" / "parking.yaml").write_text(SCENARIOS)
+    (tmp_path / "cases" / "nap.yaml").write_text("mission: nap\ndescription: Naps.\ntree:\n  wait: 1 s\n")
     (tmp_path / "test_park.py").write_text(TESTS)
     (tmp_path / "pytest.ini").write_text(
         "[pytest]\nflorence_missions = missions\nflorence_scenarios = cases\nfilterwarnings = error\n"
@@ -82,14 +87,18 @@ def test_a_project(project):
         "test_park.py::test_a_mission_of_the_project PASSED",
         "test_park.py::test_a_failure FAILED",
         "test_park.py::test_a_call_that_nobody_looked_at ERROR",
+        "test_park.py::test_a_mock_with_a_mistake FAILED",
         "cases/parking.yaml::it parks PASSED",
         "cases/parking.yaml::it crashes FAILED",
         "cases/parking.yaml::the file can be read FAILED",
     ):
         assert line in text, text
+    assert "test_a_mock_with_a_mistake ERROR" not in text, "it is told twice"
+    assert "the mock of park raised KeyError: 'gaol' (test_park.py:" in text
     assert "cases/parking.yaml:5:31: park is SUCCEEDED, not FAILED" in text
     assert "then has no key 'statsu'" in text
     assert "park is FAILED: no way leads to the goal [no_path] at park" in text
+    assert "cases/nap.yaml" not in text, "a mission beside scenarios is none"
     assert "play.py" not in text, "pytest shows our lines instead of those of the test"
 
 
@@ -98,3 +107,10 @@ def test_a_project_that_names_no_scenarios_is_left_alone(project, tmp_path):
     (tmp_path / "test_park.py").write_text(LIGHT)
     text = project("-q", "-p", "no:hypothesispytest")
     assert "1 passed" in text and "parking.yaml" not in text, text
+
+
+@pytest.mark.parametrize("setting", ["florence_missions", "florence_scenarios"])
+def test_a_setting_that_names_nothing_is_told(project, tmp_path, setting):
+    (tmp_path / "pytest.ini").write_text(f"[pytest]\n{setting} = nowhere\n")
+    text = project("-q")
+    assert text.startswith(f"ERROR: {setting}: there is no file or folder"), text

@@ -82,10 +82,11 @@ def test_a_scenario_that_holds(play):
     [
         ("status: FAILED", "goto_room is SUCCEEDED, not FAILED"),
         ("code: no_path", "the code is 'ok', not 'no_path'"),
+        ("code: nowhere", None),
         ("reason: door", "the reason does not contain 'door'"),
         ("leaf: get_hotspot", "the cause is not 'get_hotspot'"),
         ("keys: {room: hall}", "the key room is kitchen, not hall"),
-        ("keys: {rom: hall}", "there is no key 'rom'"),
+        ("keys: {rom: hall}", None),
         ("duration: 9 s", "goto_room took 10 s, not 9 s"),
         ("within: 9 s", "goto_room took 10 s, not at most 9 s"),
         ("calls: [navigate_to, get_hotspot]", "'get_hotspot' was not called after"),
@@ -113,7 +114,7 @@ def test_each_expectation_can_fail(read, play, then, says):
 
 
 def test_every_expectation_that_fails_is_told(play):
-    results = play("- {name: x, then: {status: FAILED, code: no, not_called: navigate_to}}")
+    results = play("- {name: x, then: {status: FAILED, code: no_path, not_called: navigate_to}}")
     assert len(problems(results)) == 3
 
 
@@ -286,24 +287,44 @@ WRONG = [
     ("{given: {skills: {navigate_to: running 3 s then @FALURE}}}", "'FALURE'", "FAILURE"),
     ("{given: {skills: {navigate_to: FAILURE @no_pth}}}", "'no_pth'", "no_path"),
     ("{given: {skills: {get_hotspot: @SUCCESS}}}", "without pose", "pose"),
-    ("{given: {skills: {@turn: SUCCESS}}}", "matches no skill", ""),
+    ("{given: {skills: {@turn: SUCCESS}}}", "a skill that goto_room does not use", "navigate_to"),
+    ("{given: {skills: {@navigat_to: SUCCESS}}}", "matches no skill", "navigate_to, drive to the hotspot"),
+    ("{given: {skills: {@/goto_room: SUCCESS}}}", "no skill but a node of the tree", "drive to the hotspot"),
+    ("{given: {inputs: @{room: }}}", "needs the input room", ""),
+    ("{given: {skills: {navigate_to: running @-3 s then SUCCESS}}}", "cannot be '-3 s'", "3 s"),
+    ("{given: {skills: {navigate_to: SUCCESS @room}}}", "cannot stand behind", "then SUCCESS"),
     ("{given: {skills: {@a//b: SUCCESS}}}", "no pattern", ""),
+    ("{given: {skills: {@a/ /b: SUCCESS}}}", "no pattern", ""),
     ("{given: {skills: {navigate_to: @{success: , failure: }}}}", "one ending", "never"),
     ("{given: {skills: {navigate_to: {@sucess: }}}}", "no key 'sucess'", "success"),
     ("{given: {skills: {navigate_to: @[]}}}", "script is empty", "SUCCESS"),
+    ("{given: {skills: {navigate_to: [SUCCESS always, @FAILURE]}}}", "nothing can follow", ""),
+    ("{given: {skills: {navigate_to: ['FAILURE, again', @SUCCESS]}}}", "nothing can follow", ""),
     ("{given: {skills: {get_hotspot: {switch: @room, default: FAILURE}}}}", "no input 'room'", "label"),
     ("{given: {skills: {get_hotspot: @{switch: label}}}}", "has no cases", ""),
-    ("{when: [@stopp]}", "what happens", "stop"),
+    ("{when: [@stopp]}", "nothing that happens is called 'stopp'", "stop"),
+    ("{when: [{at: 3 s, @stopp: x}]}", "nothing that happens is called 'stopp'", "stop"),
+    ("{when: [{stop: x, @pause: y}]}", "'pause' cannot stand beside 'stop'", "of its own"),
+    ("{when: [advance @4]}", "needs a unit", "4 s"),
+    ("{when: [@{}]}", "nothing happens here", "stop"),
+    ("{when: [expect: @{}]}", "nothing is expected", "status"),
     ("{when: [@[stop]]}", "a word or a table", "stop"),
     ("{when: [{until: @drve}]}", "matches no node", "drive to the hotspot"),
     ("{when: [{start: @goto_room}]}", "needs the input room", ""),
-    ("{when: [{start: goto_room, inputs: {room: x}, policy: @q}]}", "no such policy", "queue"),
+    ("{when: [{start: goto_room, inputs: {room: x}, policy: @q}]}", "no policy 'q'", "queue"),
     ("{name: @x <y>, examples: [{z: 1}]}", "no 'y'", "z"),
     ("{examples: @[]}", "no examples", ""),
     ("{examples: @{a: [1], b: [1, 2]}}", "different lengths", ""),
     ("{then: {runs: {@other: {code: ok}}}}", "no run is called 'other'", ""),
     ("@{name: again, then: {code: ok}}", "two scenarios are called 'again'", "another name"),
     ("@{name: x, when: [stop]}", "expects nothing", "status"),
+    ("@{name: x, then: }", "expects nothing", "status"),
+    ("{then: {@not_called: []}}", "not_called expects nothing", ""),
+    ("{then: {@keys: {}}}", "keys expects nothing", ""),
+    ("{then: {keys: {room: kitchen, @rom: x}}}", "no key 'rom'", "room"),
+    ("{then: {keys: {hotspot: @3 m}}}", "a pose is needed", ""),
+    ("{then: {@status: FAILED, refused: x}}", "does not run", ""),
+    ("{mission: @got_room}", "no mission", "goto_room, missions: [FOLDER] at the top"),
     ("@{name: }", "has no name", ""),
     ("@just a text", "must be a table", ""),
 ]
@@ -329,6 +350,53 @@ def test_what_is_wrong_is_told_with_its_place(read, marked, says, valid):
 def test_files_that_are_no_scenarios(read, text):
     found = read(text, "")
     assert found.findings and not found.scenarios
+
+
+def test_a_scenario_with_an_unknown_parameter_is_not_played(read):
+    found = read("- {name: x, examples: {a: [1, 2]}, then: {status: SUCCEEDED, reason: <b>}}")
+    assert len(found.findings) == 1 and not found.scenarios
+
+
+def test_an_input_of_all_can_be_left_out_for_one(play):
+    head = (
+        "mission: goto_pose\ngiven:\n  inputs: {x: 1 m, y: 2 m, phi: 90 deg}\n"
+        "  skills: {navigate_to: SUCCESS}\nscenarios:\n"
+    )
+    results = play(
+        """
+        - {name: with it, then: {called: {navigate_to: {goal: "(1 m, 2 m, 90 deg)"}}}}
+        - name: without it
+          given: {inputs: {phi: }}
+          then: {called: {navigate_to: {goal: "(1 m, 2 m, 0 deg)"}}}
+        """,
+        head,
+    )
+    assert problems(results) == []
+
+
+def test_no_outputs_at_all_can_be_expected(play):
+    head = (
+        "mission: approach_user\ngiven:\n  inputs: {user: '(1 m, 2 m, 0 deg)'}\n"
+        "  skills: {get_robot_pose: 'SUCCESS (pose=(0 m, 0 m, 0 deg))', navigate_to: SUCCESS,\n"
+        "    propose_approach_pose: 'SUCCESS (pose=(1 m, 0 m, 0 deg))'}\nscenarios:\n"
+    )
+    results = play("- {name: x, then: {status: SUCCEEDED, outputs: {}}}", head)
+    assert problems(results) == ["approach_user gave the outputs pose, not none"]
+
+
+def test_a_refusal_that_does_not_come_is_told_at_its_place(play):
+    (result,) = play("- {name: x, then: {refused: busy}}")
+    ((position, problem),) = result.problems
+    assert "should have been refused" in problem and (position.line, position.column) == (8, 31)
+
+
+def test_mocks_that_no_call_used_are_told_when_something_fails(play):
+    (result,) = play("""
+        - name: x
+          given: {skills: {get_hotspot: FAILURE, navigate_to: SUCCESS}}
+          then: {status: SUCCEEDED}
+    """)
+    assert "mocks that answered no call: navigate_to" in result.report
 
 
 def test_a_good_scenario_beside_a_bad_one_is_played(read):

@@ -139,6 +139,24 @@ def test_a_generator_takes_its_time_and_is_closed_by_a_cancel(stage):
     assert play.calls("navigate_to")[0].cancelled
 
 
+def test_a_mistake_in_the_function_of_a_mock_is_no_failure_of_the_skill():
+    def broken(inputs):
+        return inputs["nobody"]
+
+    def breaks_on_the_way(inputs):
+        yield 1
+        raise LookupError("lost")
+
+    for function, says in (
+        (broken, r"raised KeyError: 'nobody' \(test_stage.py:\d+\); for a skill that breaks"),
+        (breaks_on_the_way, r"raised LookupError: lost \(test_stage.py:\d+\)"),
+    ):
+        stage = Stage()
+        stage.mock("navigate_to", function)
+        with pytest.raises(MockError, match=says):
+            stage.run("goto_pose", x="1 m", y="2 m")
+
+
 def test_what_a_function_must_not_say(stage):
     for answer, says in (
         ("SUCCESS twice", "several calls"),
@@ -191,7 +209,7 @@ def test_a_success_must_give_what_the_mission_reads(stage):
         ("navigat_to", "SUCCESS", "matches no skill", "navigate_to"),
         ("gret/**/navigate_to", "SUCCESS", "matches no skill", "navigate_to"),
         ("turn", "SUCCESS", "does not use", "defaults"),
-        ("look around", "SUCCESS", "matches no skill", "look_for_user"),
+        ("look around", "SUCCESS", "no skill but a node of the tree", "look_for_user"),
         ("look around/*", "FAILURE no_path", "cannot fail with 'no_path'", "no_user_seen"),
     ],
 )

@@ -235,3 +235,30 @@ def test_two_runs_share_nothing(workshop):
     first.run()
     assert ("u" in first.context.keys, "u" in second.context.keys) == (True, False)
     assert second.root.status is Status.INVALID
+
+
+@pytest.mark.parametrize(
+    ("tree", "problem"),
+    [
+        ("sequence: [" + ", ".join(["{run: n8}"] * 4) + "]", "nodes with those of the missions"),
+        ("run: deep", "nodes stand one above the other"),
+    ],
+)
+def test_what_the_check_calls_too_large_is_not_built(workshop, tree, problem):
+    # 4 ** 8 nodes: each mission calls the one before four times.
+    workshop.write("tree: {turn: {angle: 1 deg}}\n", "n0")
+    for number in range(1, 9):
+        calls = ", ".join([f"{{run: n{number - 1}}}"] * 4)
+        workshop.write(f"tree: {{sequence: [{calls}]}}\n", f"n{number}")
+    chain = "{turn: {angle: 1 deg}}"
+    for number in range(60):
+        workshop.write(f"tree: {chain}\n", "deep" if number == 59 else f"d{number}")
+        chain = f"{{succeed: {{succeed: {{run: d{number}}}}}}}"
+    found = [finding.message for finding in workshop.findings(f"tree: {{{tree}}}\n")]
+    library = workshop.library()
+    mission = library.get("m")
+    context = make_context(ManualClock(), {}, workshop.declarations)
+    with pytest.raises(ConfigError, match=problem) as caught:
+        compile_mission(mission, library, {}, context)
+    assert caught.value.problem in found
+    assert context.keys.as_dict() == {}

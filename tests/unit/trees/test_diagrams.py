@@ -88,7 +88,7 @@ def test_text_drawing(workshop):
 # ---- Mermaid ---------------------------------------------------------------------------------------------
 
 LINE = re.compile(
-    r'  n\d+(\(\["[^"]*"\]\)|\["[^"]*"\])|  n\d+ (-->|-\.->)(\|"[^"]*"\|)? n\d+'
+    r'  n\d+(\("[^"]*"\)|\["[^"]*"\])|  n\d+ (-->|-\.->)(\|"[^"]*"\|)? n\d+'
     r"|  classDef k_\w+ fill:#\w+,stroke:#\w+,color:#\w+|  class n\d+(,n\d+)* k_\w+"
 )
 
@@ -108,7 +108,7 @@ def test_mermaid_escapes_texts(workshop):
     assert "say #34;no#34; #91;1#93; #96;x#96; #60;b#62;" in text
     # What begins like a list would not be drawn.
     box = Box("1. end", "skill", (), (Box("- x", "skill"), Box("+ y", "skill"), Box("2.5 m", "skill")))
-    shown = re.findall(r'\["([^"]*)"\]', FORMATS["mermaid"](box))
+    shown = re.findall(r'[\[(]"([^"]*)"[\])]', FORMATS["mermaid"](box))
     assert shown == ["1#46; end", "#45; x", "#43; y", "2.5 m"]
 
 

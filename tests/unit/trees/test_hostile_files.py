@@ -86,7 +86,7 @@ HOSTILE: dict[str, tuple[str | bytes, str]] = {
         + "}}" * 20,
         "there is never a second round",
     ),
-    "documents": ("a: 1\n" + "---\na: 1\n" * 90_000, "a second document"),
+    "documents": (HEAD + "  wait: 1 s\n" + "---\na: 1\n" * 90_000, "a second document"),
     "utf16": (HEAD.encode("utf-16"), "UTF-16"),
     "latin1": (HEAD.encode() + "  fail: f\xfcr\n".encode("latin-1"), "byte 0xfc is not UTF-8"),
     "nul": (HEAD.encode() + b"  fail: a\x00b\n", "the character U+0000 is not allowed"),

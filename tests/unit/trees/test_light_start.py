@@ -2,6 +2,10 @@
 
 import subprocess
 import sys
+from importlib.metadata import version
+
+import pytest
+from packaging.version import Version
 
 PROGRAM = """
 import sys
@@ -22,3 +26,27 @@ def test_loading_and_checking_is_light():
         [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True, timeout=60
     )
     assert result.stdout.strip() == "[]"
+
+
+COMMAND = """
+import sys
+from florence_bt.cli import app
+try:
+    app(["check", sys.argv[1]], prog_name="florence")
+except SystemExit as end:
+    assert end.code == 0, end.code
+heavy = {"numpy", "numba", "scipy", "cv2", "mujoco", "matplotlib", "rclpy", "pydantic", "asyncio", "rich"}
+print(sorted(heavy & set(sys.modules)))
+"""
+
+
+@pytest.mark.skipif(
+    Version(version("typer")) >= Version("0.29"), reason="this typer loads pydantic at every start"
+)
+def test_the_command_is_light_too(tmp_path):
+    file = tmp_path / "small.yaml"
+    file.write_text("mission: small\ntree: {wait: 1 s}\n")
+    result = subprocess.run(
+        [sys.executable, "-c", COMMAND, str(file)], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert result.stdout.splitlines()[-1] == "[]"

@@ -26,7 +26,7 @@ def test_the_built_in_missions_are_without_findings():
         ("{m: {}}", "2:8 error there is no skill and no kind of node 'm' | run: m"),
         ("{turn: {angel: 5 deg}}", "2:15 error turn has no input 'angel' | angle"),
         ("{turn: }", "2:8 error turn needs the input 'angle' (how far) | "),
-        ("{turn: 5 deg}", "2:8 error the inputs of turn must be a table | turn: {input: value}"),
+        ("{turn: 5 deg}", "2:8 error the inputs of turn must be a table | turn: {angle: 5 deg}"),
         ("{look_for_user: , out: {usr: u}}", "2:31 error look_for_user has no output 'usr' | user"),
         ("{run: detekt}", "2:13 error there is no mission 'detekt' | m"),
         # kinds, units and limits
@@ -55,7 +55,7 @@ def test_the_built_in_missions_are_without_findings():
         ),
         (
             "{look_for_user: , because: {no_usr_seen: x}}",
-            "2:34 warning because: 'look for user' cannot fail with 'no_usr_seen' | no_user_seen",
+            "2:35 warning because: 'look for user' cannot fail with 'no_usr_seen' | no_user_seen",
         ),
         # keys
         ("{wait: $pause}", "2:14 error no node writes a key 'pause' | "),
@@ -127,7 +127,6 @@ tree:
         "6:7 error other needs the input 'far' | far: 0.5 m",
         "7:14 error other has no input 'nera' | near",
         "8:13 error other has no output 'usr' | user",
-        "8:18 warning nothing reads the output that goes to the key 'u' | $u in a later node, leaving it out",
         "10:19 error far: 3 m is above the maximum of 2 m | 2 m and less",
         "12:19 error far: a length is needed, but $n is an integer | ",
         "13:19 error the key 'n' is an input of the mission and cannot be written | ",
@@ -225,3 +224,27 @@ def test_an_integer_is_a_number_but_not_the_other_way_round():
     assert fits(Kind.INTEGER, Kind.NUMBER)
     assert not fits(Kind.NUMBER, Kind.INTEGER)
     assert not fits(Kind.INTEGER, Kind.LENGTH)
+
+
+def test_a_question_that_is_asked_again_and_its_branch_run_at_the_same_time(workshop):
+    tree = "tree:\n  if: {turn: {angle: 1 deg}}\n  then: {navigate_to: {goal: {x: 0, y: 0, yaw: 0}}}\n"
+    clash = "'turn' and 'navigate to' both need the base at the same time"
+    assert not any(clash in line for line in workshop.lines(tree))
+    assert [clash in line for line in workshop.lines(tree + "  memory: false\n")] == [True]
+
+
+@pytest.mark.parametrize(
+    ("tree", "problem"),
+    [
+        ("{wait: '${5 s / 0}'}", "wait: 5 s / 0 has no value"),
+        ("{wait: '${2 s - 5 s}'}", "wait: -3 s is below the minimum of 0 s"),
+        ("{set: {a: '${1e200 * 1e200}'}}", "a: 1e200 * 1e200 has no value"),
+        ("{condition: 1 / 0 > 2}", "condition: 1 / 0 > 2 has no value"),
+        ("{wait: 1 s, when: 1 / 0 > 2}", "when: 1 / 0 > 2 has no value"),
+        ("{if: 1 / 0 > 2, then: {wait: 1 s}}", "if: 1 / 0 > 2 has no value"),
+        ("{look_for_user: {window: '${10 s * 20}'}}", "window: 200 s is above the maximum"),
+    ],
+)
+def test_what_an_expression_without_keys_gives_is_known_before_it_runs(workshop, tree, problem):
+    lines = workshop.lines(f"tree: {tree}\n")
+    assert len([line for line in lines if " error " in line and problem in line]) == 1, lines

@@ -41,8 +41,8 @@ def test_defaults(workshop):
         workshop, head + "tree: {sequence: [{get_hotspot: {label: $room}}, {get_hotspot: {label: $k}}]}\n"
     )
     assert found == [
-        "2:10 error there is no hotspot 'kichen' in flat.yaml | kitchen",
-        "3:8 error there is no hotspot 'hal' in flat.yaml | hall",
+        "2:38 error there is no hotspot 'kichen' in flat.yaml | kitchen",
+        "3:33 error there is no hotspot 'hal' in flat.yaml | hall",
     ]
 
 

@@ -57,6 +57,16 @@ def only(workshop, tree, text):
         ("{if: {fail: x}, then: TURN}", "turn", "'turn' is never reached: 'fail' never holds"),
         ("{retry: 3, do: {wait: 1 s}}", "retry", "the retry has no effect: 'wait 1 s' never fails"),
         ("{retry: 3, do: {succeed: TURN}}", "retry", "the retry has no effect: 'try turn' never fails"),
+        (
+            "{switch: kitchen, cases: {kitchen: TURN, hall: {wait: 1 s}}}",
+            "wait",
+            "'wait 1 s' is never reached: the value is always 'kitchen'",
+        ),
+        (
+            "{switch: 1.0, cases: {1: TURN}, default: {wait: 1 s}}",
+            "wait",
+            "'wait 1 s' is never reached: the value is always '1.0'",
+        ),
         ("{retry: 3, do: {run: sure}}", "retry", "the retry has no effect: 'run sure' never fails"),
         ("{retry: 3, do: {once: TURN}}", "retry", "keeps its first result"),
         ("{retry: 3, on: [no_path], do: TURN}", "no_path", "what is retried cannot fail with 'no_path'"),
@@ -90,7 +100,7 @@ def test_errors(workshop, tree, at, problem):
         ("{parallel: [{fail: x}, TURN]}", "fail", "the parallel never succeeds, because 'fail' never does"),
         ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and begins again"),
         ("{sequence: [{wait: 2 s}, TURN], memory: false}", "wait", "'wait 2 s' takes time and begins again"),
-        ("{fail: x, because: {no_path: y}}", "{no_path", "because: 'fail' cannot fail with 'no_path'"),
+        ("{fail: x, because: {no_path: y}}", "no_path", "because: 'fail' cannot fail with 'no_path'"),
     ],
 )
 def test_warnings(workshop, tree, at, problem):

@@ -71,6 +71,16 @@ def test_once_remembers_why_it_failed(tmp_path):
     play = Play(tmp_path, "tree: {retry: 2, do: {once: {work: }}}", work=[takes(1.0, BROKEN)])
     assert play.run() == "broken"
     assert play.why.reason == "2 of 2 attempts failed; last: it broke"
+    # The leaf of the first time is the cause, also when its failure is only repeated.
+    assert play.why.path == "m/once work/work"
+
+
+def test_a_reason_of_once_words_the_repeated_failure_too(tmp_path):
+    tree = '{retry: 2, do: {once: {work: , because: "$n is out"}, because: {broken: "told again"}}}'
+    head = "keys: {n: {type: integer, default: 1}}\n"
+    play = Play(tmp_path, f"{head}tree: {tree}", work=[takes(1.0, BROKEN)])
+    assert play.run() == "broken"
+    assert play.why.reason == "2 of 2 attempts failed; last: told again"
 
 
 def test_what_was_stopped_before_its_end_is_done_again(tmp_path):

@@ -91,7 +91,7 @@ tree: {fail: x}
         ("mission: m\ninputs: {a: {type: text, max: 3}}\ntree: {fail: x}", "2:31 a text has no max"),
         (
             "mission: m\noutputs: {a: {type: text, default: x}}\ntree: {fail: x}",
-            "2:27 unknown key of 'a' 'default'",
+            "2:27 an output has no default",
         ),
         ("mission: m\ninputs: {A: {type: text}}\ntree: {fail: x}", "2:10 an input must be a name of lower"),
         (

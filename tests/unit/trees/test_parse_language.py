@@ -176,7 +176,7 @@ WRONG = """
     3:16 a value is missing after '<' | $key, 1.5 m
 
 {if: $a, then: {work: }, memory: yes}
-    3:40 memory cannot be 'yes' | true, false
+    3:40 memory cannot be 'yes' | true
 
 {work: , else: {other: }}
     3:16 'else' does not belong to 'work' but to if | out, name, when, unless, while, because, finally
@@ -188,7 +188,7 @@ WRONG = """
     3:27 switch needs cases | cases: {value: node, value: node}
 
 {switch: , cases: {a: {work: }}}
-    3:16 switch has no value |
+    3:16 switch has no value | a value, quotes round it: "..."
 
 {force: maybe, do: {work: }}
     3:15 force cannot be 'maybe' | success, failure
@@ -197,7 +197,7 @@ WRONG = """
     3:8 delay needs a node under `do` | do: {a node}
 
 {cooldown: , do: {work: }}
-    3:18 cooldown has no value |
+    3:18 cooldown has no value | a value, quotes round it: "..."
 
 {once: work}
     3:14 'work' is no node: a node is a name, a colon and a space | work:

@@ -153,6 +153,84 @@ MISTAKES = {
         "5:7 a node has exactly one kind, not 'look_for_user' and 'turn'"
         " | a dash before each of them in a list",
     ),
+    "an input beside its skill": (
+        HEAD + "  sequence:\n    - turn:\n      angle: 45 deg\n",
+        "5:7 a node has exactly one kind, not 'turn' and 'angle' | turn: {angle: 45 deg}",
+    ),
+    "an input without its name": (
+        HEAD + "  turn: 45 deg\n",
+        "3:3 the inputs of turn must be a table | turn: {angle: 45 deg}",
+    ),
+    "the word of another language": (
+        HEAD + "  fallback:\n    - wait: 1 s\n",
+        "3:3 there is no skill and no kind of node 'fallback' | selector",
+    ),
+    "minutes and seconds": (
+        HEAD + "  wait: 1 min 30 s\n",
+        "3:9 wait: a duration is needed, not '1 min 30 s' | 90 s",
+    ),
+    "an hour and a half": (
+        HEAD + "  wait: 1h30min\n",
+        "3:9 wait: a duration is needed, not '1h30min' | 5400 s",
+    ),
+    "the time of a clock": (HEAD + "  wait: 12:30\n", "3:9 wait: a duration is needed, not '12:30' | 750 s"),
+    "a clock with hours": (
+        HEAD + "  wait: 01:00:05\n",
+        "3:9 wait: a duration is needed, not '01:00:05' | 3605 s",
+    ),
+    "a printed minus": (
+        HEAD + "  turn: {angle: \N{MINUS SIGN}45 deg}\n",
+        "3:17 angle: an angle is needed, not '\N{MINUS SIGN}45 deg' | -45 deg",
+    ),
+    "more than any number": (HEAD + "  wait: 1e308 h\n", "3:9 wait: '1e308 h' is too large | 30 s"),
+    "no as in English": (
+        HEAD + "  sequence: [wait: 1 s]\n  memory: no\n",
+        "4:11 memory cannot be 'no' | false",
+    ),
+    "a sum that is only a text": (
+        HEAD + "  sequence:\n    - set: {a: 3}\n    - set: {b: $a + 1}\n    - fail: $b\n",
+        "5:16 b: '$a + 1' is a text here, and nothing is computed | ${$a + 1}",
+    ),
+    "outputs the wrong way round": (
+        HEAD + "  sequence:\n    - look_for_user: {}\n      out: {person: user}\n"
+        "    - set_user_position: {user: $person}\n",
+        "5:13 look_for_user has no output 'person' | user: person",
+    ),
+    "a mission with its ending": (
+        HEAD + "  run: goto_room.yaml\n  with: {room: kitchen}\n",
+        "3:8 run must be a name of lower-case letters, digits and underscores, not 'goto_room.yaml'"
+        " | goto_room",
+    ),
+    "a unit as a type": (
+        "mission: example\ninputs: {a: {type: meters}}\ntree: {wait: 1 s, when: $a > 0}\n",
+        "2:20 the type of 'a' cannot be 'meters' | length",
+    ),
+    "an output with a value": (
+        "mission: example\noutputs: {a: {type: integer, default: 3}}\ntree: {set: {a: 3}}\n",
+        "2:30 an output has no default | keys: {a: {default: 3, ...}}",
+    ),
+    "inputs with dashes": (
+        "mission: example\ninputs:\n  - a: {type: length}\ntree: {wait: 1 s}\n",
+        "3:3 inputs must be a table (key: value) | inputs: {name: ...}, without dashes",
+    ),
+    "braces of a template": (
+        HEAD + "  wait: {{ pause }}\n",
+        "3:10 a key must be a plain text | $key for the value of a key, without braces",
+    ),
+    "quotes of a word processor": (
+        HEAD + "  sequence:\n    - set: {r: a}\n    - condition: $r == \N{LEFT DOUBLE QUOTATION MARK}a\n",
+        "5:24 '\N{LEFT DOUBLE QUOTATION MARK}' is not known here | \"",
+    ),
+    "a text that begins with a sign of YAML": (
+        HEAD + "  fail: !urgent call\n",
+        "3:9 the tag !urgent is not allowed | the value without a tag",
+    ),
+    "a comment for a text": (HEAD + "  fail: #5\n", "3:8 fail has no value | a value"),
+    "a room by its short name": (
+        HEAD + "  get_hotspot: {label: door}\n",
+        "3:24 there is no hotspot 'door' in flat.yaml, the flat of Florence; give --hotspots FILE"
+        " | front_door",
+    ),
 }
 
 
@@ -170,3 +248,66 @@ def test_a_mistake_is_told_once_with_what_would_have_worked(tmp_path: Path, name
     place, _, problem = message.partition(" ")
     assert found[0] in (f"{place}: error: {problem}", f"{place}: warning: {problem}")
     assert worked[0] == valid or worked[0].startswith(f"{valid}, ")
+
+
+def found_in(tmp_path: Path, text: str) -> list[str]:
+    """The findings of a file without what would have worked."""
+    file = tmp_path / "example.yaml"
+    file.write_text(text)
+    lines = check_files([file])[0].replace(f"{file}:", "").splitlines()
+    return [line for line in lines[:-1] if not line.startswith(" ")]
+
+
+def test_what_can_be_passed_over_hides_no_other_error(tmp_path: Path) -> None:
+    text = (
+        "mission: example\ntree:\n  sequence: &all\n    - {turn: {angle: 45, angle: 5 deg}}\n"
+        "    - fail: !now x\n    - wait: 5 m\n---\nmission: another\n"
+    )
+    assert [
+        line.partition("error: ")[0] + line.partition("error: ")[2][:28] for line in found_in(tmp_path, text)
+    ] == [
+        "3:13: anchors and aliases are not ",
+        "4:22: angle: an angle needs a unit",
+        "4:26: the key 'angle' stands here ",
+        "5:13: the tag !now is not allowed",
+        "6:13: wait: 'm' is no unit of a du",
+        "7:1: a second document begins her",
+    ]
+
+
+def test_a_quoted_text_with_a_sum_in_it_is_a_text(tmp_path: Path) -> None:
+    head = "mission: example\ntree:\n  sequence:\n    - set: {a: 3}\n"
+    for text in ('"$a + 1"', "the $a", "$a of $a", "${$a + 1}"):
+        assert (
+            found_in(
+                tmp_path,
+                f"{head}    - set: {{b: {text!s}}}\n    - fail: $b\n".replace(
+                    "b: ${$a + 1}", 'b: "${$a + 1}"'
+                ),
+            )
+            == []
+        ), text
+
+
+def test_a_key_that_was_meant_where_a_label_stands(tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(
+        "mission: example\ninputs: {room: {type: text}}\ntree: {run: goto_room, with: {room: room}}\n"
+    )
+    assert "would have worked: $room" in check_files([file])[0]
+
+
+def test_files_with_another_ending_are_pointed_out(tmp_path: Path) -> None:
+    (tmp_path / "example.yml").write_text("mission: example\ntree: {wait: 1 s}\n")
+    (tmp_path / "other.yaml").write_text("mission: other\ntree: {wait: 1 s}\n")
+    (tmp_path / ".hidden.yaml").write_text("nothing\n")
+    report, errors = check_files([tmp_path])
+    assert not errors
+    assert "example.yml:1:1: warning: missions are files that end in .yaml" in report
+    assert "hidden" not in report and report.endswith("1 mission checked: 0 errors, 1 warning")
+
+
+def test_the_whole_of_what_a_message_quotes_is_marked(tmp_path: Path) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(HEAD + "  wait: 1,5 s\n")
+    assert "|         ^^^^^\n" in check_files([file])[0]

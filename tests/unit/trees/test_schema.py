@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 
 from florence_bt.core.declaration import Kind
 from florence_bt.trees.declarations import collect_declarations
@@ -26,7 +26,7 @@ BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", (DOCS / "missions.md").read_te
 
 def problems(text: str, schema=SCHEMA) -> list[str]:
     data = as_data(parse_source(text.encode(), Path("m.yaml")))
-    return [error.message for error in Draft202012Validator(schema).iter_errors(data)]
+    return [error.message for error in Draft7Validator(schema).iter_errors(data)]
 
 
 def in_mission(tree: str) -> str:
@@ -34,9 +34,9 @@ def in_mission(tree: str) -> str:
 
 
 def test_the_schema_is_a_schema():
-    Draft202012Validator.check_schema(SCHEMA)
-    Draft202012Validator.check_schema(STRICT)
-    Draft202012Validator.check_schema(make_schema({}))
+    Draft7Validator.check_schema(SCHEMA)
+    Draft7Validator.check_schema(STRICT)
+    Draft7Validator.check_schema(make_schema({}))
 
 
 @pytest.mark.parametrize("file", sorted(BUILT_IN.glob("*.yaml")), ids=lambda file: file.stem)
@@ -169,7 +169,7 @@ def test_a_value_of_each_kind(kind):
 
 
 def test_editors_are_told_what_everything_is():
-    node = SCHEMA["$defs"]["node"]["properties"]
+    node = SCHEMA["definitions"]["node"]["properties"]
     assert set(node) == {*NODE_KINDS, *ANYWHERE, *MODIFIERS, *collect_declarations()}
     assert all(schema["description"] for schema in node.values())
     assert {*KIND_VALUES, "run"} == set(NODE_KINDS)
@@ -186,3 +186,77 @@ def test_data_is_typed_as_yaml_1_2_types_it():
         "a": ["no", "on", "yes", True, 12, 1.5, 1000.0, "7", None, None, "12:30", "0x1f", ""],
         "b": {"on": 5},
     }
+
+
+def schemas_in(schema):
+    """Every schema in a schema, itself included."""
+    if isinstance(schema, dict):
+        yield schema
+        for part in schema.values():
+            yield from schemas_in(part)
+    elif isinstance(schema, list):
+        for part in schema:
+            yield from schemas_in(part)
+
+
+NEWER = {
+    "$defs",
+    "dependentRequired",
+    "dependentSchemas",
+    "unevaluatedProperties",
+    "prefixItems",
+    "minContains",
+}
+
+
+def test_editors_of_today_know_every_word_of_it():
+    # Language servers for YAML follow draft-07; what came later they pass over in silence.
+    assert SCHEMA["$schema"] == "http://json-schema.org/draft-07/schema#"
+    assert not [words for words in map(set, schemas_in(SCHEMA)) if words & NEWER]
+    references = {each["$ref"] for each in schemas_in(SCHEMA) if "$ref" in each}
+    assert references <= {f"#/definitions/{name}" for name in SCHEMA["definitions"]}
+
+
+def test_whatever_an_editor_offers_it_explains():
+    node = SCHEMA["definitions"]["node"]["properties"]
+    declared = SCHEMA["properties"]["inputs"]["additionalProperties"]["properties"]
+    for name, schema in {**SCHEMA["properties"], **node, **declared}.items():
+        assert schema.get("description"), name
+    for schema in schemas_in(SCHEMA):
+        named = schema.get("enumDescriptions")
+        assert named is None or (len(named) == len(schema["enum"]) and all(named))
+
+
+def test_conditions_are_no_proposals():
+    # A schema with `properties` and `required` is offered as a whole, under the title of what is round it.
+    for schema in schemas_in(SCHEMA):
+        condition = schema.get("if", {})
+        assert not {"properties", "required"} <= set(condition)
+        then = schema.get("then", {})
+        assert not isinstance(then, dict) or not {"properties", "required"} <= set(then)
+
+
+@pytest.mark.parametrize(
+    ("tree", "words"),
+    [
+        ("{wait: 5}", "a duration is a number with its unit (s, ms, min, h): 30 s"),
+        ("{turn: {angle: 5 m}}", "an angle is a number with its unit (deg, °, rad): 45 deg"),
+        ("{wait: 1 s, turn: {angle: 5 deg}}", "a node has one kind only"),
+        ("{name: nothing}", "a node needs a kind, or the name of a skill"),
+    ],
+)
+def test_an_editor_says_in_words_what_is_wrong(tree, words):
+    def told(errors):
+        for error in errors:
+            if isinstance(error.schema, dict) and "errorMessage" in error.schema:
+                yield error.schema["errorMessage"]
+            yield from told(error.context)
+
+    data = as_data(parse_source(in_mission(tree).encode(), Path("m.yaml")))
+    assert any(words in message for message in told(Draft7Validator(SCHEMA).iter_errors(data)))
+
+
+def test_an_unknown_word_is_all_that_is_said_about_its_node():
+    assert problems(in_mission("{sequnce: [{wait: 1 s}]}")) == [
+        "Additional properties are not allowed ('sequnce' was unexpected)"
+    ]

@@ -126,3 +126,11 @@ def test_export_of_a_mission_with_errors_names_the_place(florence, tmp_path):
         mission.write_text(f"mission: m\ntree: {tree}\n")
         done = florence("export", mission)
         assert done.exit_code == USAGE and text in done.stderr, done.stderr
+
+
+def test_a_mission_file_finds_those_beside_it(florence, tmp_path):
+    (tmp_path / "inner.yaml").write_text("mission: inner\ntree: {wait: 1 s}\n")
+    (tmp_path / "outer.yaml").write_text("mission: outer\ntree: {run: inner}\n")
+    done = florence("export", tmp_path / "outer.yaml")
+    assert done.exit_code == OK and '<BehaviorTree ID="inner">' in done.stdout
+    assert "wait 1 s" in florence("draw", tmp_path / "outer.yaml", "--expand").stdout

@@ -113,6 +113,7 @@ def test_the_status_of_a_recorded_run_tells_what_happened_when(florence, runs):
     assert result.exit_code == 0
     assert result.output.splitlines() == [
         "goto_room: FAILED · 4.5 s · run T-002-goto_room · asked by Anna",
+        "accepted 2024-05-02 10:00:00 UTC",
         "[+] goto_room",
         "failed because: no way there [no_path] at goto_room/navigate to",
         "",
@@ -126,6 +127,7 @@ def test_the_status_of_a_run_without_an_end_is_drawn_from_its_events(florence, r
     output = florence("status", "--folder", runs, "--events").output
     assert output.splitlines() == [
         "goto_user: RUNNING · 0.0 s · run T-003-goto_user · asked by Anna",
+        "accepted 2024-05-03 10:00:00 UTC",
         "[>] goto_user",
         "    [>] navigate to -- driving",
         "",

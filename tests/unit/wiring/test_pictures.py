@@ -3,6 +3,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
+
 from florence_bt.runtime.recorder import RunRecord
 from florence_bt.wiring import pictures
 from florence_bt.wiring.pictures import BackgroundPictures
@@ -19,22 +21,67 @@ class Drawer(BackgroundPictures):
         return [sys.executable, "-c", self.program, str(record.folder)]
 
 
-def test_the_end_waits_for_pictures_that_are_being_drawn(tmp_path):
-    drawer = Drawer("import sys, pathlib; pathlib.Path(sys.argv[1], 'flat.png').touch()")
-    drawer.draw(RunRecord(tmp_path))
-    drawer.draw(RunRecord(tmp_path))
+ALONE = """
+import os, pathlib, sys
+folder = pathlib.Path(sys.argv[1])
+os.mkdir(folder.parent / "drawing")  # fails when another one draws
+(folder.parent / "order").open("a").write(folder.name + " ")
+os.rmdir(folder.parent / "drawing")
+"""
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    monkeypatch.setattr(pictures, "FINISH_BUDGET_S", 60.0)
+
+
+def test_pictures_are_drawn_one_after_the_other_and_the_end_waits_for_them(tmp_path):
+    drawer = Drawer(ALONE)
+    for number in range(4):
+        drawer.draw(RunRecord(tmp_path / str(number)))
     drawer.close()
-    assert (tmp_path / "flat.png").exists()
+    assert (tmp_path / "order").read_text().split() == ["0", "1", "2", "3"]
     drawer.close()
+
+
+def test_of_very_many_runs_the_latest_get_pictures(tmp_path, monkeypatch):
+    monkeypatch.setattr(pictures, "MOST_WAITING", 2)
+    drawer = Drawer(ALONE)
+    with drawer._changed:  # the thread gets to none of them meanwhile
+        for number in range(6):
+            drawer.draw(RunRecord(tmp_path / str(number)))
+    drawer.close()
+    assert (tmp_path / "order").read_text().split() == ["4", "5"]
 
 
 def test_a_picture_that_takes_for_ever_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(pictures, "FINISH_BUDGET_S", 0.1)
     drawer = Drawer("import signal; signal.pause()")
-    drawer.draw(RunRecord(tmp_path))
-    (process,) = drawer._processes
+    for _ in range(3):
+        drawer.draw(RunRecord(tmp_path))
     drawer.close()
-    assert process.returncode is not None
+    assert drawer._drawing.returncode is not None and drawer._thread is None
+
+
+def test_a_picture_that_cannot_be_begun_hinders_no_other(tmp_path, capfd):
+    drawer = Drawer(ALONE)
+    good = drawer.command
+    drawer.command = lambda record: ["/there/is/no/such/program"]
+    drawer.draw(RunRecord(tmp_path / "lost"))
+    drawer.command = good
+    drawer.draw(RunRecord(tmp_path / "kept"))
+    drawer.close()
+    assert (tmp_path / "order").read_text().split() == ["kept"]
+    assert "a picture is not drawn" in capfd.readouterr().err
+
+
+def test_a_full_disk_is_told_in_one_line(tmp_path, capsys):
+    assert pictures.main("map.yaml", "spots.yaml", str(tmp_path / "gone")) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_nothing_was_drawn():
+    Drawer("raise SystemExit(1)").close()
 
 
 def test_the_real_command_names_the_folder(tmp_path):

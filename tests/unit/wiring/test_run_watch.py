@@ -31,6 +31,7 @@ class Client:
 @pytest.fixture
 def client(monkeypatch):
     monkeypatch.setattr(run_watch, "ASK_PERIOD_S", -1.0)  # asks each time
+    monkeypatch.setattr(run_watch, "bring_up_here", lambda: False)
     return Client()
 
 
@@ -77,3 +78,24 @@ def test_the_last_word_is_told_when_the_result_cannot_be_asked_for(client):
     client.answers = [DeviceTimeout("late")]
     with pytest.raises(SystemNotThere, match=r"went away.*its last word was: it is shutting down"):
         RunWatch(client, "T-1").result()
+
+
+def test_a_bring_up_gets_time_to_start_its_mission_server_again(client, monkeypatch):
+    up = [True] * 4
+    monkeypatch.setattr(run_watch, "bring_up_here", lambda: up.pop(0))
+    silence = [SystemNotThere("nobody"), DeviceTimeout("late"), SystemNotThere("nobody")]
+    client.answers = [*silence, "RUNNING", *silence]
+    watch = RunWatch(client, "T-1")
+    assert [watch.over() for _ in range(4)] == [False] * 4
+    up = [True, False]
+    assert not watch.over()
+    with pytest.raises(SystemNotThere, match="went away"):
+        watch.over()
+
+
+def test_that_time_is_bounded(client, monkeypatch):
+    monkeypatch.setattr(run_watch, "bring_up_here", lambda: True)
+    monkeypatch.setattr(run_watch, "RESTART_S", -1.0)
+    client.answers = [SystemNotThere("nobody")]
+    with pytest.raises(SystemNotThere, match="went away"):
+        RunWatch(client, "T-1").over()

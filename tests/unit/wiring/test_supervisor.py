@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -11,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.wiring.locks import lock_domain, lock_folder
-from florence_bt.wiring.supervisor import ProcessDied, Supervisor, command_of
+from florence_bt.wiring.locks import bring_up_here, lock_domain, lock_folder
+from florence_bt.wiring.supervisor import RESTARTS, RESTARTS_PERIOD_S, ProcessDied, Supervisor, command_of
 
 OBEDIENT = """
 import signal, sys, pathlib
@@ -80,26 +81,80 @@ def test_children_end_in_the_opposite_order_of_their_start(tmp_path, supervisor_
 
 
 def test_a_stubborn_child_is_killed_and_named(tmp_path, supervisor_of):
-    supervisor = supervisor_of({"good": OBEDIENT, "bad": STUBBORN}, stop_budget_s=0.3)
-    wait_up(tmp_path, "good", "bad")
+    supervisor = supervisor_of({"bad": STUBBORN}, stop_budget_s=0.3)
+    wait_up(tmp_path, "bad")
     bad = supervisor.pids()["bad"]
     assert supervisor.stop() == ["bad"]
-    assert not is_alive(bad) and (tmp_path / "told").read_text().split() == ["good"]
+    assert not is_alive(bad) and not (tmp_path / "told").exists()
 
 
-def test_a_child_that_dies_is_reported_with_its_log(tmp_path, supervisor_of):
-    supervisor = supervisor_of({"good": OBEDIENT, "hardware": DYING})
+def death_in(supervisor):
+    """Wait for the death of a child."""
 
     def died():
         try:
             supervisor.check()
         except ProcessDied as error:
-            return str(error)
-        return ""
+            return error
+        return None
 
-    message = wait_for(died, "the death")
-    assert "'hardware' ended with code 7" in message and "the port is gone" in message
-    assert str(tmp_path / "logs" / "hardware.log") in message
+    return wait_for(died, "the death")
+
+
+def test_a_child_that_dies_is_reported_with_its_log(tmp_path, supervisor_of):
+    supervisor = supervisor_of({"good": OBEDIENT, "hardware": DYING})
+    death = death_in(supervisor)
+    assert death.name == "hardware" and death.what == "the process 'hardware' ended with code 7"
+    assert death.what in str(death) and "the port is gone" in str(death)
+    assert str(tmp_path / "logs" / "hardware.log") in str(death)
+
+
+def test_what_has_to_be_done_after_a_death_is_done_at_once_and_once(tmp_path, supervisor_of):
+    dead = []
+
+    def after_death(name):
+        dead.append(name)
+        return f"{name} is mourned"
+
+    scripts = {"hardware": OBEDIENT, "bad": STUBBORN}
+    supervisor = supervisor_of(scripts, after_death=after_death, stop_budget_s=0.3)
+    wait_up(tmp_path, *scripts)
+    os.kill(supervisor.pids()["hardware"], signal.SIGKILL)
+    for _ in range(2):
+        message = str(death_in(supervisor))
+        assert "'hardware' was killed by SIGKILL; hardware is mourned" in message
+    assert dead == ["hardware"]
+    supervisor.stop()
+    assert dead == ["hardware", "bad"]
+
+
+def test_a_child_that_died_unseen_before_the_end_is_mourned_too(tmp_path, supervisor_of):
+    dead = []
+    supervisor = supervisor_of({"hardware": OBEDIENT}, after_death=lambda name: dead.append(name) or "")
+    wait_up(tmp_path, "hardware")
+    os.kill(supervisor.pids()["hardware"], signal.SIGKILL)
+    assert supervisor.stop() == [] and dead == ["hardware"]
+
+
+def test_a_child_that_died_can_be_started_again_but_not_for_ever(tmp_path, supervisor_of):
+    now = [0.0]
+    supervisor = supervisor_of({"one": OBEDIENT, "missions": DYING, "two": OBEDIENT}, now=lambda: now[0])
+    wait_up(tmp_path, "one", "two")
+    pids = set()
+    for _ in range(RESTARTS):
+        assert death_in(supervisor).name == "missions"
+        pids.add(supervisor.pids()["missions"])
+        assert supervisor.start_again("missions")
+        now[0] += 1.0
+    assert len(pids) == RESTARTS and list(supervisor.pids()) == ["one", "missions", "two"]
+    death_in(supervisor)
+    assert not supervisor.start_again("missions")
+    now[0] = RESTARTS_PERIOD_S
+    assert supervisor.start_again("missions")
+    death_in(supervisor)
+    assert not supervisor.start_again("missions")
+    supervisor.stop()
+    assert (tmp_path / "told").read_text().split() == ["two", "one"]
 
 
 def test_children_ignore_what_the_terminal_sends(tmp_path, supervisor_of):
@@ -184,11 +239,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
 def test_a_ros_domain_has_one_bring_up_at_a_time(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setenv("ROS_DOMAIN_ID", "41")
+    assert not bring_up_here()
     first = lock_domain()
+    assert bring_up_here()
     with pytest.raises(ConfigError, match=rf"process {os.getpid()}\).*the ROS domain 41.*ROS_DOMAIN_ID="):
         lock_domain()
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
+    assert not bring_up_here()
     lock_domain().close()
     first.close()
     monkeypatch.setenv("ROS_DOMAIN_ID", "41")
     lock_domain().close()
+    assert not bring_up_here()

@@ -22,6 +22,11 @@ _ECHO = re.compile(_COMMAND)
 _ECHO_AT_END = re.compile(_COMMAND + rb"\Z")
 _STATUS = re.compile(rb"[0-9][0-9A-Z]")
 _INFORMATION = re.compile(rb"[ -~]*")
+_REMARK = b"<-"
+"""Begins a remark in a line of II; a UTM-30LX leaves it out of the check sum (a note in hokuyoaist)."""
+
+_SWITCHED = [b"SCIP2.0", b"0"]
+"""The one reply that is still in SCIP 1.1: a status of one character, without a sum (manual, section 2)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +58,7 @@ class Reply:
         pairs = [line.decode("ascii").partition(":") for line in self.lines]
         if any(not colon for _, colon, _ in pairs):
             raise FrameError(f"a line of the reply to {self.echo!r} has no colon")
-        return {tag: value for tag, _, value in pairs}
+        return {tag: value.strip() for tag, _, value in pairs}
 
 
 class ReplyParser:
@@ -110,6 +115,8 @@ def parse_frame(lines: Sequence[bytes]) -> Reply:
         FrameError: The layout is wrong.
         ChecksumError: A line's check sum does not fit.
     """
+    if list(lines) == _SWITCHED:
+        return Reply("SCIP2.0", "00")
     if len(lines) < 2 or not _ECHO.fullmatch(lines[0]):
         raise FrameError("a reply starts with the echo of a request and a status line")
     echo = lines[0].split(b";")[0].decode("ascii")
@@ -141,10 +148,10 @@ def _without_sum(line: bytes) -> bytes:
 
 
 def _information_text(line: bytes) -> bytes:
-    """The part of a line before ``;``; only that is summed (REFERENCE 4.5)."""
+    """The part of a line before ``;``; only that is summed (REFERENCE 4.5), maybe without its remark."""
     text = line[:-2]
     if line[-2:-1] != b";" or not _INFORMATION.fullmatch(text):
         raise FrameError(f"{line!r} does not end with ';' and a check sum")
-    if line[-1] != check_sum(text):
+    if line[-1] not in (check_sum(text), check_sum(text.partition(_REMARK)[0])):
         raise ChecksumError(f"the check sum of {line!r} does not fit")
     return text

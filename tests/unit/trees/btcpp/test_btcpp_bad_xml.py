@@ -63,3 +63,11 @@ def test_other_encodings_and_places():
         root = parse_xml(text.format(encoding).encode(encoding), Path("a.xml"))
         assert root.children[0].get("name") == "ä"
     assert (root.children[0].position.line, root.children[0].position.column) == (3, 3)
+
+
+def test_an_element_with_endless_attributes_is_refused(tmp_path):
+    file = tmp_path / "wide.xml"
+    ports = " ".join(f'p{number}="x"' for number in range(100_000))
+    file.write_text(f'<root BTCPP_format="4"><BehaviorTree ID="M"><A {ports}/></BehaviorTree></root>')
+    with pytest.raises(ConfigError, match="<A> has more than 500 attributes"):
+        read_xml(file)

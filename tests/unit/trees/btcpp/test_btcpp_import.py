@@ -246,7 +246,7 @@ LOST = [
     ('<WasEntryUpdated entry="{x}"/>', "warning", "no node of a mission does this"),
     ('<ManualSelector><A/><B/></ManualSelector>', "warning", "no node of a mission does this"),
     ('<LoopInt queue="{q}" value="{v}"><A/></LoopInt>', "warning", "a queue that comes from a key"),
-    ('<Mystery hz="1"><A/></Mystery>', "warning", "a node with nodes below it cannot be a skill"),
+    ('<Mystery hz="1"><A/></Mystery>', "warning", "what it does with the nodes below it is not known"),
     ('<TryCatch catch_on_halt="true"><A/><B/></TryCatch>', "warning", "catch_on_halt"),
     ('<A value="json:{}"/>', "warning", "a value in JSON is kept as a text"),
     ('<Parallel success_count="{n}"><A/><B/></Parallel>', "warning", "cannot come from a key"),

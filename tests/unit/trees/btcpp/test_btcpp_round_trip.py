@@ -199,9 +199,9 @@ def test_calls_keep_their_names_inputs_and_outputs(tmp_path, exchange_with):
 
 def test_a_script_that_an_editor_changed_counts_more_than_our_words(own, exchange_with):
     _, xml = own(mission("{sequence: [{condition: $far < 1 m}, {beep: , when: $near < 2 m}]}"))
-    assert 'code="far &lt; 1" _florence="$far &lt; 1 m"' in xml
-    changed = xml.replace('code="far &lt; 1"', 'code="far &lt; 3"').replace(
-        "!(near &lt; 2)", "!(near &lt; 0.5)"
+    assert 'code="far &lt; 1.0" _florence="$far &lt; 1 m"' in xml
+    changed = xml.replace('code="far &lt; 1.0"', 'code="far &lt; 3"').replace(
+        "!(near &lt; 2.0)", "!(near &lt; 0.5)"
     )
     assert changed.count("0.5)") == 1
     root = exchange_with(SKILLS).library_of(changed).get("m").tree

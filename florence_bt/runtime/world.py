@@ -1,0 +1,81 @@
+"""What every run works with, and what becomes of it when a person takes the robot over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, MutableMapping
+from dataclasses import dataclass
+
+from florence_bt.behaviours.context import OpenRun
+from florence_bt.core.clock import Clock
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.outcome import failure
+from florence_bt.core.skill import FinishedRun, Inputs, Skill
+from florence_bt.runtime.announcer import Announcer
+from florence_bt.trees.loader import MissionLibrary
+
+BASE = "base"
+"""The resource of the skills that drive."""
+
+
+def _nothing() -> None:
+    """Nobody waits for the processor."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """What every run works with.
+
+    Attributes:
+        library: The missions.
+        skills: The skills by name.
+        declarations: What the skills say about themselves.
+        clock: Drives everything.
+        wake: Asks for :meth:`TreeRun.step` soon.
+        announcer: Tells what happens.
+        let_others_run: Called when what is urgent is done, before the rest: those who were told may begin.
+    """
+
+    library: MissionLibrary
+    skills: Mapping[str, Skill]
+    declarations: Mapping[str, SkillDeclaration]
+    clock: Clock
+    wake: Callable[[], None]
+    announcer: Announcer
+    let_others_run: Callable[[], None] = _nothing
+
+
+class Refusing:
+    """A skill that does not start: somebody drives the robot by hand.
+
+    Args:
+        reason: Why, for people.
+    """
+
+    def __init__(self, reason: str) -> None:
+        self._reason = reason
+
+    def start(self, inputs: Inputs) -> FinishedRun:
+        """Fail at once."""
+        return FinishedRun(failure("rejected", self._reason))
+
+
+def keep_off_the_base(
+    skills: MutableMapping[str, Skill],
+    declarations: Mapping[str, SkillDeclaration],
+    runs: Iterable[OpenRun],
+    reason: str,
+) -> None:
+    """Let nothing of a run drive any more, its clean-ups included; what does not drive goes on.
+
+    Args:
+        skills: The skills of the run; those that drive are replaced.
+        declarations: What the skills say about themselves.
+        runs: The runs of skills that have not reported their end; those that drive are cancelled.
+        reason: Why, for people.
+    """
+    for name, declaration in declarations.items():
+        if BASE in declaration.resources and name in skills:
+            skills[name] = Refusing(reason)
+    for entry in tuple(runs):
+        if BASE in entry.resources:
+            entry.run.cancel()

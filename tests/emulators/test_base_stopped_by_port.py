@@ -1,0 +1,75 @@
+"""The base is told to stop by its port when the driver that drove it is gone, amid whatever it sent."""
+
+from typing import Any
+
+import pytest
+
+from florence_bt.core.errors import DeviceLost
+from florence_bt.drivers.turtlebot import codec
+from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
+from florence_bt.simulation.emulators.create import CreateEmulator, Mode
+from florence_bt.wiring.make_safe_port import stop_base
+from florence_bt.wiring.options import BringUp
+
+DRIVING = codec.drive_direct(200, 150)
+ROBOT = """
+turtlebot_node: {port: /dev/base, robot_type: create2, drive_mode: drive, update_rate: 20.0}
+"""
+
+
+class Port:
+    """A port that leads to an emulated base."""
+
+    def __init__(self, create: CreateEmulator) -> None:
+        self.create = create
+        self.opened: list[tuple[str, int]] = []
+        self.closed = False
+
+    def open(self, path: str, baud_rate: int) -> Any:
+        self.opened.append((path, baud_rate))
+        return self
+
+    def write(self, data: bytes) -> None:
+        assert not self.closed
+        self.create.receive(data, 1.0)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def port(base: Any) -> Port:
+    create = CreateEmulator(base, BaseSensors(base, 0, PERFECT_BASE))
+    create.receive(bytes([128, 132]) + DRIVING, 0.0)
+    assert base.wheels == (0.15, 0.2)
+    return Port(create)
+
+
+@pytest.mark.parametrize("sent", range(len(DRIVING) + 1))
+def test_a_driver_may_die_amid_a_command(base: Any, port: Port, tmp_path: Any, sent: int) -> None:
+    port.create.receive(codec.drive_direct(300, 300)[:sent], 0.5)
+    options = BringUp(str(tmp_path))
+    assert stop_base(options, port.open) == "the base was told to stop"
+    assert base.wheels == (0.0, 0.0) and port.create.mode is Mode.FULL and port.closed
+    assert port.opened == [(str(tmp_path / "ports" / "create"), 57600)]
+
+
+def test_the_port_of_a_real_robot_is_that_of_its_configuration(port: Port, tmp_path: Any) -> None:
+    config = tmp_path / "robot.yaml"
+    config.write_text(ROBOT)
+    options = BringUp(str(tmp_path), simulated=False, config_file=str(config))
+    assert stop_base(options, port.open) == "the base was told to stop"
+    assert port.opened == [("/dev/base", 115200)]
+
+
+def test_a_base_that_cannot_be_told_is_said_to_be_driving(tmp_path: Any) -> None:
+    def gone(path: str, baud_rate: int) -> Any:
+        raise DeviceLost(f"cannot open {path}")
+
+    said = stop_base(BringUp(str(tmp_path)), gone)
+    assert "may still be driving" in said and "cannot open" in said
+
+
+def test_a_configuration_that_cannot_be_read_any_more_is_said_too(tmp_path: Any) -> None:
+    options = BringUp(str(tmp_path), simulated=False, config_file=str(tmp_path / "gone.yaml"))
+    assert "may still be driving" in stop_base(options)

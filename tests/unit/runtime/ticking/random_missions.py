@@ -1,0 +1,169 @@
+"""Random missions, written as YAML and compiled as every mission is: guards, timers, clean-ups, calls."""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import failure, success
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.testing.ticking import make_context
+from florence_bt.trees.compile import compile_mission
+from florence_bt.trees.inputs import parse_inputs
+from florence_bt.trees.loader import MissionLibrary
+
+KEYS = ("a", "b", "c", "d")
+DECLARATIONS = {
+    declaration.name: declaration
+    for declaration in (
+        SkillDeclaration("work", "Work", failures={"broken": "it broke"}, deadline_s=6.0),
+        SkillDeclaration("other", "Work too", failures={"broken": "it broke"}),
+        SkillDeclaration(
+            "count", "Count", outputs={"n": Port(Kind.INTEGER, "n")}, failures={"broken": "it broke"}
+        ),
+    )
+}
+SUB = """mission: sub
+inputs: {x: {type: integer, description: x}}
+outputs: {y: {type: integer, description: y}}
+tree:
+  sequence:
+    - selector: [{condition: $x > 1}, {work: }]
+      memory: false
+    - set: {y: 2}
+  memory: false
+"""
+Node = dict[str, Any]
+
+
+class Author:
+    """Writes the mission of a seed."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = random.Random(seed)
+        self._names = 0
+        self._left = self.random.choice((6, 12, 25, 40))
+
+    def file(self) -> str:
+        keys = {key: {"type": "integer", "default": 1, "description": key} for key in KEYS}
+        tree = self.node(self.random.choice((2, 3, 4, 5)))
+        return f"mission: m\nkeys: {json.dumps(keys)}\ntree: {json.dumps(tree)}\n"
+
+    def node(self, depth: int) -> Node:
+        self._left -= 1
+        if depth == 0 or self._left < 0 or self.random.random() < 0.15:
+            return self.guarded(self.leaf())
+        kind = self.random.choice(
+            (self.composite, self.composite, self.composite, self.choice, self.decorator)
+        )
+        return self.guarded({**kind(depth - 1), "name": self.name()})
+
+    def leaf(self) -> Node:
+        key, dice = self.random.choice(KEYS), self.random.random()
+        if dice < 0.4:
+            node: Node = {"condition": self.formula()}
+        elif dice < 0.75:
+            node = self.random.choice([{"work": None}, {"other": None}, {"count": None, "out": {"n": key}}])
+        elif dice < 0.87:
+            node = {"wait": self.random.choice(("0.5 s", "1 s", "2 s"))}
+        elif dice < 0.96:
+            value: Any = self.random.randrange(4)
+            node = {"set": {key: self.random.choice((value, f"${{${key} + 1}}"))}}
+        else:
+            node = {"fail": "because"}
+        return {**node, "name": self.name()}
+
+    def composite(self, depth: int) -> Node:
+        children = [self.node(depth) for _ in range(self.random.choice((1, 2, 2, 3, 3, 4)))]
+        kind = self.random.choice(("sequence", "selector", "parallel"))
+        node: Node = {kind: children}
+        if kind != "parallel":
+            return node | self.random.choice(({}, {"memory": False}, {"memory": False}, {"memory": True}))
+        names = [
+            child["name"] for child in self.random.sample(children, self.random.randint(1, len(children)))
+        ]
+        policies = ("all", "any", names, {"succeed": len(names), "fail": 1})
+        return {**node, "policy": self.random.choice(policies)}
+
+    def choice(self, depth: int) -> Node:
+        if self.random.random() < 0.3:
+            cases = {number: self.node(depth) for number in self.random.sample(range(4), 2)}
+            return {"switch": f"${self.random.choice(KEYS)}", "cases": cases, "default": self.node(depth)}
+        asked = self.random.choice((self.formula(), self.leaf()))
+        otherwise = self.random.choice(({}, {"else": self.node(depth)}))
+        return {"if": asked, "then": self.node(depth), "memory": self.random.random() < 0.4, **otherwise}
+
+    def decorator(self, depth: int) -> Node:
+        key = self.random.choice(KEYS)
+        call: Node = {"run": "sub", "with": {"x": f"${key}"}, "out": {"y": key}}
+        kinds: list[Node] = [
+            {"retry": 2},
+            {"repeat": 2},
+            {"timeout": "0.5 s"},
+            {"timeout": "1.5 s"},
+            {"force": "success"},
+            {"force": "failure"},
+            {"cooldown": "1.5 s"},
+            {"delay": "0.5 s"},
+        ]
+        child = self.node(depth)
+        return self.random.choice([*({**kind, "do": child} for kind in kinds), {"invert": child}, call])
+
+    def guarded(self, node: Node) -> Node:
+        for modifier, chance in (("when", 0.1), ("unless", 0.06), ("while", 0.12)):
+            if self.random.random() < chance:
+                node[modifier] = self.formula()
+        if self.random.random() < 0.1:
+            node["finally"] = self.leaf()
+        return node
+
+    def formula(self) -> str:
+        pick = self.random.choice
+        text = f"${pick(KEYS)} {pick(('<', '>', '==', '!='))} {self.random.randrange(4)}"
+        return pick((text, text, text, f"{text} or ${pick(KEYS)} > 1", f"not ({text})"))
+
+    def name(self) -> str:
+        self._names += 1
+        return f"n{self._names}"
+
+
+def write(seed: int, folder: Path) -> MissionLibrary:
+    """The library with the mission of a seed, which is called ``m``."""
+    (folder / "sub.yaml").write_text(SUB)
+    (folder / "m.yaml").write_text(Author(seed).file())
+    return MissionLibrary.load([folder], built_in=False)
+
+
+class Stage:
+    """A mission with scripted skills; the same seed gives the same scripts."""
+
+    def __init__(self, library: MissionLibrary, seed: int) -> None:
+        chance = random.Random(seed + 1)
+        self.clock = ManualClock()
+        self.log: list[tuple[Any, ...]] = []
+        skills = {}
+        for name, declaration in DECLARATIONS.items():
+            outputs = {"n": chance.randrange(4)} if name == "count" else {}
+            results = [
+                success(**outputs),
+                success(**outputs),
+                failure("broken", f"it broke {chance.random():.1f}"),
+            ]
+            steps = [
+                Step(chance.choice(results), after=chance.choice((0.0, 0.0, 0.5, 1.0, 1.0, 2.0, 9.0)))
+                for _ in range(chance.randint(1, 6))
+            ]
+            skills[name] = ScriptedSkill(declaration, self.clock, steps)
+        self.context = make_context(
+            self.clock,
+            skills,
+            DECLARATIONS,
+            on_skill_started=lambda path, skill, inputs: self.log.append(("starts", path, skill)),
+            on_skill_ended=lambda path, skill, result: self.log.append(("ends", path, result.code)),
+        )
+        mission = library.get("m")
+        self.root = compile_mission(mission, library, parse_inputs(mission, {}), self.context).root
