@@ -1,7 +1,7 @@
 """Keeps the simulated time from running away from whoever reads the simulated hardware.
 
-On a machine that is busy with other things a driver falls behind the hardware that it reads; missions would then
-fail for want of computing time, which says nothing about the robot. The simulated time waits instead.
+On a machine that is busy with other things a driver falls behind the hardware that it reads; missions would
+then fail for want of computing time, which says nothing about the robot. The simulated time waits instead.
 """
 
 from __future__ import annotations
@@ -30,14 +30,15 @@ class SlowestReader:
         self._granted = 0.0
 
     def heard(self, stamp: float, wall: float) -> None:
-        """What it made of the hardware's data of a moment has come.
+        """What it made of the hardware's data of a moment has come; the same moment again is no progress.
 
         Args:
             stamp: Simulated seconds of that moment.
             wall: Wall seconds now, monotonic.
         """
         with self._lock:
-            self._reached, self._heard = stamp, wall
+            if stamp != self._reached:
+                self._reached, self._heard = stamp, wall
 
     def is_behind(self, time: float, wall: float) -> bool:
         """Whether the simulated time has to wait.

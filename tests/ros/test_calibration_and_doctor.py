@@ -76,7 +76,9 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
 
 
 def gives_way_to_the_override() -> None:
-    with subprocess.Popen([*FLORENCE, "calibrate", "--rest", "3"], stdout=subprocess.PIPE, text=True) as running:
+    with subprocess.Popen(
+        [*FLORENCE, "calibrate", "--rest", "3"], stdout=subprocess.PIPE, text=True
+    ) as running:
         assert running.stdout is not None
         try:
             assert any("turning towards the wall" in line for line in running.stdout)
