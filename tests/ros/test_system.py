@@ -207,7 +207,7 @@ def test_a_process_that_dies_ends_the_bring_up_with_its_log(system):
     os.kill(victim, signal.SIGKILL)
     assert process.wait(60) == 3
     text = output.read_text()
-    assert "the process 'navigation' ended" in text
+    assert "the process 'navigation' was killed by SIGKILL" in text
     assert processes_of(folder) == []
 
 
