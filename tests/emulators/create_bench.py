@@ -1,4 +1,4 @@
-"""What the tests of the driver over a real pseudo-terminal share: everything on one thread, time by hand."""
+"""What the tests of the emulated Create share: a base that is awake; a driver on a line, time by hand."""
 
 from __future__ import annotations
 
@@ -21,6 +21,13 @@ LONG_S = 5.0
 """A limit for what takes microseconds."""
 
 RETRY_S = 0.5
+
+
+def awake(base: Any, mode: int = 132, **how: Any) -> CreateEmulator:
+    """An emulated base that was started and told its mode, without a line."""
+    create = CreateEmulator(base, BaseSensors(base, 0, PERFECT_BASE), **how)
+    create.receive(bytes([128, mode]), 0.0)
+    return create
 
 
 class PtyBench:

@@ -6,38 +6,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.testing import MockError, Stage, fail, never, raises, succeed
-
-GREET = """
-mission: greet
-description: Drives somewhere and looks.
-inputs:
-  room: {type: text, default: kitchen}
-outputs:
-  user: {type: pose, description: where the person is}
-tree:
-  sequence:
-    - get_hotspot: {label: $room}
-      out: {pose: spot}
-    - navigate_to: {goal: $spot}
-    - name: look around
-      retry: 3
-      do:
-        look_for_user: {window: 2 s}
-        out: {user: user}
-"""
-SEEN = succeed(user="(3 m, 2 m, 0 deg)", distance="2 m", user_id=7, after="1 s")
-
-
-@pytest.fixture
-def stage(tmp_path):
-    stage = Stage(scratch=tmp_path)
-    stage.load(GREET)
-    stage.defaults(
-        get_hotspot="SUCCESS (pose=(1 m, 2 m, 90 deg))",
-        navigate_to="cancel takes 500 ms, running 10 s, then SUCCESS",
-        look_for_user=SEEN,
-    )
-    return stage
+from tests.unit.testing.greeting import GREET, SEEN
 
 
 def test_a_whole_run(stage):
@@ -290,56 +259,6 @@ def test_a_second_mission_is_refused_queued_or_goes_first(stage):
     assert [play.status for play in stage.plays] == ["STOPPED", "SUCCEEDED", "SUCCEEDED"]
     assert [len(play.calls()) for play in stage.plays] == [2, 3, 1]
     assert len(stage.calls) == 6
-
-
-FAILING = [
-    (lambda play: play.assert_failed(), "is SUCCEEDED, not FAILED"),
-    (lambda play: play.assert_status("STOPPED"), "is SUCCEEDED, not STOPPED"),
-    (lambda play: play.assert_why(code="no_path"), "the code is 'ok', not 'no_path'"),
-    (lambda play: play.assert_why(reason="door"), "does not contain 'door'"),
-    (lambda play: play.assert_why(leaf="navigate_to"), "not 'navigate_to' but nothing"),
-    (lambda play: play.assert_succeeded(user="(3 m, 2 m, 1 deg)"), "the output user is"),
-    (lambda play: play.assert_succeeded(usr="(3 m, 2 m, 1 deg)"), "no output 'usr'"),
-    (lambda play: play.assert_keys({"room": "hall"}), "the key room is kitchen, not hall"),
-    (lambda play: play.assert_called("navigate_to", times=2), "was started once, not twice"),
-    (lambda play: play.assert_called("navigate_to", goal="(0 m, 0 m, 0 deg)"), "started never (once in all)"),
-    (lambda play: play.assert_not_called("navigate_to"), "was started once, not never"),
-    (lambda play: play.assert_called("turn"), "was started never, not at least once"),
-    (lambda play: play.assert_order("navigate_to", "get_hotspot"), "was not called after navigate_to"),
-    (lambda play: play.assert_calls(["get_hotspot"], only=True), "a further call came"),
-    (lambda play: play.assert_calls(["navigate_to"], only=True), "as number 1, but 0 s  get_hotspot"),
-    (lambda play: play.assert_trace("0 s  get_hotspot: FAILURE"), "the trace is another one"),
-    (lambda play: play.assert_tree("[+] greet"), "the tree is another one"),
-    (lambda play: play.assert_duration("10 s"), "took 11 s, not 10 s"),
-    (lambda play: play.assert_duration("10 s", at_most=True), "not at most 10 s"),
-]
-
-
-@pytest.mark.parametrize(("assertion", "says"), FAILING)
-def test_an_assertion_that_does_not_hold_shows_the_tree_and_the_calls(stage, assertion, says):
-    play = stage.run("greet")
-    with pytest.raises(AssertionError) as caught:
-        assertion(play)
-    text = str(caught.value)
-    assert says in text.splitlines()[0]
-    assert "[+] greet (sequence)" in text
-    assert "10 s  look_for_user(window=2 s): ok after 1 s" in text
-
-
-@pytest.mark.parametrize(
-    "assertion",
-    [
-        lambda play: play.assert_called("navigat_to"),
-        lambda play: play.assert_why(leaf="navigat_to"),
-        lambda play: play.assert_called("navigate_to", gaol="(0 m, 0 m, 0 deg)"),
-        lambda play: play.assert_called("navigate_to", goal="3 m"),
-        lambda play: play.assert_status("DONE"),
-        lambda play: play.calls("a//b"),
-    ],
-)
-def test_a_wrong_assertion_is_an_error_of_its_own(stage, assertion):
-    with pytest.raises(ConfigError):
-        assertion(stage.run("greet"))
 
 
 def test_the_tree_is_compared_whole_or_as_far_as_it_was_reached(stage):

@@ -1,0 +1,85 @@
+"""What is wrong with a scenario file is told with its place."""
+
+import pytest
+
+WRONG = [
+    ("{@than: {status: SUCCEEDED}}", "no key 'than'", "then"),
+    ("{then: {status: @SUCCEDED}}", "no status 'SUCCEDED'", "SUCCEEDED"),
+    ("{then: {leaf: @navigat_to}}", "matches no node", "drive to the hotspot"),
+    ("{then: {called: {@turn_: 1}}}", "matches no skill", ""),
+    ("{then: {called: {turn: @-1}}}", "whole number", ""),
+    ("{then: {calls: [navigate_to: {@gaol: 1}]}}", "no input 'gaol'", "goal"),
+    ("{then: {calls: [navigate_to: {goal: @1}]}}", "a pose is needed", ""),
+    ("{then: {outputs: {@pose: 1}}}", "no output 'pose'", "no outputs"),
+    ("{then: {duration: @3}}", "needs a unit", "3 s"),
+    ("{then: {nodes: {navigate_to: @DONE}}}", "no status 'DONE'", "SUCCESS"),
+    ("{then: {trace: {@off: turn}}}", "no key 'off'", "of"),
+    ("{mission: @goto_rom, then: {}}", "no mission 'goto_rom'", "goto_room"),
+    ("{given: {inputs: {@rom: 1}}}", "no input 'rom'", "room"),
+    ("{given: {skills: {navigate_to: @SUCESS}}}", "'SUCESS'", "SUCCESS"),
+    ("{given: {skills: {navigate_to: running 3 s then @FALURE}}}", "'FALURE'", "FAILURE"),
+    ("{given: {skills: {navigate_to: FAILURE @no_pth}}}", "'no_pth'", "no_path"),
+    ("{given: {skills: {get_hotspot: @SUCCESS}}}", "without pose", "pose"),
+    ("{given: {skills: {@turn: SUCCESS}}}", "a skill that goto_room does not use", "navigate_to"),
+    ("{given: {skills: {@navigat_to: SUCCESS}}}", "matches no skill", "navigate_to, drive to the hotspot"),
+    ("{given: {skills: {@/goto_room: SUCCESS}}}", "no skill but a node of the tree", "drive to the hotspot"),
+    ("{given: {inputs: @{room: }}}", "needs the input room", ""),
+    ("{given: {skills: {navigate_to: running @-3 s then SUCCESS}}}", "cannot be '-3 s'", "3 s"),
+    ("{given: {skills: {navigate_to: SUCCESS @room}}}", "cannot stand behind", "then SUCCESS"),
+    ("{given: {skills: {@a//b: SUCCESS}}}", "no pattern", ""),
+    ("{given: {skills: {@a/ /b: SUCCESS}}}", "no pattern", ""),
+    ("{given: {skills: {navigate_to: @{success: , failure: }}}}", "one ending", "never"),
+    ("{given: {skills: {navigate_to: {@sucess: }}}}", "no key 'sucess'", "success"),
+    ("{given: {skills: {navigate_to: @[]}}}", "script is empty", "SUCCESS"),
+    ("{given: {skills: {navigate_to: [SUCCESS always, @FAILURE]}}}", "nothing can follow", ""),
+    ("{given: {skills: {navigate_to: ['FAILURE, again', @SUCCESS]}}}", "nothing can follow", ""),
+    ("{given: {skills: {get_hotspot: {switch: @room, default: FAILURE}}}}", "no input 'room'", "label"),
+    ("{given: {skills: {get_hotspot: @{switch: label}}}}", "has no cases", ""),
+    ("{when: [@stopp]}", "nothing that happens is called 'stopp'", "stop"),
+    ("{when: [{at: 3 s, @stopp: x}]}", "nothing that happens is called 'stopp'", "stop"),
+    ("{when: [{stop: x, @pause: y}]}", "'pause' cannot stand beside 'stop'", "of its own"),
+    ("{when: [advance @4]}", "needs a unit", "4 s"),
+    ("{when: [@{}]}", "nothing happens here", "stop"),
+    ("{when: [expect: @{}]}", "nothing is expected", "status"),
+    ("{when: [@[stop]]}", "a word or a table", "stop"),
+    ("{when: [{until: @drve}]}", "matches no node", "drive to the hotspot"),
+    ("{when: [{start: @goto_room}]}", "needs the input room", ""),
+    ("{when: [{start: goto_room, inputs: {room: x}, policy: @q}]}", "no policy 'q'", "queue"),
+    ("{name: @x <y>, examples: [{z: 1}]}", "no 'y'", "z"),
+    ("{examples: @[]}", "no examples", ""),
+    ("{examples: @{a: [1], b: [1, 2]}}", "different lengths", ""),
+    ("{then: {runs: {@other: {code: ok}}}}", "no run is called 'other'", ""),
+    ("@{name: again, then: {code: ok}}", "two scenarios are called 'again'", "another name"),
+    ("@{name: x, when: [stop]}", "expects nothing", "status"),
+    ("@{name: x, then: }", "expects nothing", "status"),
+    ("{then: {@not_called: []}}", "not_called expects nothing", ""),
+    ("{then: {@keys: {}}}", "keys expects nothing", ""),
+    ("{then: {keys: {room: kitchen, @rom: x}}}", "no key 'rom'", "room"),
+    ("{then: {keys: {hotspot: @3 m}}}", "a pose is needed", ""),
+    ("{then: {@status: FAILED, refused: x}}", "does not run", ""),
+    ("{mission: @got_room}", "no mission", "goto_room, missions: [FOLDER] at the top"),
+    ("@{name: }", "has no name", ""),
+    ("@just a text", "must be a table", ""),
+]
+"""The place of the error is marked with @."""
+
+
+@pytest.mark.parametrize(("marked", "says", "valid"), WRONG)
+def test_what_is_wrong_is_told_with_its_place(read, marked, says, valid):
+    text = f"- {{name: again, then: {{code: ok}}}}\n- {marked}"
+    findings = [f for f in read(text.replace("@", "")).findings if says in f.message]
+    assert findings, read(text.replace("@", "")).findings
+    assert (findings[0].line, findings[0].column) == (9, 5 + marked.index("@"))
+    assert valid in ", ".join(findings[0].valid)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "- 1", "a: [", "mission: goto_room\n", "when: 1\n", "missions: [nowhere]\nscenarios: []\n"),
+        "scenarios:\n  - {name: x, then: {code: ok}}\n",
+    ],
+)
+def test_files_that_are_no_scenarios(read, text):
+    found = read(text, "")
+    assert found.findings and not found.scenarios
