@@ -98,12 +98,21 @@ class RosClock(TimerQueue):
     def was_asked(self) -> bool:
         """Whether somebody waits, or has asked for the time since the last call of this."""
         asked, self._asked = self._asked, False
-        return asked or self.waiting > 0
+        return asked or self.waiting > 0 or self._others_wait()
 
     def close(self) -> None:
         """Forget every callback and stop listening to time jumps; what is asked for later never comes."""
         self._jumps.unregister()
         super().close()
+
+    def _others_wait(self) -> bool:
+        """Whether a timer of rclpy runs on this clock beside ours, e.g. one of somebody's skill."""
+        return any(
+            timer is not self._timer
+            and timer.clock.clock_type == ClockType.ROS_TIME
+            and not timer.is_canceled()
+            for timer in self._node.timers
+        )
 
     def _before_time_jump(self) -> None:
         self._before_jump = self._read()

@@ -13,6 +13,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.service import Service
+from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
@@ -74,6 +75,12 @@ class FlorenceNode(Node):
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
         return super().get_clock()
+
+    def create_timer(self, *arguments: Any, **options: Any) -> RclTimer:
+        """A timer of rclpy; on simulated time it runs also while nobody else asks for the time."""
+        if hasattr(self, "ros_timebase"):
+            self.ros_timebase.refresh()
+        return super().create_timer(*arguments, **options)
 
     def read_parameters(self, cls: type[T]) -> T:
         """Declare a parameter for each field of a frozen dataclass and read them all.

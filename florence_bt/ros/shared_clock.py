@@ -88,7 +88,11 @@ class SharedClock:
             source._subscribe_to_clock_topic()
 
     def listen(self) -> None:
-        """Hear each message from now on, and wait for the first one if somebody publishes any."""
+        """Hear each message from now on, and wait for the first one if somebody publishes any.
+
+        For the loop's thread only. The threads that read devices ask for the time too: that is safe, because
+        a driver always waits for its next diagnostics, so its process never rests.
+        """
         if self.listens:
             return
         self.listens = True

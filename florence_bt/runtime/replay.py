@@ -103,8 +103,7 @@ class _Replay:
         self._done: list[Event] = []
         self._over: tuple[RunStatus, Why | None] | None = None
         self._skills = {
-            name: _RecordedSkill(name, declaration, lambda: self._run.ticks)
-            for name, declaration in declarations.items()
+            name: _RecordedSkill(name, declaration, run) for name, declaration in declarations.items()
         }
         self._give_ends()
         announcer = Announcer(self._clock, NoLog())
@@ -129,6 +128,8 @@ class _Replay:
                 self._run.paused = event.reason
             elif event.kind in (EventKind.RESUMED.value, EventKind.RECOVERED.value):
                 self._advance(event.time, 0.0)
+                if event.kind == EventKind.RECOVERED.value:
+                    self._let_go()
                 self._tree.pause(event.reason)
                 if not event.data.get("paused"):
                     self._tree.resume()
@@ -136,8 +137,17 @@ class _Replay:
                 break
         if self._over is None:
             self._advance(self._events[-1].time, 0.0)
+            self._let_go()
+        if self._over is None:
             self._tree.pause(self._run.paused)
         return Replayed(self._tree, self._over)
+
+    def _let_go(self) -> None:
+        """Nothing goes on in a robot whose process has died: who waits for the end of a run need not."""
+        for skill in self._skills.values():
+            skill.let_go()
+        if self._run.status is RunStatus.ENDING:
+            self._tree.step()
 
     def _tick(self, index: int, *, complete: bool) -> None:
         """Do the tick whose first event has this index, and compare."""
@@ -164,6 +174,11 @@ class _Replay:
     def _give_ends(self) -> None:
         """Give each recorded start the end that belongs to it."""
         records: dict[int, _Recorded] = {}
+        last_change = {
+            event.tick: index
+            for index, event in enumerate(self._events)
+            if event.kind == EventKind.NODE.value
+        }
         for index, event in enumerate(self._events):
             if event.kind == EventKind.SKILL_STARTED.value and event.skill in self._skills:
                 records[index] = _Recorded()
@@ -173,32 +188,40 @@ class _Replay:
             # One that was cancelled for a pause is started again and has its end there.
             if start in records and not (event.data.get("paused") and event.code != "ok"):
                 records[start].tick = event.tick
+                records[start].told_late = end > last_change.get(event.tick, -1)
                 records[start].result = _result(event, self._skills[event.skill].declaration)
 
 
 @dataclass
 class _Recorded:
-    """The end of a recorded run of a skill; without a result it went on when the process died."""
+    """The end of a recorded run of a skill; without a result it went on when the process died.
+
+    Attributes:
+        tick: The tick in which the end was told, or after which.
+        told_late: Whether nothing else of that tick was told afterwards. A run that was left ended after it.
+        result: How it ended.
+    """
 
     tick: int = 0
+    told_late: bool = False
     result: Result | None = None
 
 
 class _RecordedSkill:
     """A skill that answers what it answered then, run by run in the order of the starts."""
 
-    def __init__(self, name: str, declaration: SkillDeclaration, tick: Callable[[], int]) -> None:
+    def __init__(self, name: str, declaration: SkillDeclaration, mission: MissionRun) -> None:
         self.declaration = declaration
         self.records: list[_Recorded] = []
         self._name = name
-        self._tick = tick
+        self._mission = mission
         self._started: list[_RecordedRun] = []
 
     def start(self, inputs: Inputs) -> _RecordedRun:
         """The next recorded run; one that never ends when the journal has no more."""
         number = len(self._started)
         record = self.records[number] if number < len(self.records) else _Recorded()
-        run = _RecordedRun(record, self._tick)
+        run = _RecordedRun(record, self._mission)
         self._started.append(run)
         return run
 
@@ -207,26 +230,35 @@ class _RecordedSkill:
         for run in self._started:
             run.release(tick)
 
+    def let_go(self) -> None:
+        """End the runs that were left and had not ended when the process died."""
+        for run in self._started:
+            run.let_go()
+
 
 @dataclass
 class _RecordedRun:
     """One recorded run of a skill."""
 
     record: _Recorded
-    tick: Callable[[], int]
+    mission: MissionRun
     callbacks: list[Callable[[], None]] = field(default_factory=list)
     result: Result | None = None
     feedback: str = ""
+    left: bool = False
 
     def poll(self) -> Result | None:
         """The recorded result, from the recorded tick on."""
-        if self.result is None and self.record.result is not None and self.tick() >= self.record.tick:
+        if self._has_ended_by(self.mission.ticks):
             self.result = self.record.result
         return self.result
 
     def cancel(self) -> None:
-        """End at once: nothing real goes on."""
-        self.result = self.result or cancelled()
+        """End at once for a pause; a run that is left takes its time: others may have waited for its end."""
+        if self.mission.status is RunStatus.PAUSED:
+            self.result = self.result or cancelled()
+        else:
+            self.left = True
 
     def on_change(self, callback: Callable[[], None]) -> None:
         """Remember whom to wake."""
@@ -234,10 +266,22 @@ class _RecordedRun:
 
     def release(self, tick: int) -> None:
         """Take the recorded result if the run ended by this tick, and wake who waits."""
-        if self.result is None and self.record.result is not None and self.record.tick <= tick:
-            self.result = self.record.result
-            for callback in self.callbacks:
-                callback()
+        if self._has_ended_by(tick):
+            self._end(self.record.result)
+
+    def let_go(self) -> None:
+        """End if it was left: the process that would have told its end has died."""
+        if self.left and self.result is None:
+            self._end(self.record.result or cancelled())
+
+    def _has_ended_by(self, tick: int) -> bool:
+        last = self.record.tick + (self.left and self.record.told_late)
+        return self.result is None and self.record.result is not None and tick >= last
+
+    def _end(self, result: Result | None) -> None:
+        self.result = result
+        for callback in self.callbacks:
+            callback()
 
 
 def _told(event: JournaledEvent) -> tuple[str, ...]:

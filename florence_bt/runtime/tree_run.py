@@ -234,7 +234,13 @@ class TreeRun:
 
     def keep_off(self, reason: str) -> None:
         """Drive no more: a person has the robot. The rest of the clean-ups goes on; call it before a stop."""
-        keep_off_the_base(self._skills, self._world.declarations, self._context.runs, reason)
+        keep_off_the_base(
+            self._skills,
+            self._world.declarations,
+            self._context.runs,
+            reason,
+            partial(self._world.announcer.tell_broken, self.run),
+        )
 
     def end(self, status: RunStatus, why: Why | None) -> None:
         """End the tree; the run is over when every skill has reported its end.

@@ -64,6 +64,7 @@ def keep_off_the_base(
     declarations: Mapping[str, SkillDeclaration],
     runs: Iterable[OpenRun],
     reason: str,
+    tell_broken: Callable[[Exception], None],
 ) -> None:
     """Let nothing of a run drive any more, its clean-ups included; what does not drive goes on.
 
@@ -72,10 +73,14 @@ def keep_off_the_base(
         declarations: What the skills say about themselves.
         runs: The runs of skills that have not reported their end; those that drive are cancelled.
         reason: Why, for people.
+        tell_broken: Told of a skill that breaks when it is cancelled; the others are cancelled all the same.
     """
     for name, declaration in declarations.items():
         if BASE in declaration.resources and name in skills:
             skills[name] = Refusing(reason)
     for entry in tuple(runs):
         if BASE in entry.resources:
-            entry.run.cancel()
+            try:
+                entry.run.cancel()
+            except Exception as error:
+                tell_broken(error)

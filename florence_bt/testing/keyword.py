@@ -9,7 +9,10 @@ from florence_bt.core.errors import ConfigError
 
 Chooser = Callable[[str], bool]
 
-_TOKEN = re.compile(r"""\s*(?:(?P<mark>[()])|"(?P<text>[^"]*)"|'(?P<other>[^']*)'|(?P<word>[^\s()"']+))""")
+_TOKEN = re.compile(
+    r"""\s*(?:(?P<mark>[()])|"(?P<text>[^"]*)"|'(?P<other>[^']*)'|(?P<word>[^\s()"'][^\s()]*))"""
+)
+"""A quote counts only where a word begins: ``robot's`` is a word."""
 _OPERATORS = ("and", "or", "not")
 _EXAMPLE = '"stop and not (kitchen or hall)"'
 

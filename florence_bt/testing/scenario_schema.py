@@ -16,6 +16,7 @@ from florence_bt.testing._scenario_events import KINDS
 from florence_bt.testing._scenario_mocks import ENDINGS
 from florence_bt.testing.record import STATUSES
 from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.schema import DRAFT
 
 Schema = dict[str, Any]
 
@@ -30,25 +31,25 @@ _SCRIPT_EXAMPLE = "running 3 s, then FAILURE no_path twice, then SUCCESS"
 
 
 def scenario_schema(library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> Schema:
-    """The schema (draft 2020-12).
+    """The schema (draft-07).
 
     Args:
         library: The missions that scenarios may use.
         declarations: The skills by name.
     """
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$schema": DRAFT,
         "title": "Scenarios of Florence BT missions",
         "type": "object",
         "required": ["scenarios"],
         "additionalProperties": False,
         "properties": {
-            "mission": {"$ref": "#/$defs/mission"},
+            "mission": {"$ref": "#/definitions/mission"},
             "missions": {"description": "Further folders of missions.", **_one_or_more({"type": "string"})},
-            "given": {"$ref": "#/$defs/given"},
-            "scenarios": {"type": "array", "items": {"$ref": "#/$defs/scenario"}},
+            "given": {"$ref": "#/definitions/given"},
+            "scenarios": {"type": "array", "items": {"$ref": "#/definitions/scenario"}},
         },
-        "$defs": {
+        "definitions": {
             "mission": _mission(library),
             "given": _given(),
             "skills": _skills(declarations),
@@ -76,8 +77,8 @@ def _given() -> Schema:
     return _table(
         "What holds before: inputs, what each skill does, how the mission is triggered.",
         {
-            "inputs": {"$ref": "#/$defs/inputs"},
-            "skills": {"$ref": "#/$defs/skills"},
+            "inputs": {"$ref": "#/definitions/inputs"},
+            "skills": {"$ref": "#/definitions/skills"},
             "policy": {"enum": [policy.value for policy in Policy]},
             "priority": _COUNT,
             "caller": _TEXT,
@@ -90,10 +91,10 @@ def _skills(declarations: Mapping[str, SkillDeclaration]) -> Schema:
         "type": "object",
         "description": "What each skill does; by its name or by a pattern of paths.",
         "properties": {
-            name: {"description": _about(declaration), "$ref": "#/$defs/script"}
+            name: {"description": _about(declaration), "$ref": "#/definitions/script"}
             for name, declaration in declarations.items()
         },
-        "additionalProperties": {"$ref": "#/$defs/script"},
+        "additionalProperties": {"$ref": "#/definitions/script"},
     }
 
 
@@ -108,13 +109,13 @@ def _script() -> Schema:
         "An answer that depends on an input.",
         {
             "switch": {"type": "string", "description": "The input."},
-            "cases": {"type": "object", "additionalProperties": {"$ref": "#/$defs/script"}},
-            "default": {"$ref": "#/$defs/script"},
+            "cases": {"type": "object", "additionalProperties": {"$ref": "#/definitions/script"}},
+            "default": {"$ref": "#/definitions/script"},
         },
         required=["switch"],
     )
     text = {"type": "string", "examples": ["SUCCESS", "FAILURE no_path", _SCRIPT_EXAMPLE]}
-    step = {"anyOf": [text, {"$ref": "#/$defs/step"}]}
+    step = {"anyOf": [text, {"$ref": "#/definitions/step"}]}
     return {"anyOf": [*step["anyOf"], switch, {"type": "array", "items": step, "minItems": 1}]}
 
 
@@ -149,7 +150,7 @@ def _scenario() -> Schema:
         "One case.",
         {
             "name": {"type": "string", "minLength": 1},
-            "mission": {"$ref": "#/$defs/mission"},
+            "mission": {"$ref": "#/definitions/mission"},
             "examples": {
                 "description": "Once for each; <name> stands for a value.",
                 "anyOf": [
@@ -157,12 +158,12 @@ def _scenario() -> Schema:
                     {"type": "object", "additionalProperties": {"type": "array"}},
                 ],
             },
-            "given": {"$ref": "#/$defs/given"},
+            "given": {"$ref": "#/definitions/given"},
             "when": {
                 "description": "What happens while the mission runs, in order.",
-                **_one_or_more({"$ref": "#/$defs/happening"}),
+                **_one_or_more({"$ref": "#/definitions/happening"}),
             },
-            "then": {"$ref": "#/$defs/then"},
+            "then": {"$ref": "#/definitions/then"},
         },
         required=["name", "then"],
     )
@@ -176,14 +177,14 @@ def _happening() -> Schema:
         "until": {"type": "string", "description": "A pattern of nodes."},
         "is": {"enum": list(STATUSES)},
         **dict.fromkeys(("stop", "pause", "resume", "override", "release"), _ANYTHING_OR_NOTHING),
-        "start": {"$ref": "#/$defs/mission"},
-        "inputs": {"$ref": "#/$defs/inputs"},
+        "start": {"$ref": "#/definitions/mission"},
+        "inputs": {"$ref": "#/definitions/inputs"},
         "policy": {"enum": [policy.value for policy in Policy]},
         "priority": _COUNT,
         "caller": _TEXT,
         "refused": _TEXT,
         "as": _TEXT,
-        "expect": {"$ref": "#/$defs/expect"},
+        "expect": {"$ref": "#/definitions/expect"},
     }
     tables = [
         _table(f"{kind}.", {key: keys[key] for key in (kind, *more, "at")}, required=[kind])
@@ -238,7 +239,7 @@ def _then(declarations: Mapping[str, SkillDeclaration]) -> Schema:
     schema = _expect(declarations)
     more = {
         "refused": {**_TEXT, "description": "The trigger is refused with a reason that contains this."},
-        "runs": {"type": "object", "additionalProperties": {"$ref": "#/$defs/expect"}},
+        "runs": {"type": "object", "additionalProperties": {"$ref": "#/definitions/expect"}},
     }
     return {
         **schema,

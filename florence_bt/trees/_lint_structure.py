@@ -30,11 +30,11 @@ def check_structure(mission: Mission, facts: Facts, notes: Notes) -> None:
     for node in facts.of(mission).all:
         match node:
             case model.Parallel(children=children):
-                _check_resources(children, mission, facts, notes)
+                _check_resources(children, mission, facts, notes, "sequence: one after the other")
             case model.If(memory=False, condition=Node() as asked):
                 # While a question that takes time is asked again, the branch goes on.
                 for branch in node.parts[1:]:
-                    _check_resources((asked, branch), mission, facts, notes)
+                    _check_resources((asked, branch), mission, facts, notes, "memory: true, to ask only once")
 
 
 def _check_recursion(mission: Mission, facts: Facts, notes: Notes) -> None:
@@ -97,7 +97,9 @@ def too_large(mission: Mission, facts: Facts) -> Iterator[ConfigError]:
         yield ConfigError(message, file=mission.file, line=place.line, column=place.column, valid=[valid])
 
 
-def _check_resources(together: Iterable[Node], mission: Mission, facts: Facts, notes: Notes) -> None:
+def _check_resources(
+    together: Iterable[Node], mission: Mission, facts: Facts, notes: Notes, instead: str
+) -> None:
     """Note which of some nodes that can run at the same time want the same resource."""
     known = facts.of(mission)
     users: dict[str, Node] = {}
@@ -106,7 +108,7 @@ def _check_resources(together: Iterable[Node], mission: Mission, facts: Facts, n
             if resource in users:
                 one, other = _named(users[resource], resource, facts), _named(child, resource, facts)
                 message = f"{one} and {other} both need the {resource} at the same time"
-                notes.error(child.position, message, ["sequence: one after the other"])
+                notes.error(child.position, message, [instead])
             users.setdefault(resource, child)
 
 

@@ -12,6 +12,7 @@ from florence_bt.trees._facts import Facts
 from florence_bt.trees._kinds import fits, kind_of
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.expressions.checking import check_kinds
+from florence_bt.trees.expressions.parser import parse_expression
 from florence_bt.trees.model import (
     Expression,
     Literal,
@@ -108,7 +109,8 @@ class ValueChecks:
         """Warn of ``$a + 1`` where anything will do: without ``${...}`` it is a text."""
         if isinstance(value, Template) and not value.quoted:
             meant = as_expression(value)
-            if meant:
+            # "$first - $last" with two texts is no sum that lacks its braces.
+            if meant and not check_kinds(parse_expression(show(value)), self._kinds).problems:
                 message = f"{what}: {show(value)!r} is a text here, and nothing is computed"
                 self._notes.warning(value.position, message, (*meant, f'"{show(value)}" for a text'))
 

@@ -166,9 +166,7 @@ class MissionClient:
             SystemNotThere: Nobody serves it.
             DeviceTimeout: It does not answer.
         """
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self.node.create_client(service_type, name)
+        client = self._client(service_type, name)
         if not self._comes_in_sight(client):
             raise SystemNotThere(f"nobody serves {name}; is the system up? Start it with: florence up --sim")
         tries = 3 if repeat else 1
@@ -281,16 +279,19 @@ class MissionClient:
             # The button first, questions later: somebody presses it because the robot moves.
             self.spin_until(lambda: publisher.get_subscription_count() > 0, ANSWER_BUDGET_S)
             publisher.publish(Bool(data=on))
-            begin = told = time.monotonic()
+            told, end = time.monotonic(), None
             listeners = publisher.get_subscription_count()
-            while (now := time.monotonic()) < begin + ANSWER_BUDGET_S:
+            while end is None or time.monotonic() < end:
+                asked = time.monotonic()
                 status = self.status()
+                # From the first answer on: the mission server may just be being started again.
+                end = end or time.monotonic() + ANSWER_BUDGET_S
                 obeyed = (OVERRIDDEN in status.blocked_by) == on
-                if obeyed and now >= told + EVERYONE_S:
+                if obeyed and asked >= told + EVERYONE_S:
                     return status
                 if not obeyed or publisher.get_subscription_count() > listeners:
                     # Sent before the mission server, or somebody else who obeys it, was in sight.
-                    listeners, told = publisher.get_subscription_count(), now
+                    listeners, told = publisher.get_subscription_count(), time.monotonic()
                     publisher.publish(Bool(data=on))
                 self.spin_until(lambda: False, 0.1)
         finally:

@@ -6,18 +6,16 @@ The base has no watchdog (REFERENCE 1.2): it keeps the last speed that it was gi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
+from florence_bt.ros.parameters import fill_dataclass
 from florence_bt.wiring.config import load_config, section
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.simulated import hardware_settings
-
-T = TypeVar("T")
 
 END_OF_HALF_A_COMMAND = bytes(4)
 """The driver may have died amid a command, which would take our first bytes for its last: at most four, of
@@ -35,8 +33,8 @@ def stop_base(options: BringUp, open_port: Callable[[str, int], BytePort] = Seri
         What became of it, for people.
     """
     try:
-        given = _given(options)
-        node, base = _filled(TurtlebotNodeParameters, given), _filled(TurtlebotParameters, given)
+        read = _reader(options)
+        node, base = fill_dataclass(TurtlebotNodeParameters, read), fill_dataclass(TurtlebotParameters, read)
         port = open_port(node.port, node.baud_rate or base.model.baud_rate)
         try:
             port.write(END_OF_HALF_A_COMMAND + TurtlebotDriver(base).shutdown())
@@ -48,13 +46,14 @@ def stop_base(options: BringUp, open_port: Callable[[str, int], BytePort] = Seri
     return "the base was told to stop"
 
 
-def _given(options: BringUp) -> dict[str, Any]:
-    """The parameters of the base's node, as its process was given them."""
+def _reader(options: BringUp) -> Callable[[str, Any], Any]:
+    """Gives the parameters of the base's node, as its process was given them: null leaves one out."""
     config = load_config(Path(options.config_file) if options.config_file else None)
     port = str(hardware_settings(options).base_port) if options.simulated else None
-    return section(config, "turtlebot_node", port=port)
+    given = section(config, "turtlebot_node", port=port)
 
+    def read(name: str, default: Any) -> Any:
+        value = given.get(name)
+        return default if value is None else value
 
-def _filled(cls: type[T], given: dict[str, Any]) -> T:
-    names = {field.name for field in fields(cls)}  # type: ignore[arg-type]
-    return cls(**{name: value for name, value in given.items() if name in names})
+    return read

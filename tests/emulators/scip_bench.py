@@ -30,10 +30,11 @@ class Bench:
         *,
         piece: int = 4096,
         scip1: bool = False,
+        short_status: bool = False,
         model: ScannerModel = URG_04LX,
     ) -> None:
         self.world = Clockwork()
-        self.scanner = ScipEmulator(self.world, model=model, speaks_scip1=scip1)
+        self.scanner = ScipEmulator(self.world, model=model, speaks_scip1=scip1, short_status=short_status)
         self.problems: list[str] = []
         self.driver = HokuyoDriver(parameters or HokuyoParameters(calibrate_time=False), self.problems.append)
         self.scans: list[LaserScan] = []

@@ -62,6 +62,17 @@ def test_the_port_of_a_real_robot_is_that_of_its_configuration(port: Port, tmp_p
     assert port.opened == [("/dev/base", 115200)]
 
 
+def test_parameters_are_read_as_the_driver_reads_them(port: Port, tmp_path: Any) -> None:
+    """``null`` leaves one out, and a whole number is a number."""
+    config = tmp_path / "robot.yaml"
+    config.write_text(
+        "turtlebot_node: {port: /dev/base, operation_mode: null, cmd_vel_timeout: 1, drive_mode: turtle}"
+    )
+    options = BringUp(str(tmp_path), simulated=False, config_file=str(config))
+    assert stop_base(options, port.open) == "the base was told to stop"
+    assert port.opened == [("/dev/base", 57600)]
+
+
 def test_a_base_that_cannot_be_told_is_said_to_be_driving(tmp_path: Any) -> None:
     def gone(path: str, baud_rate: int) -> Any:
         raise DeviceLost(f"cannot open {path}")

@@ -104,10 +104,32 @@ def test_waits_for_angle_and_time(base: Any) -> None:
     assert end == pytest.approx(1.5708, abs=0.006)
     create.receive(bytes([155, 20]), 10.0)
     assert create.receive(bytes([142, 35]), 11.9) == b""
-    assert create.receive(bytes([142, 35]), 12.0) == bytes([3, 3])  # what came meanwhile is answered too
+    assert create.receive(bytes([142, 35]), 12.0) == bytes([3])
 
 
-def test_what_arrives_during_a_wait_is_obeyed_after_it(base: Any) -> None:
+@pytest.mark.parametrize("keeps_input", [False, True])
+def test_what_comes_during_a_wait_is_ignored_unless_told_otherwise(base: Any, keeps_input: bool) -> None:
+    """REFERENCE 1.4; some clients send a wait, the stop and a question in pieces, and need the option."""
+    create = awake(base, keeps_input=keeps_input)
+    create.receive(bytes([145, 0, 100, 0, 100, 155, 10]), 0.0)
+    assert create.receive(bytes([145, 0, 0, 0, 0, 142, 35]), 0.5) == b""
+    assert base.wheels == (0.1, 0.1)
+    answer = bytes([3]) if keeps_input else b""
+    assert create.poll(1.0) == answer
+    assert base.wheels == ((0.0, 0.0) if keeps_input else (0.1, 0.1))
+    assert create.receive(bytes([145, 0, 0, 0, 0, 142, 35]), 1.1) == bytes([3])
+    assert base.wheels == (0.0, 0.0)
+
+
+def test_a_command_of_which_only_the_beginning_came_before_a_wait_is_no_command(base: Any) -> None:
+    create = awake(base)
+    create.receive(bytes([155, 10, 142, 35, 145, 0]), 0.0)
+    create.receive(bytes([100, 0, 100]), 0.5)
+    assert create.receive(bytes([142, 35, 142, 35, 142, 35]), 1.0) == bytes([3, 3, 3, 3])
+    assert base.wheels == (0.0, 0.0)
+
+
+def test_what_came_together_with_a_wait_is_obeyed_after_it(base: Any) -> None:
     """Clients send a wait, the stop, and a question whose answer tells them that the wait is over."""
     create = awake(base)
     create.receive(bytes([145, 0, 100, 0, 100, 156, 0, 50, 145, 0, 0, 0, 0, 152, 0, 154]), 0.0)
@@ -186,12 +208,12 @@ def test_events_and_their_ends(base: Any, event: int, fault: dict[str, Any]) -> 
     assert create.receive(bytes([142, 35]), 1.0) == b""
     for name, value in fault.items():
         setattr(create.faults, name, value)
-    assert create.poll(2.0) == bytes([3])
+    assert create.receive(bytes([142, 35]), 2.0) == bytes([3])
     create.receive(bytes([158, 256 - event]), 3.0)
     assert create.receive(bytes([142, 35]), 4.0) == b""
     for name in fault:
         setattr(create.faults, name, getattr(CreateFaults(), name))
-    assert create.poll(5.0) == bytes([3])
+    assert create.receive(bytes([142, 35]), 5.0) == bytes([3])
 
 
 def test_a_script_that_goes_round_without_a_wait_does_not_hang(base: Any) -> None:

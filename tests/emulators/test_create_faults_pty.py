@@ -284,6 +284,15 @@ def test_a_base_that_hears_nothing_is_told_of_and_stopped_when_it_hears(make: Ma
     assert drives(bench, BACK)
 
 
+def test_a_firmware_that_reports_no_speeds_drives_when_nobody_checks_them(make: MakeBench) -> None:
+    for checked in (True, False):
+        bench = make(check_obedience=checked)
+        assert drives(bench)
+        fault(bench, deaf=True)  # what it reports stays the same, whatever it is told
+        bench.run(3.0, BACK)
+        assert ("DEAF" in bench.reasons) is checked
+
+
 def test_quick_changes_of_speed_are_no_disobedience(make: MakeBench) -> None:
     bench = make()
     for number in range(300):

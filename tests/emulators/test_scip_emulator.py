@@ -246,8 +246,14 @@ def test_scip_1_1_until_told_otherwise() -> None:
     who = scanner.receive(b"V\n", 0.0).split(b"\n")
     assert who[:2] == [b"V", b"0"]
     assert [line[:5] for line in who[2:]] == [b"VEND:", b"PROD:", b"FIRM:", b"PROT:", b"SERI:", b"", b""]
-    assert scanner.receive(b"SCIP2.0\n", 0.0) == b"SCIP2.0\n0\n\n"
+    assert scanner.receive(b"SCIP2.0\n", 0.0) == b"SCIP2.0\n00P\n\n"  # REFERENCE 4.3 and 4.6
     assert scanner.receive(b"QT\n", 0.0) == b"QT\n00P\n\n"
+
+
+def test_the_short_answer_of_the_manual() -> None:
+    scanner = ScipEmulator(Ramp(), speaks_scip1=True, short_status=True)
+    assert scanner.receive(b"SCIP2.0\n", 0.0) == b"SCIP2.0\n0\n\n"
+    assert scanner.receive(b"SCIP2.0\n", 0.0) == b"SCIP2.0\n0Ee\n\n"  # it speaks 2.0 already
 
 
 def test_power(scanner: ScipEmulator) -> None:

@@ -59,8 +59,11 @@ def test_window_cluster_and_skip() -> None:
     assert scans[0].scan_time == pytest.approx(0.2)
 
 
-def test_old_firmware_is_switched_to_scip_2() -> None:
-    bench = started(0.5, scip1=True)  # in half the time that one missing answer would cost
+@pytest.mark.parametrize("short_status", [False, True])
+def test_old_firmware_is_switched_to_scip_2(short_status: bool) -> None:
+    bench = started(
+        0.5, scip1=True, short_status=short_status
+    )  # in half the time that one missing answer would cost
     assert len(bench.run(0.5)) == 5
     assert bench.driver.status.corrupted == 0
 

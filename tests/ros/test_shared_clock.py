@@ -154,6 +154,23 @@ def test_a_wait_that_begins_while_idle(ros: Any, idle: Any, monkeypatch: pytest.
         teller.rests()
 
 
+def test_a_timer_of_rclpy_runs_while_nobody_asks(
+    ros: Any, idle: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shared_clock, "FIRST_S", 30.0)
+    teller, node = idle
+    fired: list[bool] = []
+    with Ticking(teller, 20.0) as ticking:
+        timer = node.create_timer(5.0, lambda: fired.append(True))
+        ticking.now = 24.0
+        ros.spin_for(0.5)  # many times IDLE_S
+        assert not fired
+        ticking.now = 25.5
+        ros.spin_until(lambda: fired, what="the timer")
+    timer.cancel()
+    teller.rests()
+
+
 @pytest.mark.parametrize("somebody_publishes", [True, False])
 def test_a_wait_keeps_its_length_when_the_time_was_not_to_be_had(
     ros: Any, idle: Any, monkeypatch: pytest.MonkeyPatch, somebody_publishes: bool

@@ -350,7 +350,7 @@ class TurtlebotDriver:
             heed_cliffs=self.parameters.stop_on_cliff,
             lowest_charge=self.parameters.lowest_charge,
         )
-        if self._drive.obedience.lost:
+        if self.parameters.check_obedience and self._drive.obedience.lost:
             return StopReason.DEAF
         return touched or (StopReason.GYRO if self._gyro_lost else None)
 

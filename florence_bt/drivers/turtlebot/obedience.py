@@ -11,6 +11,10 @@ PATIENCE_S = 1.0
 """Long enough for speeds to reach the base, and for the frame that tells them to come back."""
 
 
+TOLERANCE_MMPS = 10
+"""What a firmware may round a speed by before it tells it; no wire breaks that gently."""
+
+
 class Obedience:
     """Compares the speeds that were sent with those that the base reports.
 
@@ -47,9 +51,14 @@ class Obedience:
         told = WheelSpeeds(
             round(1000.0 * state.requested_left_velocity), round(1000.0 * state.requested_right_velocity)
         )
-        if any(wheels == told for _, wheels in self._sent):
+        if any(_near(wheels, told) for _, wheels in self._sent):
             self._doubted_since, self.lost = None, False
         elif self._doubted_since is None or now < self._doubted_since:
             self._doubted_since = now
         elif now - self._doubted_since > PATIENCE_S:
             self.lost = True
+
+
+def _near(one: WheelSpeeds, other: WheelSpeeds) -> bool:
+    differences = one.left_mmps - other.left_mmps, one.right_mmps - other.right_mmps
+    return max(map(abs, differences)) <= TOLERANCE_MMPS

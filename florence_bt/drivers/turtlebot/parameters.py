@@ -41,6 +41,8 @@ class TurtlebotParameters:
         stop_motors_on_bump: Hold forward motion while a bumper is pressed or a wheel hangs in the air.
         stop_on_cliff: Hold forward motion while a cliff sensor misses the floor; the firmware does that in
             Safe mode only.
+        check_obedience: Hold a base that reports, for a second, other wheel speeds than it was sent. Off for
+            a firmware that does not report them.
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
         data_timeout: Seconds of silence after which the base counts as lost.
         lowest_charge: Charge, as a fraction of the capacity, below which the base stands still; 0 for never.
@@ -67,6 +69,7 @@ class TurtlebotParameters:
     cmd_vel_timeout: float = 0.6
     stop_motors_on_bump: bool = True
     stop_on_cliff: bool = True
+    check_obedience: bool = True
     recovery_delay: float = 1.0
     data_timeout: float = 1.0
     lowest_charge: float = 0.02

@@ -79,7 +79,9 @@ def match_ends(events: Sequence[JournaledEvent]) -> Iterator[tuple[int, int]]:
     """
     open_starts: dict[str, list[int]] = {}
     for index, event in enumerate(events):
-        if event.kind == EventKind.SKILL_STARTED.value:
+        if event.kind == EventKind.RECOVERED.value:
+            open_starts.clear()  # they died with their process
+        elif event.kind == EventKind.SKILL_STARTED.value:
             open_starts.setdefault(event.node, []).append(index)
         elif event.kind == EventKind.SKILL_ENDED.value and open_starts.get(event.node):
             was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value

@@ -98,8 +98,10 @@ class Controls:
         if message.data:
             # Again at every message: somebody presses the button because the robot moves.
             # The robot first, the books after it.
-            self._stop_base()
-            self._missions.override(f"true on {OVERRIDE_TOPIC}")
+            try:
+                self._stop_base()
+            finally:
+                self._missions.override(f"true on {OVERRIDE_TOPIC}")
             self._node.get_logger().warning("manual override: everything stops, missions are refused")
         elif self._missions.release():
             self._node.get_logger().info("manual override released: missions may start again")

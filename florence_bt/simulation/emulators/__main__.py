@@ -20,6 +20,7 @@ from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgr
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
 LATENCY_S, LONGEST_LATENCY_S = 0.005, 10.0
+USUAL, SHORT = "usual", "short"
 
 CREATE_EPILOG = f"""\
 The first line of the output is the device file, which a client opens like a serial port, or host:port with
@@ -73,6 +74,7 @@ def _base(options: argparse.Namespace, console: int | None) -> CreateProgram:
             options.control,
             options.tcp,
             options.latency,
+            options.keep_input,
         ),
         time.monotonic,
         console,
@@ -85,10 +87,11 @@ def _scanner(options: argparse.Namespace, console: int | None) -> ScipProgram:
             options.link,
             options.tcp,
             options.model,
-            options.scip1,
+            options.scip1 is not None,
             options.noise_seed,
             options.control,
             options.strict_baud,
+            options.scip1 == SHORT,
         ),
         time.monotonic,
         console,
@@ -141,6 +144,9 @@ def _parser() -> argparse.ArgumentParser:
         default=LATENCY_S,
         help=f"how much later everything leaves; default: {LATENCY_S:g}",
     )
+    create.add_argument(
+        "--keep-input", action="store_true", help="obey what comes during a wait after it; else it is ignored"
+    )
     create.add_argument("--control", type=Path, metavar="PATH", help="take lines on a Unix socket there too")
     _add_scip(devices)
     return parser
@@ -160,7 +166,11 @@ def _add_scip(devices: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )
     scip.add_argument("--model", choices=sorted(SCANNERS), default="urg-04lx", help="default: urg-04lx")
     scip.add_argument(
-        "--scip1", action="store_true", help="wake up in SCIP 1.1 until told SCIP2.0, like old firmware"
+        "--scip1",
+        nargs="?",
+        choices=(USUAL, SHORT),
+        const=USUAL,
+        help="wake up in SCIP 1.1 until told SCIP2.0, like old firmware; short: which is answered with a 0",
     )
     scip.add_argument(
         "--strict-baud", action="store_true", help="as on RS-232: a client at the wrong speed gets garbage"

@@ -14,19 +14,29 @@ class CommandReader:
         unknown_bytes: Bytes that were dropped so far.
     """
 
-    def __init__(self, commands: Mapping[int, int]) -> None:
+    def __init__(self, commands: Mapping[int, int], keeps_input: bool = False) -> None:
         """Take the table of commands.
 
         Args:
             commands: Bytes after each opcode.
+            keeps_input: What comes while a wait runs is kept for afterwards, not ignored.
         """
         self._commands = commands
+        self._keeps_input = keeps_input
         self._input = bytearray()
         self.unknown_bytes = 0
 
-    def feed(self, data: bytes) -> None:
-        """Take bytes from the line, in pieces of any size."""
-        self._input += data
+    def feed(self, data: bytes, *, waiting: bool = False) -> None:
+        """Take bytes from the line, in pieces of any size.
+
+        Args:
+            data: The bytes.
+            waiting: Whether a wait command runs: serial input is ignored (REFERENCE 1.4).
+        """
+        if self._keeps_input or not waiting:
+            self._input += data
+        elif data:
+            self._drop_unfinished()
 
     def clear(self) -> None:
         """Forget what is waiting."""
@@ -45,6 +55,13 @@ class CommandReader:
         command = bytes(self._input[:length])
         del self._input[:length]
         return command
+
+    def _drop_unfinished(self) -> None:
+        """Forget the command whose end is ignored; what comes after the wait is no part of it."""
+        whole = []
+        while (command := self.take()) is not None:
+            whole.append(command)
+        self._input[:] = b"".join(whole)
 
     def _length(self) -> int | None:
         """How long the first command is with its opcode; None while its count is not there."""

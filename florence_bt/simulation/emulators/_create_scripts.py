@@ -115,7 +115,7 @@ class ScriptPlayer:
 
     @property
     def waiting(self) -> bool:
-        """Whether a wait runs: the base obeys nothing then; what arrives meanwhile, it obeys afterwards."""
+        """Whether a wait runs: the base obeys nothing then."""
         return self._wait is not None
 
     def define(self, script: bytes) -> None:

@@ -59,6 +59,7 @@ class CreateEmulator:
         *,
         model: str = "create",
         header_in_checksum: bool | None = None,
+        keeps_input: bool = False,
     ) -> None:
         """Stand there, switched on, in mode Off.
 
@@ -66,8 +67,8 @@ class CreateEmulator:
             plant: What the wheels move, and what presses the bumpers.
             sensors: What measures that plant.
             model: ``create`` or ``create2``.
-            header_in_checksum: The form of the checksum (REFERENCE 1.6); None for what the
-                model's manual says.
+            header_in_checksum: The form of the checksum (REFERENCE 1.6); None for the model's own.
+            keeps_input: What comes while a wait runs is obeyed after it, not ignored (REFERENCE 1.4).
         """
         self.model: EmulatedModel = MODELS[model]
         self.baud_rate = self.model.baud_rate
@@ -79,7 +80,7 @@ class CreateEmulator:
             self._body,
             self.model.header_in_checksum if header_in_checksum is None else header_in_checksum,
         )
-        self._commands = CommandReader(self.model.commands)
+        self._commands = CommandReader(self.model.commands, keeps_input)
         self._scripts = ScriptPlayer(
             self.model.commands, World(self._body.value, self._body.distance_mm, self._body.angle_deg)
         )
@@ -211,12 +212,12 @@ class CreateEmulator:
         """
         self._advance(now)
         if self.powered and not self._boot_loader.running and not self.faults.deaf:
-            self._commands.feed(data)
+            self._commands.feed(data, waiting=self._scripts.waiting)
             self._obey_all(now)
         return self._flush()
 
     def _obey_all(self, now: float) -> None:
-        """Obey what has arrived, in order; while a wait runs, it waits too."""
+        """Obey what was heard, in order; while a wait runs, it waits too."""
         while not self._scripts.waiting and (command := self._commands.take()) is not None:
             self._obey(command, now)
             self._scripts.step(now, lambda scripted: self._obey(scripted, now))

@@ -35,6 +35,7 @@ class CreateOptions:
         tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
         latency_s: How much later everything leaves. A real base needs 10 to 20 ms for an answer (REFERENCE
             1.6), and some clients throw away what came before they begin to listen.
+        keeps_input: What comes while a wait runs is obeyed after it, not ignored.
     """
 
     link: Path | None = None
@@ -45,6 +46,7 @@ class CreateOptions:
     control: Path | None = None
     tcp_port: int | None = None
     latency_s: float = 0.0
+    keeps_input: bool = False
 
 
 class CreateProgram(LoneProgram):
@@ -81,6 +83,7 @@ class CreateProgram(LoneProgram):
             BaseSensors(self._base, options.seed or 0, replace(noise, wheel_separation=separation_m)),
             model=options.model,
             header_in_checksum=options.header_in_checksum,
+            keeps_input=options.keeps_input,
         )
         self.control = CreateControl(self.create, self._base, self, clock, options.seed or 0)
         self._listen(self.control, options.control, console)

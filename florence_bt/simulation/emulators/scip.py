@@ -59,19 +59,28 @@ class ScipEmulator:
     """
 
     def __init__(
-        self, plant: LaserPlant, *, model: ScannerModel = URG_04LX, speaks_scip1: bool = False
+        self,
+        plant: LaserPlant,
+        *,
+        model: ScannerModel = URG_04LX,
+        speaks_scip1: bool = False,
+        short_status: bool = False,
     ) -> None:
         """Switch it on at the time 0.
 
         Args:
             plant: The world.
             model: The device data.
-            speaks_scip1: Wake up in SCIP 1.1, as old firmware does: all but ``SCIP2.0`` is answered with E.
+            speaks_scip1: Wake up in SCIP 1.1, as old firmware does: all but V and ``SCIP2.0`` is answered
+                with E.
+            short_status: Answer the ``SCIP2.0`` that ends that with a status of SCIP 1.1, ``0`` without a sum
+                (manual, section 2), not with ``00`` (REFERENCE 4.6).
         """
         self._plant = plant
         self._model = model
         self.faults = ScipFaults()
         self.state = ScipState(model, lambda: self.faults, speaks_scip1)
+        self._short_status = short_status
         self._powered = True
         self._input = b""
         self._line = SlowLine()
@@ -252,6 +261,8 @@ class ScipEmulator:
         status = "0"
         if line == "SCIP2.0":
             self.state.speaks_scip1 = False
+            if not self._short_status:
+                return reply(line, "00")
         elif line == "V":
             lines = [f"{tag}:{value}" for tag, value in self._model.version.items()]
         else:

@@ -30,6 +30,7 @@ class ScipOptions:
         control: Where to put the socket of the control channel; None for none.
         strict_baud: As on RS-232: a client at the wrong speed understands nothing and is not understood;
             the scanner wakes up with 19200.
+        short_status: In SCIP 1.1, answer ``SCIP2.0`` with ``0`` and no sum.
     """
 
     link: Path | None = None
@@ -39,6 +40,7 @@ class ScipOptions:
     seed: int | None = None
     control: Path | None = None
     strict_baud: bool = False
+    short_status: bool = False
 
 
 class ScipProgram(LoneProgram):
@@ -65,7 +67,12 @@ class ScipProgram(LoneProgram):
         self._start = clock()
         self._clock = clock
         model = MODELS[options.model]
-        self.scanner = ScipEmulator(ScipRoom(model, options.seed), model=model, speaks_scip1=options.scip1)
+        self.scanner = ScipEmulator(
+            ScipRoom(model, options.seed),
+            model=model,
+            speaks_scip1=options.scip1,
+            short_status=options.short_status,
+        )
         self.control = ScipControl(self.scanner, self, self.now, options.seed or 0)
         self._listen(self.control, options.control, console)
 

@@ -5,6 +5,6 @@ cannot say (whether a key has a value, whether a branch is ever reached) is left
 """
 
 from florence_bt.trees.schema._data import as_data
-from florence_bt.trees.schema._mission import make_schema
+from florence_bt.trees.schema._mission import DRAFT, make_schema
 
-__all__ = ["as_data", "make_schema"]
+__all__ = ["DRAFT", "as_data", "make_schema"]

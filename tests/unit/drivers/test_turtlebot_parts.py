@@ -92,6 +92,14 @@ def test_obedience() -> None:
     assert not watch.lost
 
 
+def test_a_firmware_that_rounds_obeys() -> None:
+    watch = Obedience()
+    for step in range(200):
+        watch.sent(WheelSpeeds(204, -13), step / 50.0)
+        watch.look(SensorState(requested_left_velocity=0.200, requested_right_velocity=-0.010), step / 50.0)
+    assert not watch.lost
+
+
 # -- wheels --------------------------------------------------------------------------------------------------
 
 

@@ -69,6 +69,22 @@ def test_nothing_drives_after_an_override_though_the_rest_of_the_clean_up_is_don
     assert later.status is RunStatus.SUCCEEDED
 
 
+def test_a_skill_that_breaks_when_it_is_cancelled_does_not_keep_the_override_away(bench):
+    run = bench.executor.trigger(Request("drive_once"))
+    waiting = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    bench.clock.advance(1.0)
+
+    def break_down():
+        raise RuntimeError("a bug in a skill")
+
+    bench.drive.runs[0].cancel = break_down
+    bench.executor.override("Anna took the joystick")
+    assert waiting.status is RunStatus.STOPPED
+    bench.clock.advance(30.0)
+    assert run.status is RunStatus.STOPPED and "Anna took the joystick" in run.reason
+    assert any("a bug in a skill" in event.data.get("detail", "") for event in bench.events)
+
+
 def test_releasing_the_override_lifts_no_other_block(bench):
     bench.executor.override("hands off")
     bench.executor.block("shutdown", "shutting down")

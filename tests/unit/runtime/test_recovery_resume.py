@@ -9,9 +9,10 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.runtime.recovery import MAX_IN_A_ROW
-from florence_bt.runtime.run import RunStatus
+from florence_bt.runtime.run import Request, RunStatus
 from florence_bt.testing.mocks import Step
 from tests.unit.runtime.recovery_bench import (
+    THERE,
     Process,
     crash,
     missions,
@@ -156,3 +157,42 @@ def test_a_journal_that_does_not_fit_the_mission_is_not_resumed(tmp_path):
     second = Process(tmp_path, name="B")
     reason = second.past(run_id).reason
     assert second.past(run_id).state == "ABORTED" and "I stay" in reason and "I go" in reason
+
+
+BRAKES = """
+mission: brakes
+description: Drives elsewhere while the first drive still brakes, and looks round all the time.
+inputs:
+  there: {type: pose}
+on_restart: resume
+tree:
+  parallel:
+    - selector:
+        - timeout: 2 s
+          do:
+            drive: {goal: $there}
+        - drive: {goal: $there}
+    - repeat: 12
+      do:
+        look:
+"""
+
+
+@pytest.mark.parametrize("died_at", [1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5])
+def test_a_run_in_which_a_skill_waited_for_its_turn_is_resumed(tmp_path, died_at):
+    """Brakes from 2 s to 5 s, drives from there to 7 s."""
+    (tmp_path / "brakes.yaml").write_text(BRAKES.strip())
+    brakes = Step(None, cancel_takes=3.0)
+    arrives = Step(success(pose=Pose2(1.0, 2.0, 0.0)), after=2.0)
+    first = Process(tmp_path, drive=[brakes, arrives])
+    run = first.executor.trigger(Request("brakes", THERE))
+    first.clock.advance(died_at)
+    # Nothing brakes any more after a crash, so who waited drives at once.
+    second = Process(tmp_path, start=5000.0, name="B", drive=[brakes] * (died_at < 2.0) + [arrives])
+    assert second.executor.current is not None, second.told
+    second.clock.advance(0.5)
+    assert len(second.skills["drive"].runs) == (died_at < 7.0)
+    third = Process(tmp_path, start=9000.0, name="C", drive=[arrives])
+    assert third.executor.current is not None, third.told
+    third.clock.advance(60.0)
+    assert third.past(run.run_id).state == "SUCCEEDED"

@@ -240,6 +240,11 @@ def test_the_keyword(keyword, names):
     assert "".join(name for name in "abc" if chosen(f"FILE for::test {name.upper()}")) == names
 
 
+def test_an_apostrophe_in_a_word_is_no_quote():
+    chosen = keyword_filter("robot's base and not (user's room)")
+    assert chosen("the Robot's base") and not chosen("the robot's base in the user's room")
+
+
 @pytest.mark.parametrize("keyword", ["a and", "or", "not", "(a", "a)", "(a) b", "'a", "()"])
 def test_a_keyword_that_cannot_be_read(florence, keyword):
     with pytest.raises(ConfigError, match="would have worked"):

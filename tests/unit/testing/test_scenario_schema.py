@@ -17,8 +17,8 @@ FILES = sorted((Path(__file__).parents[3] / "scenarios").glob("*.yaml"))
 @pytest.fixture(scope="module")
 def validator():
     schema = scenario_schema(MissionLibrary.load(), all_declarations())
-    jsonschema.Draft202012Validator.check_schema(schema)
-    return jsonschema.Draft202012Validator(schema)
+    jsonschema.Draft7Validator.check_schema(schema)
+    return jsonschema.Draft7Validator(schema)
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
@@ -54,6 +54,23 @@ def test_broken_scenarios_do_not(validator, scenario):
 
 
 def test_the_schema_knows_skills_and_missions(validator):
-    schema = validator.schema["$defs"]
+    schema = validator.schema["definitions"]
     assert "no_user_seen" in schema["skills"]["properties"]["look_for_user"]["description"]
     assert "goto_user" in [item.get("const") for item in schema["mission"]["anyOf"]]
+
+
+def test_editors_of_today_know_every_word_of_it(validator):
+    # Language servers for YAML follow draft-07; what came later they pass over in silence.
+    schema = validator.schema
+    assert schema["$schema"] == "http://json-schema.org/draft-07/schema#"
+    parts, references = [schema], set()
+    for part in parts:
+        parts += [
+            each
+            for each in (part.values() if isinstance(part, dict) else part)
+            if isinstance(each, dict | list)
+        ]
+        if isinstance(part, dict):
+            assert not {"$defs", "dependentRequired", "unevaluatedProperties", "prefixItems"} & set(part)
+            references |= {part["$ref"]} if "$ref" in part else set()
+    assert references == {f"#/definitions/{name}" for name in schema["definitions"]}

@@ -230,7 +230,8 @@ def test_a_question_that_is_asked_again_and_its_branch_run_at_the_same_time(work
     tree = "tree:\n  if: {turn: {angle: 1 deg}}\n  then: {navigate_to: {goal: {x: 0, y: 0, yaw: 0}}}\n"
     clash = "'turn' and 'navigate to' both need the base at the same time"
     assert not any(clash in line for line in workshop.lines(tree))
-    assert [clash in line for line in workshop.lines(tree + "  memory: false\n")] == [True]
+    (line,) = workshop.lines(tree + "  memory: false\n")
+    assert line.endswith(f"{clash} | memory: true, to ask only once")
 
 
 @pytest.mark.parametrize(
@@ -248,3 +249,13 @@ def test_a_question_that_is_asked_again_and_its_branch_run_at_the_same_time(work
 def test_what_an_expression_without_keys_gives_is_known_before_it_runs(workshop, tree, problem):
     lines = workshop.lines(f"tree: {tree}\n")
     assert len([line for line in lines if " error " in line and problem in line]) == 1, lines
+
+
+@pytest.mark.parametrize(
+    ("value", "warned"),
+    [("$n + 1", True), ("$first - $last", False), ("$first and $last", False), ("$first / $n", False)],
+)
+def test_texts_side_by_side_are_no_expression_without_its_braces(workshop, value, warned):
+    before, after = "{set: {first: hello, last: world, n: 3}}", "{fail: $all $last $n $first}"
+    lines = workshop.lines(f"tree: {{sequence: [{before}, {{set: {{all: {value}}}}}, {after}]}}\n")
+    assert any("nothing is computed" in line for line in lines) is warned, lines
