@@ -33,6 +33,7 @@ GATHERING = frozenset(
 """Composites that are skipped when all their nodes are."""
 _SKIPS = ("_skipIf", "_onlyIf", "_while")
 _UNEVEN = "what is skipped in it is skipped there; here it counts as success or failure"
+_SCRIPTS = "when what is below it is skipped its scripts are not done there; here they are"
 
 
 def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
@@ -54,16 +55,16 @@ def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
             bare, guards = lift(below)
             different = _UNEVEN if any(map(_can_skip, _inside(element.children[0]))) else ""
             return {**node, slot: bare if element.tag in TURNING else below, **guards}, different
-        return node, _UNEVEN if element.tag in TURNING and _can_skip(element.children[0]) else ""
+        if element.tag in TURNING and _can_skip(element.children[0]):
+            return node, _UNEVEN
     if element.tag in GATHERING:
         nodes = next(node[kind] for kind in ("sequence", "selector", "parallel") if kind in node)
         if all(_is_guarded(child, below) for child, below in zip(element.children, nodes, strict=True)):
             return {**node, "when": " or ".join(f"({kept(below)})" for below in nodes)}, ""
-        if "Fallback" in element.tag and all(map(_can_skip, element.children)):
+        if all(map(_can_skip, element.children)):
             return node, _UNEVEN
-    elif any(name in element.attributes for name in POST_CONDITIONS) and _can_skip(element):
-        return node, "when what is below it is skipped its scripts are not done there; here they are"
-    return node, ""
+    scripts = any(name in element.attributes for name in POST_CONDITIONS)
+    return node, _SCRIPTS if scripts and _can_skip(element) else ""
 
 
 def _inside(element: Element) -> list[Element]:

@@ -176,9 +176,25 @@ def test_a_node_that_is_skipped_is_skipped_as_there(run_tree, nodes, end, calls)
     assert keys["x"] == 1
 
 
-def test_where_a_guard_cannot_be_moved_it_is_named(told):
-    nodes = "<Inverter><IfThenElse><A/><B _skipIf='x == 1'/></IfThenElse></Inverter>"
-    assert any("is skipped there; here it counts" in m for s, m in told(nodes)[0] if s == "warning")
+UNEVEN = [
+    (
+        "<Inverter><IfThenElse><A/><B _skipIf='x == 1'/></IfThenElse></Inverter>",
+        "is skipped there; here it counts",
+    ),
+    (
+        "<Fallback><Sequence><IfThenElse><A/><B _skipIf='x == 1'/></IfThenElse></Sequence><C/></Fallback>",
+        "is skipped there; here it counts",
+    ),
+    (
+        "<Repeat num_cycles='2' _post='x += 1'><Precondition if='x &lt; 3' else='FAILURE'><A _skipIf='x == 1'/></Precondition></Repeat>",
+        "scripts are not done there",
+    ),
+]
+
+
+@pytest.mark.parametrize(("nodes", "words"), UNEVEN)
+def test_where_a_guard_cannot_be_moved_it_is_named(told, nodes, words):
+    assert any(words in message for severity, message in told(nodes)[0] if severity == "warning")
 
 
 # ---- exports ------------------------------------------------------------------------------------------

@@ -38,7 +38,8 @@ def holds(seed: int, skill: str, call: int) -> bool:
 class Generator:
     """Makes the tree of a seed."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, *, skips: bool = False) -> None:
+        self._skips = skips
         self._random = random.Random(seed)
 
     def xml(self) -> str:
@@ -68,6 +69,8 @@ class Generator:
             element = self._with(ET.Element(kind, variable="{x}", case_1="0", case_2="1"), 3, depth)
         if choose.random() < 0.1:
             element.set(choose.choice(["_failureIf", "_successIf"]), choose.choice(CONDITIONS))
+        if self._skips and choose.random() < 0.12:
+            element.set("_skipIf", choose.choice(CONDITIONS))
         if choose.random() < 0.1:
             element.set(choose.choice(["_onSuccess", "_onFailure", "_post"]), choose.choice(SCRIPTS))
         return element
@@ -102,7 +105,7 @@ def there(xml: str, seed: int) -> tuple[str, list[str], dict[str, int]]:
     tree = factory.create_tree_from_text(xml)
     for _ in range(MOST_TICKS):
         status = tree.tick_exactly_once()
-        if status in (library.NodeStatus.SUCCESS, library.NodeStatus.FAILURE):
+        if status != library.NodeStatus.RUNNING:
             break
     board = tree.root_blackboard()
     return status.name, calls, {key: board.get_int(key) for key in "xy"}
@@ -120,10 +123,14 @@ class Scripted:
         return ScriptedRun(self._clock, 0, success() if good else failure("failed", "said so"))
 
 
+def imported_from(xml: str, folder: Path):
+    (folder / "t.xml").write_text(xml)
+    return import_trees(folder / "t.xml", {}, ())
+
+
 def here(xml: str, seed: int, folder: Path) -> tuple[str, list[str], dict[str, int]]:
     """Status, calls and keys of the imported mission."""
-    (folder / "t.xml").write_text(xml)
-    imported = import_trees(folder / "t.xml", {}, ())
+    imported = imported_from(xml, folder)
     missions = folder / "missions"
     missions.mkdir()
     for name, text in imported.files.items():
@@ -152,3 +159,15 @@ def test_random_trees_do_the_same(tmp_path, first):
         folder.mkdir()
         xml = Generator(seed).xml()
         assert here(xml, seed, folder) == there(xml, seed), xml
+
+
+@pytest.mark.parametrize("first", range(0, 400, 50))
+def test_random_trees_with_skipped_nodes_do_the_same_or_warn(tmp_path, first):
+    for seed in range(first, first + 50):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        xml = Generator(seed, skips=True).xml()
+        status, calls, keys = there(xml, seed)
+        status = "SUCCESS" if status in ("SKIPPED", "IDLE") else status  # nothing was to be done
+        warned = any(finding.severity == "warning" for finding in imported_from(xml, folder).findings)
+        assert warned or here(xml, seed, folder) == (status, calls, keys), xml
