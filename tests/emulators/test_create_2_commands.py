@@ -78,7 +78,7 @@ def test_distance_saturates_and_begins_anew(base: Any) -> None:
 
 def test_infrared_of_the_docks(base: Any) -> None:
     create = awake(base, model="create2")
-    assert create.receive(bytes([149, 3, 17, 52, 53]), 0.0) == bytes(3)
+    assert create.receive(bytes([149, 3, 17, 52, 53]), 0.0) == bytes([255] * 3)  # nothing (REFERENCE 1.5)
     create.faults.dock = True
     assert create.receive(bytes([149, 3, 17, 52, 53]), 0.1) == bytes([161] * 3)
     create.faults.infrared = 130

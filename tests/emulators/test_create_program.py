@@ -331,3 +331,12 @@ def test_create_serial(process: Callable[..., EmulatorProcess]) -> None:
     assert (sensed[module.VOLTAGE], sensed[module.OI_MODE]) == (16080, 3)
     assert program.status()["pose"][0] == pytest.approx(0.2, abs=0.01)
     robot.close()
+
+
+@pytest.mark.slow
+def test_a_base_that_keeps_what_comes_during_a_wait(process: Callable[..., EmulatorProcess]) -> None:
+    program = process("--keep-input")
+    with serial.Serial(program.path, 57600, timeout=LONG_S) as port:
+        port.write(bytes([128, 155, 2]))
+        port.write(bytes([142, 35]))
+        assert port.read(1) == b"\x01"

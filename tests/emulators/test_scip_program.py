@@ -218,3 +218,18 @@ def _use_hokuyolx(laser: Any) -> None:
     laser.reset()
     laser.partial_reset()
     laser.reboot()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("words", "answer"), [((), b"SCIP2.0\n00P\n\n"), (("short",), b"SCIP2.0\n0\n\n")])
+def test_the_ways_out_of_scip_1_1(
+    start: Callable[..., EmulatorProcess], words: tuple[str, ...], answer: bytes
+) -> None:
+    program = start("scip", "--tcp", "0", "--scip1", *words)
+    host, port = program.path.split(":")
+    with closing(socket.create_connection((host, int(port)), LONG_S)) as line:
+        line.sendall(b"SCIP2.0\n")
+        heard = b""
+        while len(heard) < len(answer):
+            heard += line.recv(100)
+    assert heard == answer

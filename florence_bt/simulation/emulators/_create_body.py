@@ -214,7 +214,7 @@ class Body:
     def _infrared(self) -> int:
         if self.faults.infrared != NO_INFRARED:
             return self.faults.infrared & 0xFF
-        return self.model.dock_infrared if self.faults.dock else self.model.no_infrared
+        return self.model.dock_infrared if self.faults.dock else NO_INFRARED
 
     def _digital_inputs(self) -> int:
         return DEVICE_DETECT_HIGH | self.faults.digital_inputs & 0x0F if self.model.cargo_bay else 0

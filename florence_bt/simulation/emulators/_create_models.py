@@ -45,7 +45,6 @@ class EmulatedModel:
         wheel_separation_mm: Between the wheels.
         metres_per_tick: Travel per count of an encoder; None when the encoders cannot be read.
         cargo_bay: Has the connector with the digital and analog inputs and outputs.
-        no_infrared: What the infrared packets say when nothing is received.
         dock_infrared: What they say on the home base: the force field and both beams on a Create, the force
             field of a base of series 600 on a Create 2 (REFERENCE 1.7).
         boot_texts: What it prints after a reset or when it is switched on, each with the seconds until then.
@@ -62,7 +61,6 @@ class EmulatedModel:
     wheel_separation_mm: float
     metres_per_tick: float | None
     cargo_bay: bool
-    no_infrared: int
     dock_infrared: int
     boot_texts: tuple[tuple[float, bytes], ...]
 
@@ -80,7 +78,6 @@ MODELS: dict[str, EmulatedModel] = {
         wheel_separation_mm=260.0,
         metres_per_tick=None,
         cargo_bay=True,
-        no_infrared=255,
         dock_infrared=254,
         boot_texts=(
             (0.5, b"bl-start\r\n2006-09-12-1137-L   \r\n"),
@@ -99,7 +96,6 @@ MODELS: dict[str, EmulatedModel] = {
         wheel_separation_mm=235.0,
         metres_per_tick=0.000444565,
         cargo_bay=False,
-        no_infrared=0,
         dock_infrared=161,
         boot_texts=(
             (0.015, b"Soft reset!\n"),
