@@ -14,12 +14,15 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.closeness import Closeness, closeness, closeness_text
 from florence_bt.wiring.live import Display, make_display, styled
 from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.pictures import PICTURE
 from florence_bt.wiring.run_watch import RunWatch
 from florence_bt.wiring.system import System
 
 MISSION = "goto_user"
 MISSION_BUDGET_S = 600.0
 """Simulated seconds after which a demo is given up; the mission's own deadlines are shorter."""
+PICTURE_BUDGET_S = 30.0
+"""Wall seconds for the picture of the run."""
 TRUTH_BUDGET_S = 10.0
 """Wall seconds to wait for the first word of the simulator."""
 
@@ -91,12 +94,14 @@ def _run_mission(system: System, display: Display) -> DemoResult:
     # The base coasts to a halt behind its filters; the truth is read when it stands.
     client.spin_until(lambda: float(client.truth["time"]) > end + 1.0, 10.0, watch=system.check)
     status = client.status(answer.run_id)
+    folder = system.options.runs / answer.run_id
+    client.spin_until((folder / PICTURE).is_file, PICTURE_BUDGET_S, watch=system.check)
     return DemoResult(
         succeeded=status.state == "SUCCEEDED",
         reason=status.reason,
         duration=end - start,
         tree=status.tree,
-        run_folder=system.options.runs / answer.run_id,
+        run_folder=folder,
         closeness=_closeness(client.truth),
         contacts=tuple(contact["name"] for contact in client.truth["contacts"]),
     )

@@ -105,17 +105,17 @@ def draw_picture(map_file: Path, hotspots_file: Path, folder: Path) -> Path:
 
     result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     person = result["person"]
-    picture = folder / PICTURE
+    picture, unfinished = folder / PICTURE, folder / f"unfinished_{PICTURE}"
     draw_run(
         load_map(map_file),
         [Pose2(x, y, yaw) for _, x, y, yaw in result["path"]],
         Pose2(**person) if person else None,
         [Pose2(**look) for look in result["looks"]],
-        picture,
+        unfinished,
         f"{result['mission']}: {result['status']}",
         labels={spot.label: spot.pose for spot in load_hotspots(hotspots_file)},
     )
-    return picture
+    return unfinished.replace(picture)
 
 
 def main(map_file: str, hotspots_file: str, folder: str) -> int:

@@ -76,14 +76,17 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
 
 
 def gives_way_to_the_override() -> None:
-    with subprocess.Popen(
-        [*FLORENCE, "calibrate", "--rest", "3"], stdout=subprocess.PIPE, text=True
-    ) as running:
+    command = [*FLORENCE, "calibrate", "--rest", "3"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
         assert running.stdout is not None
         try:
-            assert any("turning towards the wall" in line for line in running.stdout)
+            told = ""
+            while "turning towards the wall" not in told:
+                line = running.stdout.readline()
+                assert line, f"ended with {running.wait(60)}: {told}"
+                told += line
             assert florence("override").returncode == 0
-            told = running.stdout.read()
+            told += running.stdout.read()
             assert running.wait(60) == 1, told
         finally:
             running.kill()

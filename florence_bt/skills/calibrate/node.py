@@ -25,7 +25,7 @@ from florence_bt.skills.calibrate.readings import Source
 from florence_bt.skills.calibrate.rounds import CalibrationRounds
 from florence_bt.skills.calibrate.wall_angle import WallParameters, find_wall
 
-DISCOVERY_S = 10.0
+DISCOVERY_S = 20.0
 """Wall seconds to wait for the first word of every sensor: simulated time may pass faster than discovery."""
 
 
