@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 from florence_bt.core.declaration import Kind
@@ -10,6 +11,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.trees.quantities import UNITS, read_value
 
 _TRUE, _FALSE = ("true", "1"), ("false", "0")
+_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
 
 
 def quantity_text(value: float, kind: Kind) -> str:
@@ -52,15 +54,13 @@ def script_number(value: Any) -> str:
 
 def read_number(text: str) -> int | float | None:
     """A finite number as C++ reads it, None when the text is none."""
-    try:
+    if _WHOLE.fullmatch(text):
         return int(text)
-    except ValueError:
-        pass
     try:
         number = float(text)
     except ValueError:
         return None
-    return number if math.isfinite(number) else None
+    return number if math.isfinite(number) and "_" not in text else None
 
 
 def read_truth(text: str) -> bool | None:
