@@ -120,56 +120,72 @@ def system(ros_domain, tmp_path):
             process.wait(60)
 
 
-def test_the_verbs_and_the_services_of_a_running_system(system):
-    process, output, folder = system
-    import rclpy
-    from florence_interfaces.srv import GetRoom, GotoRoom, MissionStatus, RunMission
-    from rclpy.executors import SingleThreadedExecutor
-    from std_srvs.srv import Trigger
+class PlainClient:
+    """A client of plain rclpy, without anything of ours."""
 
-    # A plain rclpy client, without anything of ours.
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    node = rclpy.create_node("plain_client", context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
+    def __init__(self):
+        import rclpy
+        from florence_interfaces.srv import GetRoom, GotoRoom, MissionStatus, RunMission
+        from rclpy.executors import SingleThreadedExecutor
+        from std_srvs.srv import Trigger
 
-    # In this order: a server that answers its last one knows the way back to the others too. Fast DDS loses
-    # an answer to a client that the server has not discovered yet.
-    clients = {
-        name: node.create_client(service_type, name)
-        for service_type, name in (
-            (GotoRoom, "/florenceLocator/gotoRoom"),
-            (Trigger, "/florenceLocator/gotoUser"),
-            (GetRoom, "/florenceLocator/getRobotPosRoom"),
-            (Trigger, "/florence_bt/missions/goto_user"),
-            (RunMission, "/florence_bt/run_mission"),
-            (MissionStatus, "/florence_bt/status"),
-        )
-    }
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._node = rclpy.create_node("plain_client", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        # In this order: a server that answers its last one knows the way back to the others too. Fast DDS
+        # loses an answer to a client that the server has not discovered yet.
+        self._clients = {
+            name: self._node.create_client(service_type, name)
+            for service_type, name in (
+                (GotoRoom, "/florenceLocator/gotoRoom"),
+                (Trigger, "/florenceLocator/gotoUser"),
+                (GetRoom, "/florenceLocator/getRobotPosRoom"),
+                (Trigger, "/florence_bt/missions/goto_user"),
+                (RunMission, "/florence_bt/run_mission"),
+                (MissionStatus, "/florence_bt/status"),
+            )
+        }
 
-    def call(service_type, name, request=None):
-        assert clients[name].wait_for_service(30.0), name
-        future = clients[name].call_async(request or service_type.Request())
-        executor.spin_until_future_complete(future, 30.0)
+    def wait_until_known(self):
+        """Ask what changes nothing until it is answered."""
+        for name in ("/florenceLocator/getRobotPosRoom", "/florence_bt/status"):
+            request = self._clients[name].srv_type.Request
+            assert any(self._ask(name, request(), 3.0).done() for _ in range(10)), name
+
+    def call(self, service_type, name, request=None):
+        future = self._ask(name, request or service_type.Request(), 30.0)
         assert future.done(), f"{name} did not answer"
         return future.result()
 
-    def answered_at_all(service_type, name):
-        assert clients[name].wait_for_service(30.0), name
-        future = clients[name].call_async(service_type.Request())
-        executor.spin_until_future_complete(future, 3.0)
-        return future.done()
+    def _ask(self, name, request, budget_s):
+        assert self._clients[name].wait_for_service(30.0), name
+        future = self._clients[name].call_async(request)
+        self._executor.spin_until_future_complete(future, budget_s)
+        return future
+
+    def close(self):
+        import rclpy
+
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+def test_the_verbs_and_the_services_of_a_running_system(system):
+    process, output, folder = system
+    from florence_interfaces.srv import GetRoom, GotoRoom, MissionStatus, RunMission
+    from std_srvs.srv import Trigger
+
+    plain = PlainClient()
+    call = plain.call
 
     def state():
         return call(MissionStatus, "/florence_bt/status").state
 
     try:
-        for name, service_type in (
-            ("/florenceLocator/getRobotPosRoom", GetRoom),
-            ("/florence_bt/status", MissionStatus),
-        ):
-            assert any(answered_at_all(service_type, name) for _ in range(10)), name
+        plain.wait_until_known()
         assert "no mission has run yet" in call(MissionStatus, "/florence_bt/status").tree
         assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "hall"
 
@@ -206,9 +222,7 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         assert done.returncode == 0, done.stdout + done.stderr
         assert "goto_user: SUCCEEDED" in done.stdout
     finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.shutdown(context=context)
+        plain.close()
 
     # Ctrl-C while a mission runs: everything ends, ports are released, the exit code is the documented one.
     assert florence("run", "goto_room", "room=bedroom", "--detach").returncode == 0
