@@ -48,10 +48,10 @@ def recorded(folder: Path) -> list[str]:
     return [entry.name for entry in (folder / "runs").iterdir() if entry.is_dir()]
 
 
-def bring_up(start_process, verb, folder, *more):
+def bring_up(start_process, verb, folder, *more, speed="4"):
     arguments = [verb, *(["--sim"] if verb == "up" else ["--headless"])]
     return start_process(
-        *FLORENCE, *arguments, "--person", "living_room", "--speed", "4", "--out", folder, *more
+        *FLORENCE, *arguments, "--person", "living_room", "--speed", speed, "--out", folder, *more
     )
 
 
@@ -102,7 +102,7 @@ def test_the_impatient_leave_nothing_either(start_process, tmp_path):
 
 def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_dies(start_process, tmp_path):
     folder = tmp_path / "out"
-    system = bring_up(start_process, "up", folder)
+    system = bring_up(start_process, "up", folder, speed="1")  # no drive ends before somebody ends it
     system.wait_for("ready after", PATIENCE_S)
 
     again = bring_up(start_process, "up", folder)
@@ -131,8 +131,9 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     system.wait_for("the process 'missions' is up again", PATIENCE_S)
 
     # The driver of the base dies: the base is told to stop, and all ends with what it was.
+    # To another room: the run that was taken up may have reached the bedroom by now.
     policy = ["--policy", "preempt"]
-    watcher = start_process(*FLORENCE, "run", "goto_room", "room=bedroom", "--headless", *policy)
+    watcher = start_process(*FLORENCE, "run", "goto_room", "room=study", "--headless", *policy)
     watcher.wait_for("-- driving", PATIENCE_S)
     kill_process(folder, "hardware")
     assert system.process.wait(PATIENCE_S) == 3
