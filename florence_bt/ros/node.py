@@ -17,6 +17,7 @@ from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.ros.answers import send_until_known
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
 
@@ -81,6 +82,16 @@ class FlorenceNode(Node):
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
         return super().create_timer(*arguments, **options)
+
+    def create_service(self, *arguments: Any, **options: Any) -> Service:
+        """A service of rclpy whose answers also reach a client that is discovered only later."""
+        service = super().create_service(*arguments, **options)
+        send_until_known(
+            service,
+            lambda pause, callback: self.steady.call_at(self.steady.now() + pause, callback),
+            lambda words: self.get_logger().warning(words),
+        )
+        return service
 
     def read_parameters(self, cls: type[T]) -> T:
         """Declare a parameter for each field of a frozen dataclass and read them all.
