@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# The same examples each time, however slow the machine is; ``--hypothesis-profile=wild`` looks for new ones.
+settings.register_profile(
+    "tame", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.register_profile("wild", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("tame")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

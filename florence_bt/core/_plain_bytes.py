@@ -5,14 +5,17 @@ from __future__ import annotations
 import os
 import re
 import stat
+from codecs import BOM_UTF8
 from pathlib import Path
 
+from florence_bt.core._encodings import encoding_of, readable
 from florence_bt.core.errors import ConfigError
 
 MAX_BYTES = 1_000_000
 """Largest file that is read."""
+NOT_UTF8 = "is not UTF-8"
+"""In every message about a byte that no UTF-8 text has there."""
 
-_BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 # What YAML 1.1 calls printable, without the line breaks that editors do not count as such.
 _FORBIDDEN = re.compile(
     "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
@@ -65,21 +68,15 @@ def decode(data: bytes, path: Path) -> str:
     """
     if len(data) > MAX_BYTES:
         raise _too_large(path)
-    encoding = _BYTE_ORDER_MARKS.get(data[:2])
-    if encoding is not None:
-        raise ConfigError(
-            f"the file is written in {encoding}",
-            file=path,
-            line=1,
-            column=1,
-            valid=["saving the file as UTF-8"],
-        )
+    body = data.removeprefix(
+        BOM_UTF8
+    )  # before it is decoded, so that errors count from where the text begins
     try:
-        text = data.decode("utf-8-sig")
+        text = body.decode("utf-8")
     except UnicodeDecodeError as error:
-        problem = f"byte 0x{data[error.start]:02x} is not UTF-8"
-        before = data[: error.start].decode("utf-8-sig")
-        raise _at(before, path, problem, "saving the file as UTF-8") from error
+        raise _no_utf8(data, body[: error.start + 1], path) from error
+    if "\0" in text and encoding_of(data) is not None:
+        raise _no_utf8(data, body[:1], path)  # UTF-16 without a mark, and only ASCII characters
     forbidden = _FORBIDDEN.search(text)
     if forbidden is not None:
         problem = f"the character U+{ord(forbidden[0]):04X} is not allowed"
@@ -88,6 +85,30 @@ def decode(data: bytes, path: Path) -> str:
     if tab is not None:
         raise _at(text[: tab.end() - 1], path, "a tab in the indentation", "spaces")
     return text
+
+
+def _no_utf8(data: bytes, until: bytes, path: Path) -> ConfigError:
+    """What is wrong with a file in another encoding.
+
+    Args:
+        data: The whole file.
+        until: From the first character to the first byte that is no UTF-8.
+        path: The file.
+    """
+    text, encoding, save = readable(data), encoding_of(data), "saving the file as UTF-8"
+    if encoding is not None and encoding.startswith("UTF"):
+        return ConfigError(f"the file is written in {encoding}", file=path, line=1, column=1, valid=[save])
+    problem = f"byte 0x{until[-1]:02x} {NOT_UTF8}"
+    if text is None:
+        return ConfigError(
+            f"the file is no text ({problem})", file=path, line=1, column=1, valid=["a text file in UTF-8"]
+        )
+    before = until[:-1].decode("utf-8")
+    if encoding is not None:
+        # All before is ASCII, so one byte is one character.
+        problem += f"; in {encoding} it is {text[len(before)]!r}"
+        save += f" (now it is {encoding})"
+    return _at(before, path, problem, save)
 
 
 def _at(before: str, path: Path, problem: str, *valid: str) -> ConfigError:

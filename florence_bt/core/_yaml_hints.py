@@ -6,6 +6,9 @@ import re
 from dataclasses import dataclass
 
 _KEY = re.compile(r"\s*(?:- +)*(?P<key>[^\s:#'\"{\[][^:#]*): +(?P<value>\S.*)$")
+_SIGNS = "&*|>?,]}"
+"""What begins something else than a text at the beginning of a value; a library never says so."""
+_NO_COLON = "could not find expected ':'"
 _WORDS = {
     "mapping values are not allowed in this context": "a colon cannot stand here",
     "did not find expected key": "this line does not fit those above it",
@@ -15,7 +18,7 @@ _WORDS = {
     "did not find expected node content": "a value is missing here",
     "found unexpected end of stream": "a quote is not closed",
     "found character that cannot start any token": "this character cannot begin a value",
-    "could not find expected ':'": "a colon is missing",
+    _NO_COLON: "a colon is missing",
     "block sequence entries are not allowed in this context": "a list cannot begin here",
 }
 
@@ -53,6 +56,12 @@ def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
         return Hint("${...} needs quotes between { and }", ('quotes round it: "${...}"',))
     if _begins_with_quote(before):
         return Hint("the text goes on after its closing quote", _whole_in_quotes(before, after))
+    if problem.startswith("did not find expected") and _begins_with_bracket(before) and after.strip():
+        return _after_a_bracket(lines[line - 1], before.rstrip()[-1], after.strip())
+    if (found := _begins_with_sign(lines[line - 1], column)) is not None:
+        return found
+    if problem == _NO_COLON and _content(before):
+        return Hint(words, (f"{_content(before)}:",))
     if "\t" in (after[:1], before[-1:]):
         return Hint("a tab", ("spaces",))
     if problem.startswith("mapping values"):
@@ -69,6 +78,36 @@ def _begins_with_quote(before: str) -> bool:
     _, colon, value = before.partition(": ")
     value = value.strip()
     return bool(colon) and len(value) > 1 and value[0] in "'\"" and value.endswith(value[0])
+
+
+def _begins_with_sign(line: str, column: int) -> Hint | None:
+    """A text such as ``> all the rest`` or ``- a dash``, whose first sign means something in YAML."""
+    match = _KEY.match(line)
+    if match is None or match["value"][0] not in _SIGNS or column > match.start("value") + 4:
+        return None
+    valid = _quoted(match["key"], match["value"])
+    return Hint(f"a text that begins with {match['value'][0]} needs quotes", (valid,))
+
+
+def _begins_with_bracket(before: str) -> bool:
+    """Whether a list or a table between brackets ended just before, as in ``name: [draft] a round``."""
+    value = before.partition(": ")[2].strip()
+    brackets = [char for char in value if char in "[]{}"]
+    closed: list[str] = []
+    for number, char in enumerate(brackets):
+        if char in "[{":
+            closed.append("]" if char == "[" else "}")
+        elif not closed or closed.pop() != char or (not closed and number < len(brackets) - 1):
+            return False
+    return not closed and value[:1] in ("[", "{") and value[-1] in "]}"
+
+
+def _after_a_bracket(line: str, bracket: str, after: str) -> Hint:
+    if after[0] in "]}":
+        return Hint(f"a {after[0]} too many", ("the line without it",))
+    match = _KEY.match(line)
+    quoted = (f"if it is a text: {_quoted(match['key'], match['value'])}",) if match else ()
+    return Hint(f"the line goes on after the closing {bracket}", ("nothing behind it", *quoted))
 
 
 def _whole_in_quotes(before: str, after: str) -> tuple[str, ...]:
@@ -127,4 +166,6 @@ def _closing(problem: str) -> tuple[str, ...]:
     for mark in ("}", "]"):
         if problem == f"did not find expected ',' or '{mark}'":
             return (f"a {mark} where it ends", "a comma between two entries")
+    if problem.startswith("block sequence entries"):
+        return ("each dash on a line of its own", "quotes round it, if it is a text")
     return ("a closing quote",) if problem == "found unexpected end of stream" else ()

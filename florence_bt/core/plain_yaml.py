@@ -15,7 +15,8 @@ from typing import Any
 
 import yaml
 
-from florence_bt.core._plain_bytes import LINE_BREAK, MAX_BYTES, decode, read_bytes
+from florence_bt.core._encodings import readable
+from florence_bt.core._plain_bytes import LINE_BREAK, MAX_BYTES, NOT_UTF8, decode, read_bytes
 from florence_bt.core._yaml_hints import explain
 from florence_bt.core.errors import ConfigError
 
@@ -33,6 +34,7 @@ __all__ = [
     "MAX_DEPTH",
     "MAX_PARTS",
     "MAX_TEXT",
+    "NOT_UTF8",
     "EmptyFile",
     "Listing",
     "Position",
@@ -43,6 +45,7 @@ __all__ = [
     "parse_source",
     "read_bytes",
     "read_source",
+    "readable",
 ]
 
 
@@ -164,11 +167,18 @@ def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path) -> ConfigError
     mark = error.problem_mark or error.context_mark
     position = min(_position(mark) if mark is not None else Position(), _end_of(text))
     begun = error.context_mark.line + 1 if error.context_mark is not None else position.line
+    if begun < position.line and _colon_is_missing(error):
+        position = Position(begun, len(LINE_BREAK.split(text)[begun - 1].rstrip()) + 1)
     hint = explain(LINE_BREAK.split(text), position.line, position.column, error.problem or str(error))
     problem = hint.problem + (f" (begun in line {begun})" if begun < position.line else "")
     return ConfigError(
         f"not YAML: {problem}", file=path, line=position.line, column=position.column, valid=hint.valid
     )
+
+
+def _colon_is_missing(error: yaml.MarkedYAMLError) -> bool:
+    """Whether a line has no colon; the library looks for it up to the next line, and complains there."""
+    return bool(error.problem) and "could not find expected ':'" in str(error.problem)
 
 
 def _end_of(text: str) -> Position:

@@ -12,10 +12,12 @@ from functools import partial
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
+from rclpy.action.server import RCLError, ServerGoalHandle
+from rclpy.exceptions import InvalidHandle
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome
+from florence_bt.ros.answers import PAUSES_S
 from florence_bt.ros.node import FlorenceNode
 
 PREEMPTED = "preempted by a newer goal"
@@ -25,7 +27,45 @@ KEEP_RESULTS_S = 10
 
 
 class _Server(ActionServer):
-    """An action server that leaves the execution to others until there is a result."""
+    """An action server that leaves the execution to others until there is a result.
+
+    A client that the server has not discovered yet cannot be told that its goal is accepted. rclpy then
+    forgets the goal, which its owner works on already: nobody could stop it. Here the owner gets it all the
+    same, and the client is told again.
+
+    Attributes:
+        owned: The goal that its owner was given last.
+    """
+
+    owned: ServerGoalHandle | None = None
+
+    async def _execute_goal_request(self, request_header_and_message: tuple[Any, Any]) -> None:
+        header, request = request_header_and_message
+        goal_id = bytes(request.goal_id.uuid)
+        known = goal_id in self._goal_handles
+        await super()._execute_goal_request(request_header_and_message)
+        handle = self._goal_handles.get(goal_id)
+        if handle is None or known or handle is self.owned:
+            return
+        self._handle.publish_status()
+        self._handle_accepted_callback(handle)
+        self._tell_later(header, PAUSES_S)
+
+    def _tell_later(self, header: Any, pauses: tuple[float, ...]) -> None:
+        steady = self._node.steady
+        if pauses:
+            steady.call_at(steady.now() + pauses[0], lambda: self._tell_again(header, pauses[1:]))
+        else:
+            self._node.get_logger().warning("the client of a goal was never discovered")
+
+    def _tell_again(self, header: Any, pauses: tuple[float, ...]) -> None:
+        answer = self._action_type.Impl.SendGoalService.Response(accepted=True)
+        try:
+            self._handle.send_goal_response(header, answer)
+        except RCLError:
+            self._tell_later(header, pauses)
+        except InvalidHandle:
+            self._node.get_logger().warning("the client of a goal was not discovered before the server's end")
 
     def notify_execute(
         self, goal_handle: ServerGoalHandle, execute_callback: Callable[..., Any] | None
@@ -139,7 +179,7 @@ class SingleGoalServer:
     def _accepted(self, handle: ServerGoalHandle) -> None:
         goal = self._goal
         assert goal is not None, "rclpy decides and accepts in one event"
-        goal.handle = handle
+        goal.handle = self._server.owned = handle
         handle.execute()
         if goal.early_end is not None:
             self.finish(*goal.early_end)

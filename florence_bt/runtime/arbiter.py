@@ -46,7 +46,8 @@ def decide(
         queue: The runs that wait already.
 
     Returns:
-        The decision. ``preempt`` needs a priority at least that of the current run.
+        The decision. ``preempt`` needs a priority at least that of the current run. It may go one above the
+        limit of the queue: the run that it stops gives its place to the next one.
     """
     if blocked_by is not None:
         return Decision(Verdict.REJECT, blocked_by)
@@ -55,20 +56,27 @@ def decide(
     word = current.status.value.lower()
     busy = f"{current.mission} is {word} (run {current.run_id}, priority {current.request.priority})"
     match request.policy:
-        case Policy.QUEUE | Policy.PREEMPT if queue is not None and queue.full:
+        case Policy.QUEUE if queue is not None and queue.full:
             return Decision(
                 Verdict.REJECT,
-                f"{busy} and {queue.limit} runs wait already, which is the limit; stop some of them or wait",
+                f"{busy} and {queue.limit} runs wait already, which is the limit; stop some of them, wait, "
+                "or ask with policy 'preempt'",
             )
         case Policy.QUEUE:
             return Decision(Verdict.QUEUE, f"waits because {busy}")
-        case Policy.PREEMPT if request.priority >= current.request.priority:
-            return Decision(Verdict.PREEMPT, f"replaces {current.run_id}")
-        case Policy.PREEMPT:
+        case Policy.PREEMPT if request.priority < current.request.priority:
             return Decision(
                 Verdict.REJECT,
                 f"{busy}, above the priority {request.priority} of this request; wait, stop it, or ask with "
                 f"priority {current.request.priority} or more",
             )
+        case Policy.PREEMPT if queue is not None and queue.crowded:
+            return Decision(
+                Verdict.REJECT,
+                f"{busy} and {len(queue)} runs wait already, among them one that preempted it, which is one "
+                "above the limit; stop some of them or ask again in a moment",
+            )
+        case Policy.PREEMPT:
+            return Decision(Verdict.PREEMPT, f"replaces {current.run_id}")
         case _:
             return Decision(Verdict.REJECT, f"{busy}; stop it first or ask with policy 'queue' or 'preempt'")

@@ -228,7 +228,8 @@ class Recovery:
             self._executor.close_past(done.tree.run, *done.over)
             return
         self._executor.take_up(done.tree)
-        self._tell(f"{run.run_id} goes on after a crash, at {self._executor.tip()!r}")
+        tip = self._executor.tip()
+        self._tell(f"{run.run_id} goes on after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
 
     def _run_of(self, past: LeftRun) -> MissionRun:
         """The run as it began, with inputs of the types that its mission declares."""

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Any
 
+from py_trees.common import Status
+
 from florence_bt.behaviours.why import Why
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
@@ -20,6 +22,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled
 from florence_bt.core.skill import Inputs
 from florence_bt.runtime.announcer import Announcer, NoLog
+from florence_bt.runtime.cleanups_in_journal import between_ticks
 from florence_bt.runtime.events import Event, EventKind, plain
 from florence_bt.runtime.journal import JournaledEvent
 from florence_bt.runtime.journal.text import match_ends, with_one_clock
@@ -45,7 +48,8 @@ class Replayed:
     """Where a replay ended.
 
     Attributes:
-        tree: The run's tree, paused at the last recorded moment; or over.
+        tree: The run's tree, paused at the last recorded moment; or over. When all that was left of the run
+            are clean-ups beside the tree, these go on when it is resumed, and nothing else.
         over: How the run ended, when its end was reached in the replay.
     """
 
@@ -101,6 +105,14 @@ class _Replay:
             raise ReplayDiverged("the journal of the run has no beginning")
         self._clock = ManualClock(self._events[0].time)
         self._done: list[Event] = []
+        self._started_between: list[tuple[str, ...]] = []
+        self._last_change = {
+            event.tick: index
+            for index, event in enumerate(self._events)
+            if event.kind == EventKind.NODE.value
+        }
+        self._between = between_ticks(self._events, self._last_change)
+        self._records: dict[int, _Recorded] = {}
         self._over: tuple[RunStatus, Why | None] | None = None
         self._skills = {
             name: _RecordedSkill(name, declaration, run) for name, declaration in declarations.items()
@@ -119,7 +131,9 @@ class _Replay:
         ticks = [event for event in self._events if event.kind in _TICKED]
         last = max((event.tick for event in ticks), default=0)
         for index, event in enumerate(self._events):
-            if event.kind in _TICKED and event.tick > self._run.ticks:
+            if index in self._between.ends or index in self._between.starts:
+                self._go_on_between(index)
+            elif event.kind in _TICKED and event.tick > self._run.ticks:
                 self._tick(index, complete=event.tick < last)
             elif event.kind == EventKind.PAUSED.value:
                 self._advance(event.time, 0.0)
@@ -149,18 +163,48 @@ class _Replay:
         if self._run.status is RunStatus.ENDING:
             self._tree.step()
 
+    def _go_on_between(self, index: int) -> None:
+        """Let a clean-up beside the tree do what it did between two ticks: hear of an end, start a skill."""
+        event = self._events[index]
+        self._advance(event.time, self._early_s)
+        # A tick that changed nothing is not in the journal.
+        self._run.ticks = max(self._run.ticks, event.tick)
+        start = self._between.ends.get(index)
+        if start in self._records:
+            self._records[start].held = False
+        for skill in self._skills.values():
+            skill.release(event.tick)
+        self._clock.advance_to(self._clock.now())  # a clean-up ticks right after it was woken
+        self._note_starts()
+        if start is None:
+            if _told(event) not in self._started_between:
+                raise ReplayDiverged(_difference(event.tick, [_told(event)], self._started_between))
+            self._started_between.remove(_told(event))
+
+    def _note_starts(self) -> None:
+        """Note what clean-ups have started since the last tick."""
+        told = (event for event in self._done if event.kind is EventKind.SKILL_STARTED)
+        self._started_between += [_did(event) for event in told]
+        self._done.clear()
+
     def _tick(self, index: int, *, complete: bool) -> None:
         """Do the tick whose first event has this index, and compare."""
         first = self._events[index]
         self._advance(first.time, self._early_s)
         for skill in self._skills.values():
             skill.release(first.tick)
-        self._done.clear()
+        self._note_starts()
         self._run.ticks = first.tick - 1
         self._tree.step()
-        of_tick = takewhile(lambda e: e.tick == first.tick and e.kind not in _BETWEEN, self._events[index:])
-        wanted = [_told(event) for event in of_tick if event.kind in _COMPARED]
+        later = enumerate(self._events[index:], index)
+        of_tick = takewhile(lambda each: each[1].tick == first.tick and each[1].kind not in _BETWEEN, later)
+        wanted = [
+            _told(event)
+            for at, event in of_tick
+            if event.kind in _COMPARED and at not in self._between.starts
+        ]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
+        self._done.clear()
         if (done[: len(wanted)] if not complete else done) != wanted:
             raise ReplayDiverged(_difference(first.tick, wanted, done))
 
@@ -173,12 +217,7 @@ class _Replay:
 
     def _give_ends(self) -> None:
         """Give each recorded start the end that belongs to it."""
-        records: dict[int, _Recorded] = {}
-        last_change = {
-            event.tick: index
-            for index, event in enumerate(self._events)
-            if event.kind == EventKind.NODE.value
-        }
+        records, answered = self._records, _answered(self._events)
         for index, event in enumerate(self._events):
             if event.kind == EventKind.SKILL_STARTED.value and event.skill in self._skills:
                 records[index] = _Recorded()
@@ -188,7 +227,15 @@ class _Replay:
             # One that was cancelled for a pause is started again and has its end there.
             if start in records and not (event.data.get("paused") and event.code != "ok"):
                 records[start].tick = event.tick
-                records[start].told_late = end > last_change.get(event.tick, -1)
+                records[start].told_late = end > self._last_change.get(event.tick, -1)
+                records[start].held = end in self._between.ends
+                was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value
+                records[start].after_leaving = (
+                    (was_cancelled or records[start].told_late)
+                    and not records[start].held
+                    and (event.tick, event.node) not in answered
+                    and not event.data.get("paused")
+                )
                 records[start].result = _result(event, self._skills[event.skill].declaration)
 
 
@@ -199,11 +246,15 @@ class _Recorded:
     Attributes:
         tick: The tick in which the end was told, or after which.
         told_late: Whether nothing else of that tick was told afterwards. A run that was left ended after it.
+        held: Whether the end is that of a skill of a clean-up, not told yet: it comes between two ticks.
+        after_leaving: Whether it ended only after its node had left it: the node never saw the end.
         result: How it ended.
     """
 
     tick: int = 0
     told_late: bool = False
+    held: bool = False
+    after_leaving: bool = False
     result: Result | None = None
 
 
@@ -275,6 +326,8 @@ class _RecordedRun:
             self._end(self.record.result or cancelled())
 
     def _has_ended_by(self, tick: int) -> bool:
+        if self.record.held or (self.record.after_leaving and not self.left):
+            return False
         last = self.record.tick + (self.left and self.record.told_late)
         return self.result is None and self.record.result is not None and tick >= last
 
@@ -282,6 +335,16 @@ class _RecordedRun:
         self.result = result
         for callback in self.callbacks:
             callback()
+
+
+def _answered(events: Sequence[JournaledEvent]) -> set[tuple[int, str]]:
+    """Every tick and node in which the node ended by itself."""
+    ends = (Status.SUCCESS.value, Status.FAILURE.value)
+    return {
+        (event.tick, event.node)
+        for event in events
+        if event.kind == EventKind.NODE.value and event.new in ends
+    }
 
 
 def _told(event: JournaledEvent) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ class RunQueue:
     """Waiting runs, the next one first.
 
     Args:
-        limit: How many may wait at once; above zero.
+        limit: How many may wait at once; above zero. One more may wait for the end of the run that it stops.
     """
 
     def __init__(self, limit: int) -> None:
@@ -22,8 +22,13 @@ class RunQueue:
 
     @property
     def full(self) -> bool:
-        """Whether no further run may wait."""
+        """Whether no further run may wait for its turn."""
         return len(self._runs) >= self.limit
+
+    @property
+    def crowded(self) -> bool:
+        """Whether not even a run that stops the current one may wait."""
+        return len(self._runs) > self.limit
 
     def add(self, run: MissionRun, *, first: bool = False) -> None:
         """Let a run wait.

@@ -208,8 +208,12 @@ class TreeRun:
     def _go_on(self) -> None:
         self._resume_wanted = False
         self._cancel_limit()
-        self.run.status = RunStatus.RUNNING
+        # After a crash: a run of which only clean-ups were left ends with them, and begins nothing else.
+        ending = self._end is not None
+        self.run.status = RunStatus.ENDING if ending else RunStatus.RUNNING
         self.run.paused = ""
+        if ending:
+            self._limit_end()
         self._world.announcer.tell(self.run, self._resume_kind)
         self.clock.thaw()
         try:

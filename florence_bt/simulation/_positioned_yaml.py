@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text, read_source
 
 Model = TypeVar("Model", bound=BaseModel)
 Location = Sequence[str | int]
@@ -23,54 +23,32 @@ class PositionedYaml:
         file: The file to read.
 
     Raises:
-        ConfigError: The file cannot be read, is no YAML, or gives a key twice.
+        ConfigError: The file cannot be read, is no plain YAML, or gives a key twice.
     """
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        try:
-            root = yaml.compose(file.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
-        except (OSError, UnicodeDecodeError) as error:
-            raise ConfigError(f"cannot read the file: {error}", file=file) from error
-        except yaml.MarkedYAMLError as error:
-            raise self._malformed(error) from error
-        except yaml.YAMLError as error:
-            raise ConfigError(f"no valid YAML: {error}", file=file) from error
-        if not isinstance(root, yaml.MappingNode):
+        root = read_source(file)
+        if not isinstance(root, Table):
             raise ConfigError("the file holds no mapping (`key: value` lines)", file=file, line=1)
         self._root = root
-        self._refuse_double_keys(self._root)
 
     def parse(self, model: type[Model]) -> Model:
         """The file as a model.
 
         Args:
-            model: The pydantic class that says what belongs into the file.
+            model: The pydantic class that says what belongs into the file. It types the values: in the file
+                all are texts.
 
         Raises:
             ConfigError: A value does not fit; the first problem is told with its line.
         """
         try:
-            return model.model_validate(self._values())
+            return model.model_validate(_plain(self._root))
         except ValidationError as error:
             # A key that does not exist explains a key that is missing, not the other way round.
             first = min(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
             raise self.error(first["loc"], _describe(first)) from error
-
-    def _values(self) -> Any:
-        loader = yaml.SafeLoader("")
-        try:
-            return loader.construct_document(self._root)
-        except yaml.MarkedYAMLError as error:
-            raise self._malformed(error) from error
-        finally:
-            loader.dispose()
-
-    def _malformed(self, error: yaml.MarkedYAMLError) -> ConfigError:
-        mark = error.problem_mark or error.context_mark
-        line, column = (mark.line + 1, mark.column + 1) if mark else (None, None)
-        problem = f"no valid YAML: {error.problem or error.context}"
-        return ConfigError(problem, file=self.file, line=line, column=column)
 
     def error(self, location: Location, problem: str, valid: Sequence[str] = ()) -> ConfigError:
         """An error at a value of the file.
@@ -80,42 +58,39 @@ class PositionedYaml:
             problem: What is wrong.
             valid: What would have worked.
         """
-        mark = self._mark_at(location)
-        return ConfigError(problem, file=self.file, line=mark.line + 1, column=mark.column + 1, valid=valid)
+        place = self._place_of(location)
+        return ConfigError(problem, file=self.file, line=place.line, column=place.column, valid=valid)
 
     def unknown(self, location: Location, what: str, wanted: str, known: Sequence[str]) -> ConfigError:
         """An error for a name that does not exist, with the names that do."""
         return self.error(location, f"unknown {what} {wanted!r}", closest_first(wanted, known))
 
-    def _mark_at(self, location: Location) -> yaml.Mark:
+    def _place_of(self, location: Location) -> Position:
         """Where the deepest value on the way to the location begins; its key, when that is a line above."""
-        node: yaml.Node = self._root
-        mark = node.start_mark
+        node: Source = self._root
+        place = node.position
         for step in location:
-            pairs: list[tuple[yaml.Node, yaml.Node]] = []
-            if isinstance(node, yaml.MappingNode):
-                pairs = [(key, value) for key, value in node.value if key.value == str(step)]
-            elif isinstance(node, yaml.SequenceNode) and isinstance(step, int):
-                pairs = [(value, value) for value in node.value[step : step + 1]]
-            if not pairs:
+            if isinstance(node, Table) and (key := node.key(str(step))) is not None:
+                begin, value = key.position, node.get(str(step))
+            elif isinstance(node, Listing) and isinstance(step, int) and step < len(node.items):
+                begin, value = node.items[step].position, node.items[step]
+            else:
                 break
-            key, node = pairs[0]
-            mark = key.start_mark if key.start_mark.line < node.start_mark.line else node.start_mark
-        return mark
+            if value is None:
+                break
+            node = value
+            place = begin if begin.line < node.position.line else node.position
+        return place
 
-    def _refuse_double_keys(self, node: yaml.Node) -> None:
-        if isinstance(node, yaml.SequenceNode):
-            for child in node.value:
-                self._refuse_double_keys(child)
-        elif isinstance(node, yaml.MappingNode):
-            seen: set[str] = set()
-            for key, child in node.value:
-                if key.value in seen:
-                    mark = key.start_mark
-                    problem = f"the key {key.value!r} is given twice"
-                    raise ConfigError(problem, file=self.file, line=mark.line + 1, column=mark.column + 1)
-                seen.add(key.value)
-                self._refuse_double_keys(child)
+
+def _plain(source: Source) -> Any:
+    match source:
+        case Text():
+            return None if source.empty else source.text
+        case Listing():
+            return [_plain(item) for item in source.items]
+        case Table():
+            return {key.text: _plain(value) for key, value in source.entries}
 
 
 def _describe(error: ErrorDetails) -> str:

@@ -37,7 +37,7 @@ MAX_BACKLOG_S = 0.05
 """Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
 MOST_LAG_S = 0.4
 """Simulated seconds that the scans may be behind; frames are looked up until half a second after the last."""
-PATIENCE_S = 1.0
+PATIENCE_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on without the drivers."""
 WAIT_S = 0.005
 """Wall seconds between two looks whether the drivers have caught up."""

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.transforms import Transform3
-
-MAX_SOCKET_PATH = 107
-"""Bytes that the path of a Unix socket may have (unix(7): 108 with the zero at its end)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +38,6 @@ class HardwareSettings:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        spare = MAX_SOCKET_PATH - len(os.fsencode(self.kinect_socket))
-        if spare < 0:
-            raise ConfigError(
-                f"the folder of the ports {str(self.folder)!r} is too long for a Unix socket in it",
-                valid=[f"a path at least {-spare} bytes shorter, e.g. under /tmp"],
-            )
         if not 0.0 < self.kinect_rate <= 30.0:
             raise ConfigError(f"kinect_rate is {self.kinect_rate}", valid=["0 < kinect_rate <= 30"])
 

@@ -5,19 +5,23 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text
+from florence_bt.core.torn_texts import torn_texts
 from florence_bt.testing.known import MissionMaps
 from florence_bt.testing.paths import MissionMap, Place, matching
 from florence_bt.testing.unmatched import unmatched
 from florence_bt.testing.values import read_duration, read_port
 from florence_bt.trees.findings import ERROR, Finding
 from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.neighbours import add_neighbours
 
+_WORD = re.compile(r"\w+")
 _PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
 
 
@@ -62,19 +66,39 @@ class Reading:
     ) -> dict[str, tuple[Text, Source]]:
         """The entries of a table that has only these keys."""
         found: dict[str, tuple[Text, Source]] = {}
-        for key, value in self.table(source, what):
+        for key, value in self.table(source, what, keys):
             if key.text in keys:
                 found[key.text] = (key, value)
             else:
                 self.problem(key.position, f"{what} has no key {key.text!r}", closest_first(key.text, keys))
         return found
 
-    def table(self, source: Source | None, what: str) -> Iterator[tuple[Text, Source]]:
-        """The entries of a table, none when nothing was written."""
+    def table(
+        self, source: Source | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
+    ) -> Iterator[tuple[Text, Source]]:
+        """The entries of a table, none when nothing was written.
+
+        A text that fell apart at its commas, because it needs quotes there, is noted and put together. (A
+        single word behind a comma may be a key without its colon, and so may one of the ``keys``.) What is
+        no table is noted, with ``valid`` as what would have worked.
+        """
         if isinstance(source, Table):
-            yield from source.entries
+            torn = {
+                text.key: text
+                for text in torn_texts(source)
+                if text.pieces[0].text not in keys and not _WORD.fullmatch(text.pieces[0].text)
+            }
+            pieces = {piece for text in torn.values() for piece in text.pieces}
+            for key, value in source.entries:
+                if key in torn:
+                    text = torn[key]
+                    message = "a text with a comma needs quotes between { and }"
+                    self.problem(text.first.position, message, [text.valid])
+                    yield key, replace(text.first, text=text.whole)
+                elif key not in pieces:
+                    yield key, value
         elif source is not None and not (isinstance(source, Text) and source.empty):
-            self.problem(source.position, f"{what} must be a table (key: value)")
+            self.problem(source.position, f"{what} must be a table (key: value)", valid)
 
     def items(self, source: Source | None) -> tuple[Source, ...]:
         """The items of a list; a single thing counts as a list of one, nothing as none."""
@@ -163,6 +187,11 @@ class Reading:
             return None
         if name.endswith((".yaml", ".yml")):
             path = Path(os.path.normpath(self.file.parent / name))
+            if not path.exists():
+                message = f"there is no file {str(path)!r}: paths are counted from the folder of this file"
+                meant = [os.path.relpath(name, self.file.parent)] if Path(name).exists() else []
+                self.problem(source.position, message, meant)
+                return None
             name = path.stem
             if self._added.setdefault(name, path) != path:
                 self.problem(
@@ -170,7 +199,8 @@ class Reading:
                 )
             known = self.library.find(name)
             if known is None or known.file != path:
-                self.library.add_file(path)
+                added = self.library.add_file(path)
+                add_neighbours([added] if added is not None else [], self.library)
         try:
             mission = self.library.get(name)
             self.maps.of(mission, self.library, self.declarations)

@@ -50,6 +50,10 @@ def read_expectation(
         what: What the table is called, for messages.
         happens: What happens before; None when that is not known.
     """
+    if isinstance(source, Text) and source.text.lower() in STATUS_WORDS:
+        valid = [f"{what}: {{status: {source.text}}}"]
+        reading.problem(source.position, f"{what} must be a table (key: value)", valid)
+        source = None
     entries = reading.entries(source, what, THEN_KEYS)
     checks: list[Check] = []
     status: RunStatus | None = None
@@ -175,7 +179,9 @@ def _calls(
 def _inputs(reading: Reading, source: Source | None, users: list[Place]) -> dict[str, Any]:
     """The inputs that a call must have, in SI units."""
     wanted: dict[str, Any] = {}
-    for key, item in reading.table(source, "the inputs of a call"):
+    count = isinstance(source, Text) and source.text.isdigit() and users
+    valid = [f"called: {{{users[0].skill}: {source.text}}}"] if count and isinstance(source, Text) else []
+    for key, item in reading.table(source, "the inputs of a call", valid=valid):
         for skill in dict.fromkeys(place.skill for place in users if place.skill):
             ports = reading.declarations[skill].inputs
             if key.text not in ports:

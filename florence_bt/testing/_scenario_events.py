@@ -89,7 +89,7 @@ def _happening(
             reading.problem(table.position, "nothing happens here", list(KINDS))
         else:
             message = f"nothing that happens is called {unknown.text!r}"
-            reading.problem(unknown.position, message, closest_first(unknown.text, KINDS))
+            reading.problem(unknown.position, message, _meant(unknown.text))
         return None
     kind = kinds[0].text if kinds else ""
     allowed = (kind, *KINDS.get(kind, ()), "at")
@@ -107,6 +107,14 @@ def _happening(
         act(scene)
 
     return act_then
+
+
+def _meant(written: str) -> tuple[str, ...]:
+    """What would have worked where nothing that can happen is called so, such as ``at 3 s: stop``."""
+    word, _, rest = written.partition(" ")
+    if word in (*KINDS, "at") and rest:
+        return (f"{word}: {rest}",)
+    return closest_first(written, (*KINDS, "at"))
 
 
 def _nothing(scene: Scene) -> None:

@@ -312,7 +312,7 @@ def _ask(mock: Mock, call: Call) -> Any:
 
 
 def check_outputs(step: Step, place: Place) -> None:
-    """See that a success gives what the mission reads.
+    """See that a success gives what the mission reads, or promises when the mission itself is mocked.
 
     Raises:
         ConfigError: An output is missing.
@@ -322,7 +322,7 @@ def check_outputs(step: Step, place: Place) -> None:
     missing = [name for name in place.outputs if name not in step.result.outputs]
     if missing:
         raise ConfigError(
-            f"it succeeds without {' and '.join(missing)}, which the mission reads",
+            f"it succeeds without {' and '.join(missing)}, which it has to give here",
             valid=[f"SUCCESS ({', '.join(f'{name}=...' for name in place.outputs)})"],
         )
 

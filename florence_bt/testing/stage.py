@@ -23,6 +23,7 @@ from florence_bt.testing.scripts import Script
 from florence_bt.testing.stubs import copied, mocked_missions, put_stubs
 from florence_bt.testing.values import read_duration, read_limit, read_pose
 from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.neighbours import add_neighbours
 
 __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
@@ -83,7 +84,8 @@ class Stage:
         """Make a mission known.
 
         Args:
-            mission: The file of a mission, a folder of them, the text of one, or the name of a known one.
+            mission: The file of a mission (those beside it that it calls come with it), a folder of them,
+                the text of one, or the name of a known one.
 
         Returns:
             The name of the mission; of a folder its name.
@@ -100,8 +102,10 @@ class Stage:
             return path.name
         if path.suffix not in (".yaml", ".yml"):
             return self.library.get(str(mission)).name
-        if self.library.add_file(path) is None:
+        added = self.library.add_file(path)
+        if added is None:
             raise next(f for f in self.library.findings if f.file == str(path)).as_error()
+        add_neighbours([added], self.library)
         self.places_of(path.stem)
         return path.stem
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.findings import Finding
-from florence_bt.trees.source import read_bytes
+from florence_bt.trees.source import NOT_UTF8, read_bytes, readable
 
 MAX_WIDTH = 100
 """How many characters of a line are shown at most."""
@@ -64,11 +64,7 @@ class Excerpts:
         if not 0 < finding.line <= len(lines) or not lines[finding.line - 1].strip():
             return None
         line, start = lines[finding.line - 1], finding.column - 1
-        match = _OFFENDING.match(line, start)
-        text = match[0].rstrip() if match else line[start : start + 1]
-        # What the message itself quotes stands there as a whole, whatever signs are in it.
-        told = [quoted for quoted in _QUOTED.findall(finding.message) if line.startswith(quoted, start)]
-        text = max((text, *told), key=len)
+        text = _offending(line, start, finding.message)
         first = max(0, start - _BEFORE) if len(line) > MAX_WIDTH else 0
         shown = line[first : first + MAX_WIDTH]
         head, tail = "…" * (first > 0), "…" * (first + MAX_WIDTH < len(line))
@@ -91,9 +87,20 @@ def width(text: Iterable[str]) -> int:
     )
 
 
+def _offending(line: str, start: int, message: str) -> str:
+    """What of a line a message is about."""
+    if NOT_UTF8 in message:
+        return line[start : start + 1]  # one byte, whatever stands round it
+    match = _OFFENDING.match(line, start)
+    text = match[0].rstrip() if match else line[start : start + 1]
+    # What the message itself quotes stands there as a whole, whatever signs are in it.
+    told = [quoted for quoted in _QUOTED.findall(message) if line.startswith(quoted, start)]
+    return max((text, *told), key=len)
+
+
 def _lines_of(file: str) -> list[str]:
     try:
-        text = read_bytes(Path(file)).decode("utf-8-sig", errors="replace")
+        text = readable(read_bytes(Path(file)))
     except ConfigError:
-        return []  # the finding itself says that the file cannot be read
-    return _LINE_BREAK.split(text)
+        text = None  # the finding itself says that the file cannot be read
+    return _LINE_BREAK.split(text) if text is not None else []

@@ -140,7 +140,7 @@ class NameChecks:
                 self._notes.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
         for missing in (name for name, port in ports.items() if port.required and name not in names):
             about = f" ({ports[missing].description})" if ports[missing].description else ""
-            valid = [f"{missing}: {example_of(ports[missing].kind)}"]
+            valid = [_with_input(node, f"{missing}: {example_of(ports[missing].kind)}")]
             self._notes.error(node.position, f"{owner} needs the input {missing!r}{about}", valid)
 
     def _check_outputs(
@@ -179,16 +179,17 @@ class NameChecks:
     def _check_switch(self, node: model.Switch) -> None:
         self._values.check(node.value, None, "switch")
         kind = self._values.kind(node.value)
-        first: dict[object, int] = {}
+        first: dict[tuple[bool, object], int] = {}
         for case, _ in node.cases:
             if kind is not None:
                 self._values.check(case, Port(kind, ""), "case")
-            value = literal_kind(case, kind)
+            literal = literal_kind(case, kind)
+            value = (isinstance(literal, bool), literal)  # for Python 1 is True, and 0 is False
             if value in first:
                 message = f"the case {case.text!r} stands here twice (first in line {first[value]})"
                 self._notes.error(case.position, message, ["another value", "one case"])
             first.setdefault(value, case.position.line)
-        if node.default is not None and {True, False} <= first.keys():
+        if node.default is not None and {(True, True), (True, False)} <= first.keys():
             message = "the default is never reached: there are cases for true and for false"
             self._notes.error(node.default.position, message, ["leaving out the default"])
 
@@ -210,3 +211,10 @@ class NameChecks:
                 if number is not None and not 1 <= number <= count:
                     message = f"{what}: {number} branches are asked for, but there are {count}"
                     self._notes.error(position, message, [f"{what}: 1 to {count}"])
+
+
+def _with_input(node: model.Use | model.Call, entry: str) -> str:
+    """An input as it would have worked; with the table round it when there is none."""
+    if node.inputs or node.unread:
+        return entry
+    return f"with: {{{entry}}}" if isinstance(node, model.Call) else f"{node.skill}: {{{entry}}}"

@@ -10,6 +10,22 @@ from florence_bt.trees.kinds import IDENTIFIER, MODIFIERS, NODE_KINDS
 from florence_bt.trees.source import Listing, Source, Table, Text
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
+_BESIDE_A_KIND = (
+    "finally",
+    "because",
+    "when",
+    "unless",
+    "while",
+    "out",
+    "with",
+    "then",
+    "else",
+    "do",
+    "policy",
+)
+_NO_NODES = ("nothing", "none", "pass", "skip", "true", "false", "yes", "no")
+_CALL = re.compile(r"(?P<name>[a-z][a-z0-9_]*)\s*\(.*|(?P<first>[a-z][a-z0-9]*_[a-z0-9_]*)\s.*", re.DOTALL)
+"""A call as in a programming language, or an input behind the name of a mission."""
 _OTHER_WORDS = {"elif": "else", "elseif": "else", "otherwise": "else", "case": "cases", "inputs": "with"}
 OTHER_KINDS = {
     "fallback": "selector",
@@ -56,7 +72,28 @@ def node_meant(source: Source) -> tuple[str, tuple[str, ...]]:
     if match is None:
         return message, ("wait: 1 s",)
     word, rest = match["word"], match["rest"].strip()
+    if not rest and word.lower() in _NO_NODES:
+        return f"{source.text!r} is no node", (
+            "wait: 0 s, which does nothing",
+            "the name of a skill and a colon",
+        )
     return message, (f"{word}: {rest}" if rest else f"{word}:",)
+
+
+def mission_meant(source: Source) -> tuple[str, ...]:
+    """What would have worked where the name of a mission has its inputs behind it."""
+    match = _CALL.fullmatch(source.text.strip()) if isinstance(source, Text) else None
+    if match is None:
+        return ()
+    return (f"run: {match['name'] or match['first']}", "with: {...} for the inputs, below it")
+
+
+def no_kind_meant(keys: list[str]) -> tuple[str, tuple[str, ...]]:
+    """What is wrong with a table of modifiers alone, and what would have worked."""
+    if keys and keys[0] in _BESIDE_A_KIND:
+        message = f"{keys[0]!r} is no node: it belongs to a node"
+        return message, (f"{keys[0]} without a dash, indented like the node that it belongs to",)
+    return "this node has no kind", (*NODE_KINDS, "the name of a skill")
 
 
 def list_meant(kind: Text, source: Source) -> tuple[str, ...]:

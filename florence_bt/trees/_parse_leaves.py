@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
+from florence_bt.trees._meant import mission_meant
 from florence_bt.trees._parse_common import Maker, Parsing
 from florence_bt.trees.kinds import NEVER_INPUTS
 from florence_bt.trees.model import Call, Condition, Fail, Literal, Node, Set, Use, Value, Wait
 from florence_bt.trees.source import Source, Table, Text
+
+_ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
+"""What people write who know a programming language: ``tries = 3``."""
 
 
 def _condition(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
@@ -25,8 +31,13 @@ def _wait(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | No
 
 
 def _set(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None:
-    values, common = parsing.reader.values(value, "set"), parsing.common(key, table)
-    if not isinstance(value, Table) or not value.entries:
+    common = parsing.common(key, table)
+    if isinstance(value, Text) and not value.empty and (match := _ASSIGNMENT.fullmatch(value.text)):
+        valid = [f"set: {{{match['key']}: {match['value']}}}"]
+        parsing.reader.problem(value.position, "set must be a table (key: value)", valid)
+        return Set(values=(), **common)
+    values = parsing.reader.values(value, "set")
+    if (isinstance(value, Table) and not value.entries) or (isinstance(value, Text) and value.empty):
         parsing.reader.problem(value.position, "set needs keys and values", ["set: {key: value}"])
     return Set(values=values, **common)
 
@@ -37,7 +48,7 @@ def _call(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | No
         valid = ["run: goto_room", "with: {room: kitchen} indented like run"]
         parsing.reader.problem(value.position, "run needs the name of a mission, not a table", valid)
         return None
-    mission = parsing.reader.identifier(value, "run")
+    mission = parsing.reader.identifier(value, "run", mission_meant(value))
     given = table.get("with")
     inputs = parsing.reader.values(given, "with")
     outputs = parsing.reader.keys(table.get("out"))

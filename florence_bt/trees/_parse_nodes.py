@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 
-from florence_bt.trees._meant import instead_of_two_kinds, node_meant
+from florence_bt.core.torn_texts import torn_texts
+from florence_bt.trees._meant import instead_of_two_kinds, no_kind_meant, node_meant
 from florence_bt.trees._parse_common import Maker, Parsing
 from florence_bt.trees._parse_composites import COMPOSITES
 from florence_bt.trees._parse_decorators import DECORATORS
@@ -39,9 +40,12 @@ class NodeParser(Parsing):
 
     def _not_one_kind(self, source: Table, keys: list[Text]) -> None:
         if not keys:
-            self.reader.problem(
-                source.position, "this node has no kind", (*NODE_KINDS, "the name of a skill")
-            )
+            self.reader.problem(source.position, *no_kind_meant([key.text for key, _ in source.entries]))
+            return
+        torn = list(torn_texts(source))
+        for text in torn:
+            self.reader.torn(text)
+        if torn:
             return
         for key in keys:
             close = difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)

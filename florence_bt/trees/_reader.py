@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.torn_texts import TornText, torn_texts
 from florence_bt.trees.expressions.parser import parse_expression
 from florence_bt.trees.expressions.scanning import closing_brace
 from florence_bt.trees.findings import ERROR, MAX_FINDINGS, Finding
@@ -15,7 +16,7 @@ from florence_bt.trees.model import Expression, Literal, PoseParts, Reference, T
 from florence_bt.trees.source import Listing, Position, Source, Table, Text
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
-
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 _POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
 
@@ -72,16 +73,15 @@ class Reader:
         self.problem(source.position, f"{what} must be a text")
         return None
 
-    def identifier(self, source: Source, what: str) -> Literal | None:
-        """A name in lower case."""
+    def identifier(self, source: Source, what: str, valid: Iterable[str] = ()) -> Literal | None:
+        """A name in lower case; ``valid`` is what would have worked, if the caller knows better."""
         if isinstance(source, Text) and IDENTIFIER.fullmatch(source.text):
             return Literal(source.text, True, source.position)
         written = source.text if isinstance(source, Text) and not source.empty else ""
         message = f"{what} must be a name of lower-case letters, digits and underscores"
         meant = _as_name(written)
-        self.problem(
-            source.position, message + (f", not {written!r}" if written else ""), [meant] if meant else []
-        )
+        valid = tuple(valid) or ((meant,) if meant else ())
+        self.problem(source.position, message + (f", not {written!r}" if written else ""), valid)
         return None
 
     def choice(self, source: Source, what: str, choices: Iterable[str], default: str) -> str:
@@ -104,21 +104,27 @@ class Reader:
         """A table of names and values; those that cannot be read (noted) are left out."""
         table = self.table(source, what)
         pairs: list[tuple[Literal, Value]] = []
-        torn = False
+        torn = {text.key: text for text in torn_texts(table)} if table else {}
+        pieces = {piece for text in torn.values() for piece in text.pieces}
         for key, item in table.entries if table else ():
-            if torn:
-                torn = not key.text.endswith(")")
+            if key in pieces:
                 continue
             name = self.identifier(key, f"a name in {what}")
-            torn = _torn(item, table)
-            if torn:
-                message = f"{key.text!r}: a text with commas needs quotes here, and a pose is a table"
-                self.problem(item.position, message, [_POSE])
+            if key in torn:
+                self.torn(torn[key])
                 continue
             value = self.value(item, f"{key.text!r}")
             if name is not None and value is not None:
                 pairs.append((name, value))
         return tuple(pairs)
+
+    def torn(self, text: TornText) -> None:
+        """Note a text that fell apart at its commas."""
+        message = f"{text.key.text!r}: a text with commas needs quotes here"
+        if text.whole.startswith("(") and text.whole.endswith(")"):
+            self.problem(text.first.position, f"{message}, and a pose is a table", [_POSE])
+        else:
+            self.problem(text.first.position, message, [text.valid])
 
     def keys(self, source: Source | None) -> tuple[tuple[Literal, Literal], ...]:
         """``out``: a table of outputs and the keys that receive them."""
@@ -199,8 +205,11 @@ class Reader:
     def _lone_dollar(self, source: Text, after: int) -> None:
         end = closing_brace(source.text, after + 1) if source.text.startswith("{", after) else None
         if end is None:
-            valid = ["$key", "$$ for a dollar sign"]
-            self.problem(source.position, f"a lone $ in {source.text!r}", valid)
+            name = _NAME.match(source.text, after)
+            meant = _as_name(name[0]) if name else None
+            valid = [f"${meant or 'key'}", "$$ for a dollar sign"]
+            problem = f"keys have lower-case letters, not ${name[0]}" if name and meant else "a lone $"
+            self.problem(source.position, f"{problem} in {source.text!r}", valid)
             return
         written = source.text[after - 1 : end + 1]
         valid = [f"set: {{key: {written!r}}} first, and $key in the text"]
@@ -227,18 +236,12 @@ class Reader:
 
 
 def _as_name(written: str) -> str | None:
-    """The name that somebody wrote in another way: ``My-Mission.yaml`` for ``my_mission``."""
-    last = re.split(r"[/\\]", written)[-1].strip().removesuffix(".yaml").removesuffix(".yml")
+    """The name that somebody wrote in another way: ``My-Mission.yaml`` or ``$my_mission``."""
+    last = (
+        re.split(r"[/\\]", written)[-1].strip().removeprefix("$").removesuffix(".yaml").removesuffix(".yml")
+    )
     name = re.sub(r"[\s-]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", last)).lower()
     return name if IDENTIFIER.fullmatch(name) else None
-
-
-def _torn(source: Source, table: Table | None) -> bool:
-    """Whether a value is the beginning of ``(1 m, 2 m, 90 deg)`` in a table between { and }."""
-    if table is None or not isinstance(source, Text) or source.quoted:
-        return False
-    opened = source.text.startswith("(") and ")" not in source.text
-    return opened and any(key.text.endswith(")") for key, _ in table.entries)
 
 
 def _without_dollar(source: Source) -> Source:

@@ -58,8 +58,10 @@ def compile_mission(
         # A skill that is only declared fails with `no_skill` when it is started.
         context = replace(context, declarations=library.with_declared(context.declarations))
     facts = Facts(library, context.declarations)
-    for error in too_large(mission, facts):
-        raise error
+    if not library.fits(mission):
+        for error in too_large(mission, facts):
+            raise error
+        library.note_fitting(mission)
     context.keys.declare(declared_keys(mission))
     context.keys.reset(inputs)
     builder = Builder(mission, facts, context, (mission.name,))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +33,14 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
     problems: list[str] = []
     valid: list[str] = []
     inputs: dict[str, Any] = {}
-    for name in given:
+    misspelt: set[str] = set()
+    for name, value in given.items():
         if name not in mission.inputs:
             problems.append(f"{mission.name} has no input {name!r}")
-            valid += closest_first(name, mission.inputs) or ["no inputs at all"]
+            meant = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
+            misspelt.update(meant)
+            shown = [f"{one}={value}" for one in meant if isinstance(value, str) and len(value) < 100]
+            valid += shown or closest_first(name, mission.inputs) or ["no inputs at all"]
     for name, port in mission.inputs.items():
         if name in given:
             try:
@@ -43,6 +48,8 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
             except ConfigError as error:
                 problems.append(f"{name}: {error.problem}")
                 valid += [f"{name}={text}" for text in error.valid]
+        elif name in misspelt:
+            continue  # not told as missing too
         elif port.required:
             problems.append(f"{name} is missing: {port.description or port.kind.value}")
             valid.append(f"{name}={example_of(port.kind)}")

@@ -36,6 +36,7 @@ class MissionLibrary:
         self._missions: dict[str, Mission] = {}
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
+        self._fitting: dict[int, Mission] = {}
 
     @classmethod
     def load(
@@ -79,6 +80,7 @@ class MissionLibrary:
         for beside in sorted(path.parent.glob(f"*{ENDING}")):
             self._add_skills(beside)
         self._note_shadow(path)
+        self._fitting.clear()
         self._unreadable.pop(path.stem, None)
         self._missions.pop(path.stem, None)
         try:
@@ -117,8 +119,17 @@ class MissionLibrary:
     def put(self, mission: Mission) -> None:
         """Let a mission that was read earlier count instead of what its file says now."""
         name = mission.file.stem
+        self._fitting.clear()
         self._unreadable.pop(name, None)
         self._missions[name] = mission
+
+    def fits(self, mission: Mission) -> bool:
+        """Whether :meth:`note_fitting` was told of this mission and nothing has come or changed since."""
+        return id(mission) in self._fitting
+
+    def note_fitting(self, mission: Mission) -> None:
+        """Remember that a mission, with those that it calls, is small enough to run."""
+        self._fitting[id(mission)] = mission
 
     def unreadable(self) -> dict[str, ConfigError]:
         """The names of the files that could not be read at all, and why."""

@@ -7,6 +7,7 @@ from florence_bt.core.plain_yaml import (
     MAX_DEPTH,
     MAX_PARTS,
     MAX_TEXT,
+    NOT_UTF8,
     Listing,
     Position,
     Source,
@@ -15,6 +16,7 @@ from florence_bt.core.plain_yaml import (
     parse_source,
     read_bytes,
     read_source,
+    readable,
 )
 
 __all__ = [
@@ -22,6 +24,7 @@ __all__ = [
     "MAX_DEPTH",
     "MAX_PARTS",
     "MAX_TEXT",
+    "NOT_UTF8",
     "Listing",
     "Position",
     "Source",
@@ -30,4 +33,5 @@ __all__ = [
     "parse_source",
     "read_bytes",
     "read_source",
+    "readable",
 ]

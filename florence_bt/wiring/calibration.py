@@ -22,6 +22,9 @@ from florence_bt.wiring.run_watch import LIVE_STATES
 BASE_NODE = "turtlebot_node"
 LONGEST_S = 3600.0
 """Wall seconds for all rounds; the calibration's own limits are far below it."""
+SIMULATED_PATIENCE_S = 30.0
+"""Simulated seconds that a sensor may be silent. A message that is lost comes again after three seconds of
+this machine's time, in which a simulation may run far ahead."""
 LOOK_PERIOD_S = 0.5
 """Wall seconds between two questions whether somebody else wants the base."""
 _BOOLEAN, _DOUBLE = 1, 3
@@ -72,8 +75,10 @@ def calibrate(
         ended: list[bool] = []
 
         def make(context: Context) -> CalibrationNode:
+            simulated = client.node.count_publishers("/clock") > 0
             parameters = {
-                "use_sim_time": client.node.count_publishers("/clock") > 0,
+                "use_sim_time": simulated,
+                "patience": SIMULATED_PATIENCE_S if simulated else None,
                 "odom_scale": old[ODOMETRY_PARAMETER],
                 "has_gyro": has_gyro,
                 "rounds": rounds,

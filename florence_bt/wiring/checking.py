@@ -11,7 +11,16 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
-from florence_bt.core.plain_yaml import MAX_BYTES, Position, Source, Table, Text, decode, parse_source
+from florence_bt.core.plain_yaml import (
+    MAX_BYTES,
+    Position,
+    Source,
+    Table,
+    Text,
+    decode,
+    parse_source,
+    readable,
+)
 from florence_bt.skills.locate.hotspots import Hotspots, load_hotspots
 from florence_bt.trees import lint
 from florence_bt.trees.declarations import collect_declarations
@@ -21,9 +30,9 @@ from florence_bt.trees.kinds import IDENTIFIER
 from florence_bt.trees.lint import Places
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
+from florence_bt.trees.neighbours import add_neighbours
 from florence_bt.trees.parse import parse_mission
 from florence_bt.trees.report import FORMATS, Excerpts, report_full, summary
-from florence_bt.wiring.neighbours import add_neighbours
 
 STDIN = Path("-")
 """Given in place of a file: the standard input."""
@@ -145,8 +154,9 @@ class _Desk:
     def _read_stdin(self) -> Mission:
         data = sys.stdin.buffer.read(MAX_BYTES + 1)
         path = self._options.stdin_name or _NAMELESS
+        # Also when it is no UTF-8: the file on the disk is not what was read.
+        self.texts[str(path)] = readable(data) or ""
         text = decode(data, path)
-        self.texts[str(path)] = text
         if path == _NAMELESS:
             # A text without a file is not wrong for having another name than its file.
             path = _NAMELESS / f"{_name_in(parse_source(data, path)) or 'stdin'}.yaml"

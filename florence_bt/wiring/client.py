@@ -37,8 +37,10 @@ ACTIVE_STATES = ("PENDING", "ACTIVE")
 ANSWER_BUDGET_S = 5.0
 """Wall seconds to wait for the answer of a service that is there, and for a service to come in sight."""
 BUSY_BUDGET_S = 25.0
-"""Wall seconds more for a service to come in sight while a bring-up is seen on this machine: perhaps it
-starts its mission server again, or the machine is busy."""
+"""Wall seconds more for each of the two while a bring-up is seen on this machine: perhaps it starts its
+mission server again, or the machine is busy."""
+_TRIES = 3
+"""How often a question that may be repeated is asked within the time for its answer."""
 EVERYONE_S = 1.0
 """Wall seconds in which everybody who listens to the override comes in sight of a new publisher."""
 LAST_WORDS_S = 0.2
@@ -160,7 +162,7 @@ class MissionClient:
             request: The request.
             repeat: Ask again when no answer comes, for questions that change nothing: the answer to a client
                 that is brand new can be lost, because the server may not know the way back to it yet.
-            budget_s: Wall seconds to wait for the answer.
+            budget_s: Wall seconds to wait for the answer; more while a bring-up is seen on this machine.
 
         Raises:
             SystemNotThere: Nobody serves it.
@@ -169,13 +171,17 @@ class MissionClient:
         client = self._client(service_type, name)
         if not self._comes_in_sight(client):
             raise SystemNotThere(f"nobody serves {name}; is the system up? Start it with: florence up --sim")
-        tries = 3 if repeat else 1
-        for _ in range(tries):
-            future = client.call_async(request)
-            if self.spin_until(future.done, budget_s / tries):
-                return future.result()
-            client.remove_pending_request(future)
-        raise DeviceTimeout(f"{name} did not answer within {budget_s:.0f} s")
+        begin, future = time.monotonic(), client.call_async(request)
+        while not self.spin_until(future.done, budget_s / _TRIES):
+            passed = time.monotonic() - begin
+            enough = passed >= budget_s + BUSY_BUDGET_S or (passed >= budget_s and not bring_up_here())
+            if repeat or enough:
+                client.remove_pending_request(future)
+            if enough:
+                raise DeviceTimeout(f"{name} did not answer within {passed:.0f} s")
+            if repeat:
+                future = client.call_async(request)
+        return future.result()
 
     def _comes_in_sight(self, client: Any) -> bool:
         patience = time.monotonic() + ANSWER_BUDGET_S
@@ -279,9 +285,10 @@ class MissionClient:
             # The button first, questions later: somebody presses it because the robot moves.
             self.spin_until(lambda: publisher.get_subscription_count() > 0, ANSWER_BUDGET_S)
             publisher.publish(Bool(data=on))
-            told, end = time.monotonic(), None
+            told, end, asked = time.monotonic(), None, 0.0
             listeners = publisher.get_subscription_count()
-            while end is None or time.monotonic() < end:
+            # Once more after a hold-up, too: what was asked before it is no news.
+            while end is None or asked < end:
                 asked = time.monotonic()
                 status = self.status()
                 # From the first answer on: the mission server may just be being started again.

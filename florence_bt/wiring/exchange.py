@@ -12,8 +12,8 @@ from florence_bt.trees.btcpp.notes import losses
 from florence_bt.trees.declarations import collect_declarations
 from florence_bt.trees.findings import ERROR, WARNING, Finding, has_errors
 from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.neighbours import add_neighbours
 from florence_bt.trees.report import FORMATS, Excerpts, report_full
-from florence_bt.wiring.neighbours import add_neighbours
 
 
 @dataclass(frozen=True)

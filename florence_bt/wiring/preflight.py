@@ -11,7 +11,7 @@ from florence_bt.skills.serve_map.map_file import load_map
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.wiring.config import load_config, refuse_unknown_nodes
 from florence_bt.wiring.options import BringUp
-from florence_bt.wiring.simulated import hardware_settings, people_at_home
+from florence_bt.wiring.simulated import people_at_home
 from florence_bt.wiring.topology import NODES
 
 
@@ -20,7 +20,7 @@ def check_options(options: BringUp) -> None:
 
     Raises:
         ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
-            and what would have worked. Or the folder's name is too long for the simulated ports.
+            and what would have worked.
     """
     file = Path(options.config_file) if options.config_file else find_data("config", "robot.yaml")
     known = {node for nodes in NODES.values() for node in nodes}
@@ -30,4 +30,3 @@ def check_options(options: BringUp) -> None:
     load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
     if options.simulated:
         people_at_home(load_flat(), options)
-        hardware_settings(options)

@@ -17,7 +17,7 @@ from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 
 STEP = 0.005
-LONG_S = 5.0
+LONG_S = 60.0
 """A limit for what takes microseconds."""
 
 RETRY_S = 0.5

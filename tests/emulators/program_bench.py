@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-LONG_S = 10.0
+from florence_bt.core.socket_paths import short_path
+
+LONG_S = 60.0
 """A limit for what takes microseconds."""
 
 
@@ -68,7 +70,8 @@ class EmulatorProcess:
         """Say something at its control socket."""
         with socket.socket(socket.AF_UNIX) as peer:
             peer.settimeout(LONG_S)
-            peer.connect(str(self.control))
+            with short_path(self.control) as place:
+                peer.connect(place)
             peer.sendall(line.encode() + b"\n")
             with peer.makefile() as answers:
                 return answers.readline().strip()

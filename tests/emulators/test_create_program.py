@@ -12,6 +12,7 @@ import termios
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -151,6 +152,21 @@ def test_a_client_drives_the_base(make: Callable[..., CreateProgram]) -> None:
         assert ask(program, port, bytes([142, 19]), 2) == bytes([0, 200])
 
 
+def test_a_script_ends_where_it_should_although_the_emulator_was_held_up(
+    make: Callable[..., CreateProgram],
+) -> None:
+    program = make()
+    drive, wait, stop = [145, 0, 200, 0, 200], [156, 0, 100], [145, 0, 0, 0, 0]
+    with serial.Serial(program.path, 57600, timeout=0.01) as port:
+        port.write(bytes([128, 132, 152, 13, *drive, *wait, *stop, 153]))
+        while program.create.wheels == (0, 0):
+            program.step()
+        program._clock.now += 5.0  # type: ignore[attr-defined]
+        program.step()
+    assert program.create.wheels == (0, 0)
+    assert json.loads(program.control.run("status"))["pose"] == [pytest.approx(0.1, abs=0.002), 0.0, 0.0]
+
+
 def test_unplug_and_plug(make: Callable[..., CreateProgram], tmp_path: Path) -> None:
     program = make()
     port = serial.Serial(program.path, 57600, timeout=0.01)
@@ -170,7 +186,7 @@ def test_the_wrong_speed_is_garbage_when_strict(make: Callable[..., CreateProgra
     program = make(strict_baud=True)
     with serial.Serial(program.path, 115200, timeout=0.01) as port:
         port.write(bytes([128, 132, 142, 35]))
-        for _ in range(20):
+        while program.create.unknown_bytes < 4:
             program.step()
         assert program.create.mode == 0
         port.baudrate = 57600
@@ -283,6 +299,7 @@ def test_pycreate2(process: Callable[..., EmulatorProcess]) -> None:
     pycreate2 = pytest.importorskip("pycreate2")
     program = process("--model", "create2")
     bot = pycreate2.Create2(program.path, 115200)
+    bot.SCI.ser.timeout = LONG_S  # a second is short on a busy machine
     with pretended_modem_lines():
         bot.wake()
     bot.start()
@@ -303,6 +320,7 @@ def test_pyroombaadapter(process: Callable[..., EmulatorProcess]) -> None:
     module = pytest.importorskip("pyroombaadapter")
     program = process("--model", "create2")
     adapter = module.PyRoombaAdapter(program.path)
+    adapter.serial_con.timeout = LONG_S
     adapter.change_mode_to_full()
     adapter.send_drive_direct(200, 200)
     assert adapter.request_oi_mode() == 3
@@ -323,14 +341,27 @@ def test_create_serial(process: Callable[..., EmulatorProcess]) -> None:
         warnings.simplefilter("ignore")
         module = pytest.importorskip("create_serial")
     program = process()
-    robot = module.Create(program.path)
+    # It takes half a second without an answer for an answer, so on a busy machine it may fail by itself. It
+    # gets some chances; what the emulator does wrong fails each time.
+    for chances_left in reversed(range(5)):
+        with closing(module.Create(program.path)) as robot:
+            try:
+                _use_create_serial(module, robot, program)
+                return
+            except Exception:
+                if not chances_left:
+                    raise
+
+
+def _use_create_serial(module: Any, robot: Any, program: EmulatorProcess) -> None:
+    before = program.status()["pose"][0]
     robot.toFullMode()
     assert robot.getMode() == 3
     robot.move(20, 20)  # by a script with a wait
     sensed = robot.sensors([module.VOLTAGE, module.OI_MODE])
-    assert (sensed[module.VOLTAGE], sensed[module.OI_MODE]) == (16080, 3)
-    assert program.status()["pose"][0] == pytest.approx(0.2, abs=0.01)
-    robot.close()
+    # Of a full battery, which is hardly used by then.
+    assert (sensed[module.VOLTAGE], sensed[module.OI_MODE]) == (pytest.approx(16080, abs=200), 3)
+    assert program.status()["pose"][0] - before == pytest.approx(0.2, abs=0.01)
 
 
 @pytest.mark.slow

@@ -157,7 +157,7 @@ def test_libfreenects_own_recorder_reads_and_writes_the_same(folder: Path, tmp_p
         env=os.environ | {"LD_LIBRARY_PATH": str(Path(FAKENECT).parent), FOLDER_VARIABLE: str(folder)},
         check=True,
         capture_output=True,
-        timeout=60,
+        timeout=300,
     )
 
     def contents(place: Path, kind: str) -> list[bytes]:

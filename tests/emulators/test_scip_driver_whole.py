@@ -233,6 +233,7 @@ FAULTS: dict[str, Callable[[Bench], None]] = {
     ),
     "bad sums for ever": set_faults(bad_checksums=10**6, bad_replies=10**6),
     "a broken laser": set_faults(laser_broken=True),
+    "a check without end": set_faults(every_scan_status="21"),
     "a timer that stands": set_faults(frozen_timer_ms=5),
     "no power": lambda bench: bench.scanner.set_power(False, bench.now),
     "a sleeping line": set_faults(bytes_per_second=20.0),

@@ -46,6 +46,7 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
         "bad_replies 2",
         "partial 700",
         "scan_status 50",
+        "every_scan_status 21",
         "status_of PP 0A",
         "laser_broken on",
         "stat Sensor is ill.",
@@ -60,10 +61,11 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
     assert (faults.silent, faults.deaf, len(faults.noise)) == (True, True, 12)
     assert (faults.bad_checksums, faults.bad_replies, faults.cut_scan_at) == (3, 2, 700)
     assert (faults.scan_status, faults.statuses, faults.laser_broken) == ("50", {"PP": "0A"}, True)
+    assert faults.every_scan_status == "21"
     assert (faults.stat, faults.frozen_timer_ms) == ("Sensor is ill.", 0)
     assert (faults.delay_s, faults.bytes_per_second) == (0.5, 1000.0)
     assert not program.scanner.powered
-    for line in ("status_of PP none", "stat", "speed 0", "clear"):
+    for line in ("status_of PP none", "every_scan_status none", "stat", "speed 0", "clear"):
         assert program.control.run(line) == "ok", line
     assert program.scanner.faults == type(faults)()
     assert program.scanner.powered

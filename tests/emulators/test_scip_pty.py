@@ -63,7 +63,7 @@ class Line:
         scans: list[LaserScan] = []
         arrived = 0
         while arrived < len(data):
-            piece = self.port.read(5.0)
+            piece = self.port.read(60.0)
             assert piece
             arrived += len(piece)
             scans += self.driver.receive(piece, self.now)
@@ -99,7 +99,7 @@ def test_a_pulled_plug_and_its_return(line: Line) -> None:
     line.run(1.0)
     line.terminal.unplug()
     with pytest.raises(DeviceLost) as lost:
-        line.port.read(5.0)
+        line.port.read(60.0)
     line.driver.disconnected(str(lost.value))
     line.port.close()
     assert line.driver.status.phase is Phase.STOPPED

@@ -12,6 +12,7 @@ from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
+from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import ScipFaults
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 from tests.emulators.program_bench import LONG_S
@@ -125,6 +126,23 @@ def test_on_a_port(program: ScipProgram) -> None:
 
 def test_a_client_at_the_wrong_speed(program: ScipProgram) -> None:
     port = SerialPort(program.path, 115200)
+    line = program._line
+    assert isinstance(line, PseudoTerminal)
+    read, taken = line.read, bytearray()
+
+    def note_read() -> bytes:
+        data = read()
+        taken.extend(data)
+        return data
+
+    line.read = note_read  # type: ignore[method-assign]
+
+    def say(data: bytes) -> None:
+        """Speak, and wait until it has come: the speed counts that the line has then."""
+        taken.clear()
+        port.write(data)
+        while len(taken) < len(data):
+            program.step()
 
     def hear(size: int) -> bytes:
         heard, end = b"", time.monotonic() + LONG_S
@@ -133,13 +151,11 @@ def test_a_client_at_the_wrong_speed(program: ScipProgram) -> None:
             heard += port.read(0.001)
         return heard
 
-    port.write(b"QT")
-    program.step()
+    say(b"QT")
     port.set_baud_rate(19200)
     port.write(b"PP\n")  # what was said before does not spoil it
     assert hear(8).startswith(b"PP\n00P\n")
-    port.write(b"MD0044072501000\n")
-    program.step()
+    say(b"MD0044072501000\n")
     port.set_baud_rate(115200)
     assert hear(1500)[-400:] == b"\xff" * 400
     port.close()

@@ -1,4 +1,4 @@
-"""A Create through its real driver on the wall clock: the emulated one, or the one of ``--device``.
+"""A Create through its real driver: the one of ``--device``, or the emulated one in a time driven by hand.
 
 The robot moves by centimetres, and only with ``--may-drive``.
 """
@@ -6,7 +6,6 @@ The robot moves by centimetres, and only with ``--may-drive``.
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable, Iterator
 
@@ -21,6 +20,7 @@ from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
+from tests.hardware.hand_driven import Emulated, HandPort
 
 pytestmark = pytest.mark.slow
 
@@ -31,25 +31,28 @@ READY_S = 10.0
 class Robot:
     """Port and driver, served for as long as somebody waits."""
 
-    def __init__(self, kind: str, path: str) -> None:
+    def __init__(self, kind: str, device: str | Emulated) -> None:
         self.parameters = TurtlebotParameters(robot_type=kind)
-        self.port = SerialPort(path, self.parameters.model.baud_rate)
+        rate = self.parameters.model.baud_rate
+        emulated = isinstance(device, Emulated)
+        self.clock = device.clock if emulated else time.monotonic
+        self.port = HandPort(device, rate) if emulated else SerialPort(device, rate)
         self.driver = TurtlebotDriver(self.parameters)
         self.readings: list[Reading] = []
-        self.driver.start(time.monotonic())
+        self.driver.start(self.clock())
 
     def run(
         self, seconds: float, twist: Twist2 | None = None, until: Callable[[], bool] | None = None
     ) -> list[Reading]:
         """Serve the driver; gives the readings of that time."""
         before = len(self.readings)
-        end = time.monotonic() + seconds
-        while time.monotonic() < end and not (until is not None and until()):
+        end = self.clock() + seconds
+        while self.clock() < end and not (until is not None and until()):
             if twist is not None:
-                self.driver.command(twist, time.monotonic())
-            self.port.write(self.driver.poll(time.monotonic()))
+                self.driver.command(twist, self.clock())
+            self.port.write(self.driver.poll(self.clock()))
             data = self.port.read(0.005)
-            self.readings += self.driver.receive(data, time.monotonic())
+            self.readings += self.driver.receive(data, self.clock())
         return self.readings[before:]
 
     def ready(self) -> None:
@@ -66,23 +69,14 @@ def robot(
     device_path: Callable[..., tuple[str, str] | None], tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Robot]:
     found = device_path(*KINDS)
-    program = None
-    if found is None:
-        program = CreateProgram(
-            CreateOptions(link=tmp_path_factory.mktemp("create") / "line"), time.monotonic
-        )
-        end = threading.Event()
-        thread = threading.Thread(target=program.serve, args=(lambda: not end.is_set(),))
-        thread.start()
-        found = ("create", program.path)
-    made = Robot(*found)
+    options = CreateOptions(link=tmp_path_factory.mktemp("create") / "line")
+    emulated = Emulated(lambda clock: CreateProgram(options, clock)) if found is None else None
+    made = Robot(*found) if found is not None else Robot("create", emulated)
     made.ready()
     yield made
     made.close()
-    if program is not None:
-        end.set()
-        thread.join()
-        program.close()
+    if emulated is not None:
+        emulated.program.close()
 
 
 @pytest.fixture
@@ -117,7 +111,7 @@ def test_the_battery_and_every_packet_are_plausible(robot: Robot) -> None:
 
 def test_modes_are_reached_and_told(robot: Robot) -> None:
     for mode in (OiMode.PASSIVE, OiMode.SAFE, OiMode.FULL):
-        robot.driver.set_mode(mode, time.monotonic())
+        robot.driver.set_mode(mode, robot.clock())
         robot.run(READY_S, until=lambda: not robot.driver.starting)
         state = robot.run(0.5)[-1].state
         if not state.charging_sources_available:
@@ -131,8 +125,8 @@ def test_a_query_is_answered(robot: Robot) -> None:
     robot.port.read(0.2)
     robot.port.write(codec.sensors(6))
     answer = b""
-    end = time.monotonic() + 2.0
-    while len(answer) < 52 and time.monotonic() < end:
+    end = robot.clock() + 2.0
+    while len(answer) < 52 and robot.clock() < end:
         answer += robot.port.read(0.1)
     assert codec.decode_group6(answer).voltage > 10_000
     robot.port.write(codec.resume_stream())

@@ -1,4 +1,4 @@
-"""A Hokuyo scanner through its real driver on the wall clock: the emulated one, or the one of ``--device``.
+"""A Hokuyo through its real driver: the one of ``--device``, or the emulated one in a time driven by hand.
 
 ``--device hokuyo=/dev/ttyACM0`` for one on a serial port, ``--device hokuyo=192.168.0.10:10940`` for one on
 the network. Nothing moves.
@@ -6,7 +6,6 @@ the network. Nothing moves.
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 
@@ -22,6 +21,7 @@ from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
+from tests.hardware.hand_driven import Emulated, HandPort
 
 pytestmark = pytest.mark.slow
 
@@ -31,35 +31,42 @@ READY_S = 30.0
 class Scanner:
     """Port and driver, served for as long as somebody waits."""
 
-    def __init__(self, path: str, parameters: HokuyoParameters) -> None:
+    def __init__(self, device: str | Emulated, parameters: HokuyoParameters) -> None:
+        emulated = isinstance(device, Emulated)
+        path = device.program.path if emulated else device
         host, colon, number = path.rpartition(":")
         where = HokuyoPortParameters(port=path, ip_address=host)
-        self.port: BytePort = TcpPort(host, int(number)) if colon else SerialPort(path, where.baud_rate)
+        self.clock = device.clock if emulated else time.monotonic
+        self.port: BytePort
+        if emulated:
+            self.port = HandPort(device, where.baud_rate)
+        else:
+            self.port = TcpPort(host, int(number)) if colon else SerialPort(path, where.baud_rate)
         self.parameters = parameters
         self.problems: list[str] = []
         self.driver = HokuyoDriver(parameters, self.problems.append, where.line_rate)
-        self.driver.start(time.monotonic())
+        self.driver.start(self.clock())
 
     def run(self, seconds: float, until: Callable[[], bool] | None = None) -> list[LaserScan]:
         """Serve the driver; gives the scans of that time."""
         scans: list[LaserScan] = []
-        end = time.monotonic() + seconds
-        while time.monotonic() < end and not (until is not None and until()):
-            data = self.driver.poll(time.monotonic())
+        end = self.clock() + seconds
+        while self.clock() < end and not (until is not None and until()):
+            data = self.driver.poll(self.clock())
             if self.driver.bit_rate is not None and isinstance(self.port, SerialPort):
                 self.port.set_baud_rate(self.driver.bit_rate)
             self.port.write(data)
             data = self.port.read(0.005)
             if data:
-                scans += self.driver.receive(data, time.monotonic())
+                scans += self.driver.receive(data, self.clock())
         return scans
 
     def run_for(self, count: int) -> list[LaserScan]:
         """Serve the driver until so many scans have come."""
         scans: list[LaserScan] = []
-        end = time.monotonic() + READY_S
+        end = self.clock() + READY_S
         while len(scans) < count:
-            assert time.monotonic() < end, f"{len(scans)} of {count} scans came: {self.driver.status}"
+            assert self.clock() < end, f"{len(scans)} of {count} scans came: {self.driver.status}"
             scans += self.run(0.1)
         return scans
 
@@ -75,29 +82,25 @@ class Scanner:
 
 
 @pytest.fixture(scope="module")
-def path(
+def device(
     device_path: Callable[..., tuple[str, str] | None], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[str]:
+) -> Iterator[str | Emulated]:
     found = device_path("hokuyo")
     if found is not None:
         yield found[1]
         return
-    program = ScipProgram(ScipOptions(link=tmp_path_factory.mktemp("laser") / "line", seed=1), time.monotonic)
-    end = threading.Event()
-    thread = threading.Thread(target=program.serve, args=(lambda: not end.is_set(),))
-    thread.start()
-    yield program.path
-    end.set()
-    thread.join()
-    program.close()
+    options = ScipOptions(link=tmp_path_factory.mktemp("laser") / "line", seed=1)
+    emulated = Emulated(lambda clock: ScipProgram(options, clock))
+    yield emulated
+    emulated.program.close()
 
 
 @pytest.fixture
-def opened(path: str) -> Iterator[Callable[[HokuyoParameters], Scanner]]:
+def opened(device: str | Emulated) -> Iterator[Callable[[HokuyoParameters], Scanner]]:
     scanners: list[Scanner] = []
 
     def make(parameters: HokuyoParameters) -> Scanner:
-        scanners.append(Scanner(path, parameters))
+        scanners.append(Scanner(device, parameters))
         scanners[-1].ready()
         return scanners[-1]
 
@@ -122,7 +125,7 @@ def test_scans_come_at_their_rate_and_whole(opened: Callable[..., Scanner]) -> N
     assert np.median(turns) == pytest.approx(1.0, abs=0.04)
     np.testing.assert_allclose(turns, np.rint(turns), atol=0.04 * rate / 10.0)
     assert scanner.driver.status.corrupted <= damaged + 1
-    found = diagnose(scanner.driver, scanner.parameters, "", "", time.monotonic())
+    found = diagnose(scanner.driver, scanner.parameters, "", "", scanner.clock())
     assert found.level is not Level.ERROR, found
 
 
@@ -142,7 +145,7 @@ def test_clusters_and_skips(opened: Callable[..., Scanner]) -> None:
 def test_the_self_test(opened: Callable[..., Scanner]) -> None:
     scanner = opened(HokuyoParameters(calibrate_time=False, self_test_scans=10))
     found: list[Sequence[SelfTestResult]] = []
-    scanner.driver.begin_self_test(found.append, time.monotonic())
+    scanner.driver.begin_self_test(found.append, scanner.clock())
     scanner.run(READY_S, until=lambda: bool(found))
     assert [result for result in found[0] if result.level is Level.ERROR] == []
     assert scanner.run_for(6)

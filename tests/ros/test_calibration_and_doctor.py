@@ -14,9 +14,10 @@ import pytest
 from florence_bt.core.paths import find_data
 from florence_bt.wiring.config import load_config
 
-pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
+PATIENCE_S = 900.0
 BEFORE_A_WALL = "6.6,4.6,180"
 TRUE_GYRO, TRUE_ODOMETRY = 1.35, 1.0
 """What the simulated base was built with."""
@@ -24,7 +25,7 @@ TRUE_GYRO, TRUE_ODOMETRY = 1.35, 1.0
 
 def florence(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [*FLORENCE, *arguments], capture_output=True, text=True, timeout=300, stdin=subprocess.DEVNULL
+        [*FLORENCE, *arguments], capture_output=True, text=True, timeout=PATIENCE_S, stdin=subprocess.DEVNULL
     )
 
 
@@ -41,7 +42,7 @@ def wrong_config(tmp_path: Path) -> Path:
 @pytest.fixture
 def system(ros_domain, tmp_path: Path, wrong_config: Path) -> Iterator[None]:
     up = [*FLORENCE, "up", "--sim", "--config", str(wrong_config), "--start", BEFORE_A_WALL]
-    up += ["--person", "absent", "--speed", "3", "--out", str(tmp_path / "up")]
+    up += ["--person", "absent", "--speed", "1.5", "--out", str(tmp_path / "up")]
     process = subprocess.Popen(up, stdout=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL)
     assert process.stdout is not None
     try:
@@ -53,7 +54,11 @@ def system(ros_domain, tmp_path: Path, wrong_config: Path) -> Iterator[None]:
         yield
     finally:
         process.terminate()
-        process.communicate(timeout=60)
+        try:
+            process.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()  # its processes go with it
+            raise
 
 
 def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
@@ -63,9 +68,14 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
     assert found["base"]["group"] == "battery"
     assert any(finding["group"] == "drivers" for finding in found.values())
 
-    done = florence(
-        "calibrate", "--rest", "3", "--speed", "0.7", "--speed", "1.0", "--write", str(wrong_config)
-    )
+    # A machine that is so busy that commands come seconds late turns the robot too far, and that is told. So
+    # there are some chances; what is wrong with the calibration fails each time.
+    for _ in range(5):
+        done = florence(
+            "calibrate", "--rest", "3", "--speed", "0.7", "--speed", "1.0", "--write", str(wrong_config)
+        )
+        if done.returncode == 0:
+            break
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Multiply the 'turtlebot_node/gyro_scale_correction' parameter with 1.1" in done.stdout
     base = load_config(wrong_config)["turtlebot_node"]
@@ -76,18 +86,19 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
 
 
 def gives_way_to_the_override() -> None:
-    command = [*FLORENCE, "calibrate", "--rest", "3"]
+    # The first round takes ten simulated minutes: the override comes before its end.
+    command = [*FLORENCE, "calibrate", "--rest", "3", *["--speed", "0.05"] * 5]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
         assert running.stdout is not None
         try:
             told = ""
             while "turning towards the wall" not in told:
                 line = running.stdout.readline()
-                assert line, f"ended with {running.wait(60)}: {told}"
+                assert line, f"ended with {running.wait(PATIENCE_S)}: {told}"
                 told += line
             assert florence("override").returncode == 0
             told += running.stdout.read()
-            assert running.wait(60) == 1, told
+            assert running.wait(PATIENCE_S) == 1, told
         finally:
             running.kill()
     assert "no round was completed: the manual override was switched on" in told

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 from nav2_msgs.action import Spin
+from rclpy.action.server import RCLError
 
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.skill import Phase
@@ -52,7 +53,7 @@ def spin_skill(node: FlorenceNode, **deadlines: float) -> ActionSkill:
         to_goal=lambda inputs: Spin.Goal(target_yaw=float(inputs["angle"])),
         to_result=read_result,
         to_feedback=lambda message: f"turned {message.angular_distance_traveled:.1f} rad",
-        deadlines=Deadlines(**{"accept_s": 20.0, **deadlines}),
+        deadlines=Deadlines(**{"accept_s": 300.0, "result_s": 600.0, "cancel_s": 300.0, **deadlines}),
     )
 
 
@@ -84,6 +85,53 @@ def test_success_with_feedback(ros: Any, client: FlorenceNode) -> None:
     result = ros.spin_until(run.poll)
     assert result == success(code=0)
     assert "turned 0.5 rad" in changes
+
+
+def lose_answers_to_goals(monkeypatch: pytest.MonkeyPatch, spinner: Spinner, count: int) -> list[bool]:
+    """Let the first answers of all action servers to goals find no client; gives what became of each."""
+    handles = type(spinner.server._server._handle)
+    send = handles.send_goal_response
+    sent: list[bool] = []
+
+    def send_goal_response(handle: Any, header: Any, response: Any) -> None:
+        sent.append(len(sent) >= count)
+        if not sent[-1]:
+            raise RCLError("Failed to send goal response")
+        send(handle, header, response)
+
+    monkeypatch.setattr(handles, "send_goal_response", send_goal_response)
+    return sent
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_a_client_that_is_discovered_late_keeps_its_goal(
+    ros: Any, client: FlorenceNode, monkeypatch: pytest.MonkeyPatch, at_once: bool
+) -> None:
+    spinner = ros.add(Spinner())
+    spinner.at_once = at_once
+    sent = lose_answers_to_goals(monkeypatch, spinner, 2)
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase is Phase.ACTIVE or run.poll(), what="the acceptance")
+    run.cancel()
+    result = ros.spin_until(run.poll)
+    assert (result.succeeded, result.outcome is Outcome.CANCELLED) == (at_once, not at_once)
+    assert not spinner.server.active and spinner.goals == [1.0] and sent == [False, False, True]
+
+
+def test_a_goal_whose_client_is_never_discovered_can_be_stopped(
+    ros: Any, client: FlorenceNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("florence_bt.ros.action_server.PAUSES_S", (0.01, 0.01))
+    spinner = ros.add(Spinner())
+    sent = lose_answers_to_goals(monkeypatch, spinner, 1000)
+    skill = spin_skill(client, accept_s=2.0)
+    ros.spin_until(skill._client.server_is_ready)
+    run = skill.start({"angle": 1.0})
+    assert ros.spin_until(run.poll).code == "timed_out"
+    ros.spin_until(lambda: spinner.cancels == 1 and not spinner.server.active, what="the end of the goal")
+    assert sent == [False] * 3
+    ros.spin_until(lambda: not run.goal_open, what="the news of it")
+    ros.close_node(client)  # before the server, as in two processes
 
 
 def test_end_within_the_goal_callback(ros: Any, client: FlorenceNode) -> None:

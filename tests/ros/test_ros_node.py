@@ -22,6 +22,9 @@ from florence_bt.ros.service_skill import ServiceSkill
 
 pytestmark = pytest.mark.ros
 
+GENEROUS_S = 300.0
+"""For the start of a process."""
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
@@ -78,7 +81,7 @@ def test_an_exception_of_a_guarded_callback_reaches_the_loop(ros: Any) -> None:
     node = ros.add(FlorenceNode("a"))
     node.call_soon(lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        ros.spin_for(5.0)
+        ros.spin_until(lambda: False)
 
 
 def test_timers_of_the_wall_clock(ros: Any) -> None:
@@ -113,10 +116,11 @@ def test_periodic_timer(ros: Any) -> None:
     moments: list[float] = []
     begin = clock.now()
     timer = call_every(clock, 0.02, lambda: moments.append(clock.now()))
-    ros.spin_until(lambda: len(moments) == 10)
+    ros.spin_until(lambda: len(moments) >= 10)
     timer.cancel()
+    count = len(moments)
     ros.spin_for(0.05)
-    assert len(moments) == 10
+    assert len(moments) == count
     assert all(moment - begin >= 0.02 * number - 1e-3 for number, moment in enumerate(moments, 1))
 
 
@@ -197,7 +201,7 @@ def test_service_skill(ros: Any) -> None:
         "light",
         to_request=lambda inputs: SetBool.Request(data=inputs["on"]),
         to_result=lambda m: success() if m.success else failure("dark", m.message),
-        deadline_s=20.0,
+        deadline_s=300.0,
     )
     assert ros.spin_until(skill.start({"on": True}).poll).succeeded
     assert ros.spin_until(skill.start({"on": False}).poll) == failure("dark", "because")
@@ -295,7 +299,7 @@ def test_a_signal_ends_the_process_in_order(
 )
 def test_a_failure_closes_all_and_is_told(start_process: Any, how: str, text: str, closed: list[str]) -> None:
     child = start_process("-c", CHILD, how)
-    assert child.process.wait(30.0) == 1
+    assert child.process.wait(GENEROUS_S) == 1
     assert text in child.output
     assert [line for line in child.output.splitlines() if line.startswith("closing")] == closed
 

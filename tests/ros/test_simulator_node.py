@@ -12,6 +12,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
+from florence_bt.simulation import node as simulator_node
 from florence_bt.simulation.node import LONGEST_BURST_S, MOST_LAG_S, SimulatorNode
 from florence_bt.simulation.server import STEP_S
 
@@ -24,7 +25,7 @@ def test_a_world_that_cannot_be_made_is_reported_and_not_a_silent_standstill(ros
 
     ros.add(SimulatorNode(broken))
     with pytest.raises(ConfigError, match="no floor"):
-        ros.spin_until(lambda: False, timeout_s=20.0)
+        ros.spin_until(lambda: False)
 
 
 class EmptyWorld:
@@ -50,7 +51,8 @@ class EmptyWorld:
         return {}
 
 
-def test_the_simulated_time_waits_for_the_drivers(ros):
+def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
+    monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)  # whatever holds this machine up
     hardware = EmptyWorld()
     driver = ros.add(FlorenceNode("driver"))
     scans = driver.create_publisher(LaserScan, "scan", SENSOR)
@@ -64,8 +66,8 @@ def test_the_simulated_time_waits_for_the_drivers(ros):
     slow = itertools.count()
 
     def waits_for(stamp: float) -> bool:
-        """The driver is alive, but hardly comes further."""
-        told(stamp + 1e-5 * next(slow))
+        """The driver is alive, but hardly comes further; it stands between two steps of the world."""
+        told(stamp + STEP_S / 2 + 1e-9 * next(slow))
         served = hardware.served
         ros.loop.spin_once(0.02)
         return hardware.served > served

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
-PATIENCE_S = 120.0
+PATIENCE_S = 600.0
 
 
 def command_of(pid: int) -> str:
@@ -49,10 +49,10 @@ def recorded(folder: Path) -> list[str]:
 
 
 def bring_up(start_process, verb, folder, *more, speed="4"):
+    # Nobody is at home: a demonstration looks into every room before it ends by itself.
     arguments = [verb, *(["--sim"] if verb == "up" else ["--headless"])]
-    return start_process(
-        *FLORENCE, *arguments, "--person", "living_room", "--speed", speed, "--out", folder, *more
-    )
+    arguments += ["--person", "absent", "--speed", speed]
+    return start_process(*FLORENCE, *arguments, "--out", folder, *more)
 
 
 def assert_clean(child, folder, code):
@@ -74,7 +74,7 @@ MOMENTS = {
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_a_demo_can_be_interrupted_at_every_moment(start_process, tmp_path, moment, number):
     folder = tmp_path / "out"
-    child = bring_up(start_process, "demo", folder)
+    child = bring_up(start_process, "demo", folder, speed="1")
     if MOMENTS[moment]:
         child.wait_for(MOMENTS[moment], PATIENCE_S)
     else:
@@ -88,6 +88,7 @@ def wait_for_module(child, name):
     maps = Path(f"/proc/{child.process.pid}/maps")
     while name not in maps.read_text():
         assert child.process.poll() is None, child.output
+        time.sleep(0.001)
 
 
 def test_the_impatient_leave_nothing_either(start_process, tmp_path):
@@ -100,9 +101,11 @@ def test_the_impatient_leave_nothing_either(start_process, tmp_path):
     assert_clean(child, folder, 130)
 
 
-def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_dies(start_process, tmp_path):
+def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_dies(
+    start_process, tmp_path, patrol
+):
     folder = tmp_path / "out"
-    system = bring_up(start_process, "up", folder, speed="1")  # no drive ends before somebody ends it
+    system = bring_up(start_process, "up", folder, "--missions", patrol)
     system.wait_for("ready after", PATIENCE_S)
 
     again = bring_up(start_process, "up", folder)
@@ -113,7 +116,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert left_over(tmp_path / "elsewhere") == []
 
     # Ctrl-C at the client stops the mission, and only that.
-    first = start_process(*FLORENCE, "run", "goto_room", "room=kitchen", "--headless")
+    first = start_process(*FLORENCE, "run", "patrol", "--headless")
     first.wait_for("-- driving", PATIENCE_S)
     assert first.end(signal.SIGINT, PATIENCE_S) == 130, first.output
     (run_id,) = recorded(folder)
@@ -122,7 +125,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert "Ctrl-C at florence run" in status.output
 
     # The mission server dies without a word while a client watches: another one takes the run up.
-    watcher = start_process(*FLORENCE, "run", "goto_room", "room=bedroom", "--headless")
+    watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
     watcher.wait_for("-- driving", PATIENCE_S)
     kill_process(folder, "missions")
     system.wait_for("the process 'missions' was killed by SIGKILL", PATIENCE_S)
@@ -131,9 +134,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     system.wait_for("the process 'missions' is up again", PATIENCE_S)
 
     # The driver of the base dies: the base is told to stop, and all ends with what it was.
-    # To another room: the run that was taken up may have reached the bedroom by now.
-    policy = ["--policy", "preempt"]
-    watcher = start_process(*FLORENCE, "run", "goto_room", "room=study", "--headless", *policy)
+    watcher = start_process(*FLORENCE, "run", "patrol", "--headless", "--policy", "preempt")
     watcher.wait_for("-- driving", PATIENCE_S)
     kill_process(folder, "hardware")
     assert system.process.wait(PATIENCE_S) == 3
@@ -145,17 +146,18 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert_clean(system, folder, 3)
 
 
-def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_process, tmp_path):
+def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_process, tmp_path, patrol):
     folder = tmp_path / "out"
-    first = bring_up(start_process, "up", folder)
+    first = bring_up(start_process, "up", folder, "--missions", patrol)
     first.wait_for("ready after", PATIENCE_S)
-    run = start_process(*FLORENCE, "run", "goto_room", "room=kitchen", "--detach")
+    run = start_process(*FLORENCE, "run", "patrol", "--detach")
     assert run.process.wait(PATIENCE_S) == 0
     first.process.kill()
     first.process.wait()
     end = time.monotonic() + PATIENCE_S
     while left_over(folder):
         assert time.monotonic() < end
+        time.sleep(0.02)
     fresh = bring_up(start_process, "up", folder)
     fresh.wait_for("ready after", PATIENCE_S)
     (run_id,) = recorded(folder)

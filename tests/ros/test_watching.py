@@ -246,10 +246,12 @@ def test_streams_without_end_are_bounded(watched):
 def test_who_was_killed_leaves_no_stream_for_ever(watched, monkeypatch):
     from florence_bt.runtime.node import _streams
 
-    monkeypatch.setattr(_streams, "LINGER_S", 1.0)
     bench = watched()
     watcher = Watcher(bench)
     bench.ros.spin_until(lambda: bench.node.count_publishers(watcher.topic), what="the stream")
+    stream = bench.server._watching._snapshots._open[watcher.topic]
+    bench.ros.spin_until(lambda: stream.listeners, what="the listener")
+    monkeypatch.setattr(_streams, "LINGER_S", 1.0)
     bench.ros.spin_for(1.2)
     assert bench.node.count_publishers(watcher.topic) == 1, "it has a listener"
     bench.node.destroy_subscription(watcher.subscription)

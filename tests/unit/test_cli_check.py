@@ -75,6 +75,16 @@ def test_the_standard_input_with_the_name_of_its_file(florence, mission, tmp_pat
     assert "helper" not in done.stdout
 
 
+def test_the_line_shown_is_of_the_standard_input_and_not_of_the_file_on_the_disk(florence, tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("mission: mine\ndescription: of the disk\n")
+    data = "mission: mine\ndescription: für mich\n".encode("latin-1")
+    done = florence("check", "-", "--stdin-name", file, stdin=data)
+    assert done.exit_code == FAILED
+    assert "    2 | description: für mich\n      |               ^\n" in done.stdout
+    assert "of the disk" not in done.stdout
+
+
 def test_missions_beside_the_file_and_of_other_folders_may_be_called(florence, mission, tmp_path):
     mission("second")
     caller = mission("caller", "mission: {name}\ntree: {{sequence: [{{run: first}}, {{run: far}}]}}\n")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from florence_bt.drivers.diagnosis import Diagnosis, Level, is_off
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import HokuyoDriver
+from florence_bt.drivers.hokuyo.driver_status import Phase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 
 
@@ -29,6 +30,8 @@ def diagnose(
         "Firmware Version": status.device.get("FIRM", "unknown"),
         "Protocol Version": status.device.get("PROT", "unknown"),
         "Scan Thread Lost Count": str(status.lost),
+        "Failures In A Row": str(status.failures),
+        "Last Rest Before A Start": f"{status.pause_s:g}",
         "Corrupted Scan Count": str(status.corrupted),
         "Scans": str(status.scans),
         "Frequency": f"{rate:.2f}",
@@ -46,7 +49,8 @@ def diagnose(
         level = Level.ERROR if status.problem else Level.WARN
         return Diagnosis(level, status.problem or f"the driver is {status.phase.value}", values)
     if status.problem:
-        return Diagnosis(Level.WARN, status.problem, values)
+        # What a new start did not cure is worse than a check that is new.
+        return Diagnosis(Level.ERROR if status.failures else Level.WARN, status.problem, values)
     if is_off(rate, driver.expected_rate):
         return Diagnosis(
             Level.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values

@@ -9,65 +9,36 @@ Source: REFERENCE 4.6, 4.7, 4.9.
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
 from florence_bt.drivers.frequency import FrequencyMeter
 from florence_bt.drivers.hokuyo.codec import Measurement, Reply, ReplyParser, ScanReply, decode_scan, request
 from florence_bt.drivers.hokuyo.conversation import Conversation, Script
+from florence_bt.drivers.hokuyo.driver_status import DriverStatus, Phase
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances
-from florence_bt.drivers.hokuyo.latency import ScanClock
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.patience import Patience
 from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
+from florence_bt.drivers.hokuyo.scan_clock import ScanClock
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult, self_test
-from florence_bt.drivers.hokuyo.start_up import HEALTHY, Sensor, start_up
-from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status, is_checking
+from florence_bt.drivers.hokuyo.start_up import HEALTHY, Sensor, rates_to_try, start_up
+from florence_bt.drivers.hokuyo.status import (
+    ACCEPTED,
+    SCAN_FOLLOWS,
+    describe_status,
+    goes_on_by_itself,
+    is_checking,
+)
 from florence_bt.drivers.hokuyo.stream import Stream, begin_stream, plan_measurement
 
-RESUMED = "98"
-UNSTABLE = "0M"
-"""Newer sensors send it in the place of a scan while they settle; the stream goes on."""
+__all__ = ["DriverStatus", "HokuyoDriver", "Phase"]
 
 SAME_STAMPS_LIMIT = 2
 """hokuyo_node gives up when more scans than this carry the same time stamp."""
 
 TestsDone = Callable[[Sequence[SelfTestResult]], None]
-
-
-class Phase(enum.Enum):
-    """What the driver is about."""
-
-    STOPPED = "stopped"
-    STARTING = "starting"
-    MEASURING = "measuring"
-    TESTING = "testing itself"
-    RESTING = "resting before it starts again"
-
-
-@dataclass(slots=True)
-class DriverStatus:
-    """A picture of the driver for diagnostics.
-
-    Attributes:
-        phase: What it is about.
-        problem: The last failure, empty since the last scan.
-        device: What VV told: VEND, PROD, FIRM, PROT, SERI.
-        device_status: The sensor's own STAT text.
-        scans: Scans received.
-        corrupted: Replies with wrong check sums or layout.
-        lost: How often a running stream broke.
-    """
-
-    phase: Phase = Phase.STOPPED
-    problem: str = ""
-    device: Mapping[str, str] = field(default_factory=dict)
-    device_status: str = "unknown"
-    scans: int = 0
-    corrupted: int = 0
-    lost: int = 0
 
 
 class HokuyoDriver:
@@ -107,7 +78,9 @@ class HokuyoDriver:
         self._then: Callable[[Conversation, float], None] = self._on_started
         self._tests_done: TestsDone | None = None
         self._deadline: float | None = None
-        self._failures = 0
+        self._patience = Patience(parameters.restart_delay_s, parameters.check_timeout_s)
+        self._last_rate: int | None = None
+        self._misses = 0
         self._same_stamps = 0
         self._last_scan: ScanReply | None = None
         self._calibrated: dict[str, float] = {}
@@ -119,6 +92,7 @@ class HokuyoDriver:
     def status(self) -> DriverStatus:
         """The state for diagnostics; treat it as read-only."""
         self._status.corrupted = self._parser.corrupted
+        self._status.failures, self._status.pause_s = self._patience.failures, self._patience.pause_s
         return self._status
 
     @property
@@ -175,7 +149,8 @@ class HokuyoDriver:
         self._clock.reset()
         self._same_stamps, self._last_scan = 0, None
         self.unheard = False
-        self._converse(Phase.STARTING, start_up(self._wanted_rate), self._on_started, now)
+        rates = rates_to_try(self._wanted_rate, self._last_rate, self._misses)
+        self._converse(Phase.STARTING, start_up(self._wanted_rate, rates), self._on_started, now)
 
     def shutdown(self) -> bytes:
         """Stop, and return the bytes that switch the laser off."""
@@ -187,6 +162,7 @@ class HokuyoDriver:
         if self._status.phase is Phase.MEASURING:
             self._status.lost += 1
         self._status.problem = reason
+        self._patience.forgive()  # whoever opens the port again makes pauses of his own
         self._halt()
 
     def begin_self_test(self, on_done: TestsDone, now: float) -> None:
@@ -251,6 +227,7 @@ class HokuyoDriver:
             return
         self._conversation = None
         self.unheard = talk.error is not None and not talk.heard
+        self._misses = self._misses + 1 if self.unheard else 0
         if talk.error is not None:
             self._fail(now, str(talk.error))
         else:
@@ -259,6 +236,7 @@ class HokuyoDriver:
     def _on_started(self, talk: Conversation, now: float) -> None:
         sensor: Sensor = talk.result
         self.sensor = sensor
+        self._last_rate = self.bit_rate
         self._status.device, self._status.device_status = sensor.version, sensor.stat
         if not sensor.healthy:
             self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY!r}")
@@ -280,6 +258,7 @@ class HokuyoDriver:
             self._calibrated[self.sensor.device_id] = stream.latency_s
         self._complain(stream.complaints)
         self._status.phase = Phase.MEASURING
+        self._patience.begin()
         self._expect_scan(now)
 
     def _on_tested(self, talk: Conversation, now: float) -> None:
@@ -302,9 +281,7 @@ class HokuyoDriver:
     def _take_scan(self, reply: Reply, now: float) -> LaserScan | None:
         if self.measurement is None or self.sensor is None or reply.echo != self.measurement.command:
             return None
-        if reply.status in (RESUMED, UNSTABLE):
-            self._expect_scan(now)
-        if reply.status in (ACCEPTED, RESUMED, UNSTABLE):
+        if reply.status == ACCEPTED:
             return None
         if reply.status != SCAN_FOLLOWS:
             self._take_trouble(reply.status, describe_status(self.measurement.kind, reply.status), now)
@@ -317,6 +294,8 @@ class HokuyoDriver:
         if self._is_stuck(scan):
             self._fail(now, f"{self._same_stamps + 1} scans carry the same time stamp {scan.timestamp_ms} ms")
             return None
+        if self._same_stamps == 0:
+            self._patience.scan(now)
         self._status.scans += 1
         self._status.problem = ""
         self._frequency.tick(now)
@@ -324,16 +303,18 @@ class HokuyoDriver:
         return self._scan_of(scan, self.sensor, now)
 
     def _take_trouble(self, status: str, meaning: str, now: float) -> None:
-        if not is_checking(status):
+        """A status in the place of a scan; one that passes by itself is waited for, for a while."""
+        if not goes_on_by_itself(status):
             self._fail(now, f"measuring ended with status {status}: {meaning}")
             return
-        self._status.problem = f"no scans for now, status {status}: {meaning}"
-        self._complain((self._status.problem,))
+        if self._patience.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
+            self._status.problem = f"no scans for now, {self._patience.why}"
+            self._complain((self._status.problem,))
         self._expect_scan(now)
 
     def _scan_of(self, scan: ScanReply, sensor: Sensor, now: float) -> LaserScan:
         geometry, wanted = sensor.geometry, self._parameters
-        undelayed = self._clock.arrival(scan.timestamp_ms, now)
+        undelayed = self._clock.arrival(scan.timestamp_ms, now, self._scan_interval(geometry))
         arrived = undelayed if wanted.use_sensor_clock else now
         stamp = arrived - self.latency + scan.first_step * geometry.time_increment + wanted.time_offset
         ranges = None
@@ -356,8 +337,6 @@ class HokuyoDriver:
 
     def _is_stuck(self, scan: ScanReply) -> bool:
         same = self._last_scan is not None and scan.timestamp_ms == self._last_scan.timestamp_ms
-        if self._last_scan is not None and not same:
-            self._failures = 0  # the sensor measures and its time goes on
         self._same_stamps = self._same_stamps + 1 if same else 0
         self._last_scan = scan
         return self._same_stamps >= SAME_STAMPS_LIMIT
@@ -365,7 +344,7 @@ class HokuyoDriver:
     def _expect_scan(self, now: float) -> None:
         if self.sensor is not None:
             interval = self._scan_interval(self.sensor.geometry)
-            self._deadline = now + interval + self._parameters.silence_timeout_s
+            self._deadline = self._patience.limit(now + interval + self._parameters.silence_timeout_s)
 
     def _scan_interval(self, geometry: SensorGeometry) -> float:
         return geometry.scan_period * (self._parameters.skip + 1)
@@ -375,6 +354,8 @@ class HokuyoDriver:
     def _overdue(self, now: float) -> None:
         if self._status.phase is Phase.RESTING:
             self.start(now)
+        elif self._patience.why:
+            self._fail(now, f"no scan came any more after {self._patience.why}; the sensor is started again")
         else:
             self._fail(now, "no scan arrived in time")
 
@@ -392,6 +373,5 @@ class HokuyoDriver:
         self._halt()
         self._status.phase = Phase.RESTING
         self._status.problem = reason
-        self._deadline = now + self._parameters.restart_delay_s * min(2 ** min(self._failures, 4), 10)
-        self._failures += 1
+        self._deadline = now + self._patience.fail()
         self._complain((reason,))

@@ -12,10 +12,10 @@ from rclpy.context import Context
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 
-from florence_bt.core.clock import Timer, call_every
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import DeviceError, DeviceTimeout
-from florence_bt.drivers.connection import Connection
 from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
@@ -70,32 +70,27 @@ class HokuyoNode(FlorenceNode):
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         allow_deferred(self.create_service(SelfTest, "~/self_test", self._on_self_test))
-        self._deadline: Timer | None = None
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
-        self._connection: Connection[BytePort, bytes] = Connection(
+        self._port = DriverPort(
+            self._driver,
             self.timebase,
             self.call_soon,
             self._open,
             on_open=self._on_open,
-            on_item=self._receive,
-            on_lost=self._on_lost,
+            on_bytes=self._receive,
+            on_lost=lambda error: self._driver.disconnected(str(error)),
             on_problem=lambda problem: self.get_logger().error(problem),
+            send=self._send,
             delay_s=self._settings.reconnect_delay_s,
             name=self._settings.place,
         )
-        self._connection.open()
+        self._port.open()
 
     def close(self) -> None:
         """Switch the laser off and let go of the port."""
         self._reports.cancel()
-        self._set_deadline(None)
-        last_words, port = self._driver.shutdown(), self._connection.device
-        if port is not None:
-            try:
-                port.write(last_words)
-            except DeviceError as error:
-                self.get_logger().warning(f"the laser may still be on: {error}")
-        self._connection.close()
+        if unheard := self._port.close():
+            self.get_logger().warning(f"the laser may still be on: {unheard}")
 
     # ---- port -------------------------------------------------------------------------------------------
 
@@ -108,45 +103,22 @@ class HokuyoNode(FlorenceNode):
     def _on_open(self, port: BytePort) -> None:
         self.get_logger().info(f"opened {port.name}")
         self._driver.start(self.timebase.now())
-        self._pump()
-
-    def _on_lost(self, error: DeviceError) -> None:
-        self._set_deadline(None)
-        self._driver.disconnected(str(error))
 
     def _receive(self, data: bytes, arrived: float) -> None:
         for scan in self._driver.receive(data, arrived):
             self._scans.publish(scan_to_ros(scan))
-            self._connection.works()
+            self._port.works()
             self._tell_limits()
-        self._pump()
+        self._port.pump()
 
-    def _pump(self) -> None:
-        """Send what the driver wants to say, and come back when it next has something to do."""
-        port = self._connection.device
-        if port is None:
-            return
-        try:
-            if data := self._driver.poll(self.timebase.now()):
-                if self._driver.bit_rate is not None and isinstance(port, SerialPort):
-                    port.set_baud_rate(self._driver.bit_rate)
-                port.write(data)
-            if self._driver.unheard:
-                # A port that is open but dead, such as a plug that was out and in: begin with a new one.
-                raise DeviceTimeout(f"nothing that speaks SCIP 2.0 answers at {port.name}")
-        except DeviceError as error:
-            self._connection.lose(error)
-            return
-        self._set_deadline(self._driver.next_deadline(), self._on_deadline)
-
-    def _on_deadline(self) -> None:
-        self._connection.serve()
-        self._pump()
-
-    def _set_deadline(self, when: float | None, callback: Callable[[], None] | None = None) -> None:
-        if self._deadline is not None:
-            self._deadline.cancel()
-        self._deadline = None if when is None or callback is None else self.timebase.call_at(when, callback)
+    def _send(self, port: BytePort, data: bytes) -> None:
+        if data:
+            if self._driver.bit_rate is not None and isinstance(port, SerialPort):
+                port.set_baud_rate(self._driver.bit_rate)
+            port.write(data)
+        if self._driver.unheard:
+            # A port that is open but dead, such as a plug that was out and in: begin with a new one.
+            raise DeviceTimeout(f"nothing that speaks SCIP 2.0 answers at {port.name}")
 
     # ---- what people see --------------------------------------------------------------------------------
 
@@ -170,7 +142,7 @@ class HokuyoNode(FlorenceNode):
 
     def _report(self) -> None:
         now = self.timebase.now()
-        found = diagnose(self._driver, self._measuring, self._settings.place, self._connection.problem, now)
+        found = diagnose(self._driver, self._measuring, self._settings.place, self._port.problem, now)
         self._diagnostics.publish(
             diagnostics_to_ros({"laser scanner": found}, self.get_name(), found.values["Device ID"], now)
         )
@@ -187,8 +159,8 @@ class HokuyoNode(FlorenceNode):
         try:
             self._driver.begin_self_test(finish, self.timebase.now())
         except DeviceError as error:
-            finish((_failed(self._connection.problem or str(error)),))
-        self._pump()
+            finish((_failed(self._port.problem or str(error)),))
+        self._port.pump()
         return later
 
     def _self_test_to_ros(

@@ -39,8 +39,10 @@ class HokuyoParameters:
         self_test_scans: Scans of each stream of the self test, 1..99; hokuyo_node took 99.
         reply_timeout_s: Wait this long for the answer to a command.
         silence_timeout_s: Start afresh when the next scan is overdue by this long.
+        check_timeout_s: Start afresh when the sensor has told for this long, in the place of scans, that it
+            checks itself.
         restart_delay_s: Rest this long after a failure before starting again; doubled on each failure that
-            follows, up to ten times as long.
+            follows before the sensor has measured for as long as it rested, up to ten times as long.
 
     Source: REFERENCE 4.9, 4.10; document, section 2.1.
     """
@@ -60,6 +62,7 @@ class HokuyoParameters:
     self_test_scans: int = 99
     reply_timeout_s: float = 1.0
     silence_timeout_s: float = 1.0
+    check_timeout_s: float = 5.0
     restart_delay_s: float = 1.0
 
     def __post_init__(self) -> None:
@@ -76,6 +79,7 @@ class HokuyoParameters:
         _check("self_test_scans", self.self_test_scans, 1, 99)
         _check("reply_timeout_s", self.reply_timeout_s, 0.05, 60.0)
         _check("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0)
+        _check("check_timeout_s", self.check_timeout_s, 0.05, 600.0)
         _check("restart_delay_s", self.restart_delay_s, 0.05, 60.0)
 
 

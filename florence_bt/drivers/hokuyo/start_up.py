@@ -19,8 +19,11 @@ STABLE = "Stable"
 """How STAT begins on newer sensors that are well (urg_library)."""
 
 ANY = tuple(f"0{letter}" for letter in "0123456789ABCDEFGHI")
-SEARCHED = (19200, 115200, 38400, 57600)
-"""Speeds that a sensor on a real serial line is looked for at; 19200 is what it has after power on."""
+POWER_ON_RATE = 19200
+"""What a sensor on a real serial line has after power on and after ``RS`` (REFERENCE 4.2, 4.6)."""
+
+SEARCHED = (POWER_ON_RATE, 115200, 38400, 57600)
+"""Speeds that such a sensor is looked for at."""
 
 SPEED_KEPT = ("03", "04")
 """SS: it has this speed already, or knows no others."""
@@ -66,22 +69,47 @@ def is_healthy(stat: str) -> bool:
     return stat == HEALTHY or stat.startswith(STABLE)
 
 
-def start_up(bit_rate: int | None = None) -> Script:
+def rates_to_try(wanted: int | None, last: int | None, misses: int) -> tuple[int, ...]:
+    """The speeds at which one start looks for a sensor, the likely ones first.
+
+    A sensor that was never found may have any. One that was has the speed that it was left with (its cable
+    was out) or that of power on (its power was); so only these are tried, and after each miss one more in
+    turn, should somebody have brought another sensor.
+
+    Args:
+        wanted: The speed that the line shall have; None for a line without speed.
+        last: The speed at which the sensor was heard last; None when it was never.
+        misses: How many starts in a row heard nothing.
+
+    Returns:
+        Bits a second; none for a line without speed.
+    """
+    if wanted is None:
+        return ()
+    if last is None:
+        return _each_once(wanted, *SEARCHED)
+    likely = _each_once(last, POWER_ON_RATE)
+    others = [rate for rate in _each_once(wanted, *SEARCHED) if rate not in likely]
+    return likely if misses == 0 else (*likely, others[(misses - 1) % len(others)])
+
+
+def start_up(bit_rate: int | None = None, rates: Sequence[int] = ()) -> Script:
     """Wake the sensor, end what it is about, and ask who it is; the laser is on at the end.
 
     Args:
-        bit_rate: The wanted speed of a serial line, one of ``BIT_RATES``. The sensor is looked for at others
-            too, and told to take this one: after power on and after ``RS`` it has its own. None where the
-            line has no speed (USB, network).
+        bit_rate: The wanted speed of a serial line, one of ``BIT_RATES``; the sensor is told to take it, as
+            after power on and after ``RS`` it has its own. None where the line has no speed (USB, network).
+        rates: Speeds at which the sensor is looked for, see :func:`rates_to_try`; none for such a line.
 
     Returns:
         The :class:`Sensor`, healthy or not.
     """
-    rates = () if bit_rate is None else (bit_rate, *(rate for rate in SEARCHED if rate != bit_rate))
-    yield from _at_some_speed(_greet, rates)
+    _, found = yield from _at_some_speed(_greet, rates)
     yield Ask("QT")
     yield Ask("RS")
-    shape, found = yield from _at_some_speed(_ask_parameters, rates)
+    # Its own speed is tried again at the end: it may not have been ready.
+    after_reset = () if found is None else (*_each_once(POWER_ON_RATE, found, *SEARCHED), POWER_ON_RATE)
+    shape, found = yield from _at_some_speed(_ask_parameters, after_reset)
     if bit_rate is not None and found != bit_rate:
         answer = yield Ask(serial_speed(bit_rate), (ACCEPTED, *SPEED_KEPT))
         if answer.reply.status == ACCEPTED:
@@ -111,8 +139,12 @@ def _ask_parameters(attempts: int) -> Script:
     return (yield Ask("PP", attempts=attempts))
 
 
+def _each_once(*rates: int) -> tuple[int, ...]:
+    return tuple(dict.fromkeys(rates))
+
+
 def _at_some_speed(question: Callable[[int], Script], rates: Sequence[int]) -> Script:
-    """Ask at one speed after the other until the sensor answers.
+    """Ask at one speed after the other until the sensor answers; on a line without speeds, several times.
 
     Returns:
         The answer, and the speed; None for a line without.
@@ -123,6 +155,6 @@ def _at_some_speed(question: Callable[[int], Script], rates: Sequence[int]) -> S
             answer = yield from question(1)
             return answer, rate
     if rates:
-        yield Retune(rates[0])
-    answer = yield from question(ATTEMPTS)
-    return answer, rates[0] if rates else None
+        tried = ", ".join(str(rate) for rate in _each_once(*rates))
+        raise DeviceTimeout(f"no answer at {tried} baud; check the sensor's power and its cable")
+    return (yield from question(ATTEMPTS)), None

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 ACCEPTED = "00"
 SCAN_FOLLOWS = "99"
+RESUMED = "98"
+UNSTABLE = "0M"
+"""Newer sensors send it in the place of a scan while they settle; the stream goes on."""
 
 _GENERIC = {
     "0A": "the sensor could not build the reply",
@@ -15,7 +18,7 @@ _GENERIC = {
     "0G": "the user string is longer than 16 characters",
     "0H": "the user string has a forbidden character",
     "0I": "the sensor is in firmware update mode",
-    "0M": "the sensor is not stable yet",
+    UNSTABLE: "the sensor is not stable yet",
 }
 _MEASUREMENT = {
     "01": "the start step is not numeric",
@@ -26,8 +29,8 @@ _MEASUREMENT = {
     "06": "the scan interval is not numeric",
     "07": "the number of scans is not numeric",
     "10": "the laser is off",
-    "98": "measuring resumes after a check",
-    "99": "scan data follows",
+    RESUMED: "measuring resumes after a check",
+    SCAN_FOLLOWS: "scan data follows",
 }
 _OTHERS = {
     "BM": {"01": "the laser cannot be switched on", "02": "the laser is on already"},
@@ -68,6 +71,11 @@ _OTHERS = {
 def is_checking(status: str) -> bool:
     """Whether a sensor that sends this in the place of a scan checks itself, and may go on by itself (98)."""
     return status.isdecimal() and 21 <= int(status) <= 49
+
+
+def goes_on_by_itself(status: str) -> bool:
+    """Whether a sensor that sends this in the place of a scan may send scans again without being asked."""
+    return status in (RESUMED, UNSTABLE) or is_checking(status)
 
 
 def describe_status(command: str, status: str) -> str:

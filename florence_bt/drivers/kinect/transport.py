@@ -11,6 +11,7 @@ from collections import deque
 from typing import Protocol
 
 from florence_bt.core.errors import DeviceLost
+from florence_bt.core.socket_paths import short_path
 from florence_bt.drivers.kinect.frames import Frame, FrameKind, FrameParser
 
 RECEIVE_SIZE = 1 << 20
@@ -59,7 +60,8 @@ class SocketFrameSource:
         self._frames: deque[Frame] = deque()
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            self._socket.connect(path)
+            with short_path(path) as place:
+                self._socket.connect(place)
         except (OSError, ValueError) as error:
             self._socket.close()
             raise DeviceLost(

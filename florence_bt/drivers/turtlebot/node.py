@@ -13,9 +13,9 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, Imu, JointState
 
-from florence_bt.core.clock import Timer, call_every
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
-from florence_bt.drivers.connection import Connection
+from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.turtlebot import wheel_joints
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState
@@ -82,33 +82,28 @@ class TurtlebotNode(FlorenceNode):
         self._state_pace = Pace(self._settings.sensor_state_rate)
         self._joint_pace = Pace(self._settings.joint_state_rate)
         self._make_interfaces()
-        self._deadline: Timer | None = None
         self._diagnosing = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
         baud_rate = self._settings.baud_rate or parameters_of_driver.model.baud_rate
-        self._connection: Connection[BytePort, bytes] = Connection(
+        self._port = DriverPort(
+            self._driver,
             self.timebase,
             self.call_soon,
             lambda: open_port(self._settings.port, baud_rate),
             on_open=self._on_open,
-            on_item=self._receive,
+            on_bytes=self._receive,
             on_lost=self._on_lost,
             on_problem=self._on_problem,
+            send=self._send,
             delay_s=self._settings.reconnect_delay_s,
             name=self._settings.port,
         )
-        self._connection.open()
+        self._port.open()
 
     def close(self) -> None:
         """Stop the base, then let go of the port."""
         self._diagnosing.cancel()
-        self._set_deadline(None)
-        port = self._connection.device
-        if port is not None:
-            try:
-                port.write(self._driver.shutdown())
-            except DeviceError as error:
-                self.get_logger().error(f"the base may still be driving: {error}")
-        self._connection.close()
+        if unheard := self._port.close():
+            self.get_logger().error(f"the base may still be driving: {unheard}")
 
     def _make_interfaces(self) -> None:
         self._odometry_topic = self.create_publisher(OdometryMsg, "odom", RELIABLE)
@@ -131,14 +126,12 @@ class TurtlebotNode(FlorenceNode):
         wake = self._silent and self._settings.wake_with_rts and port.set_rts(True)
         self._rts = None
         self._driver.start(self.timebase.now(), wake=wake)
-        self._pump()
 
     def _on_lost(self, error: DeviceError) -> None:
         """Tell the base to stop, should it still listen."""
         self._silent = isinstance(error, DeviceTimeout)
-        self._set_deadline(None)
         self._reading = None
-        last_words, port = self._driver.shutdown(), self._connection.device
+        last_words, port = self._driver.shutdown(), self._port.device
         try:
             if port is not None:
                 port.write(last_words)
@@ -152,38 +145,19 @@ class TurtlebotNode(FlorenceNode):
     def _receive(self, data: bytes, arrived: float) -> None:
         """Take what the base sent: what must stop it is obeyed first, then told, before the next command."""
         readings = self._driver.receive(data, arrived)
-        self._pump()
+        self._port.pump()
         for reading in readings:
             self._silent = False
-            self._connection.works()
+            self._port.works()
             self._reading = reading
             self._publish(reading)
 
-    def _pump(self) -> None:
-        """Send what the driver wants to say, and come back when it next has something to do."""
-        port = self._connection.device
-        if port is None:
-            return
-        try:
-            data = self._driver.poll(self.timebase.now())
-            if data:
-                port.write(data)
-        except DeviceError as error:
-            self._connection.lose(error)
-            return
+    def _send(self, port: BytePort, data: bytes) -> None:
+        if data:
+            port.write(data)
         if self._driver.rts is not None and self._driver.rts is not self._rts:
             self._rts = self._driver.rts
             port.set_rts(self._rts)
-        self._set_deadline(self._driver.next_deadline(), self._on_deadline)
-
-    def _on_deadline(self) -> None:
-        self._connection.serve()
-        self._pump()
-
-    def _set_deadline(self, when: float | None, callback: Callable[[], None] | None = None) -> None:
-        if self._deadline is not None:
-            self._deadline.cancel()
-        self._deadline = None if when is None or callback is None else self.timebase.call_at(when, callback)
 
     # ---- commands ---------------------------------------------------------------------------------------
 
@@ -194,21 +168,21 @@ class TurtlebotNode(FlorenceNode):
             self.get_logger().warning(
                 "a velocity command is not finite: the base stops", throttle_duration_sec=5.0
             )
-        self._pump()
+        self._port.pump()
 
     def _on_set_outputs(
         self, request: SetDigitalOutputs.Request, response: SetDigitalOutputs.Response
     ) -> SetDigitalOutputs.Response:
         values = (request.digital_out_0, request.digital_out_1, request.digital_out_2)
         try:
-            if self._connection.device is None:
+            if self._port.device is None:
                 raise ConfigError("the base is not connected")
             self._driver.set_digital_outputs(sum(1 << place for place, value in enumerate(values) if value))
         except ConfigError as error:
             self.get_logger().warning(f"digital outputs stay as they are: {error}")
             return response
         response.done = True
-        self._pump()
+        self._port.pump()
         return response
 
     def _on_set_mode(
@@ -220,7 +194,7 @@ class TurtlebotNode(FlorenceNode):
             self.get_logger().warning(str(error))
             return response
         response.valid_mode = True
-        self._pump()
+        self._port.pump()
         return response
 
     # ---- messages ---------------------------------------------------------------------------------------
@@ -271,7 +245,7 @@ class TurtlebotNode(FlorenceNode):
 
     def _publish_diagnostics(self) -> None:
         now = self.timebase.now()
-        found = diagnose(self._driver, self._reading, self._settings.port, self._connection.problem)
+        found = diagnose(self._driver, self._reading, self._settings.port, self._port.problem)
         hardware = self._driver.parameters.model.name
         self._diagnostics_topic.publish(diagnostics_to_ros(found, self.get_name(), hardware, now))
         if self._reading is not None:

@@ -71,21 +71,22 @@ def with_one_clock(events: Iterable[JournaledEvent]) -> Iterator[JournaledEvent]
 def match_ends(events: Sequence[JournaledEvent]) -> Iterator[tuple[int, int]]:
     """The starts and ends of skills that belong together.
 
-    A cancelled end is that of the oldest open run of its node, any other end that of the latest: a run that
+    A clean-up and the only skill in it have the same node, but other names. A cancelled end is that of the
+    oldest open run of its node, any other end that of the latest: a run that
     was left can still be ending when its node starts the skill anew.
 
     Yields:
         Index of a start and index of its end.
     """
-    open_starts: dict[str, list[int]] = {}
+    open_starts: dict[tuple[str, str], list[int]] = {}
     for index, event in enumerate(events):
         if event.kind == EventKind.RECOVERED.value:
             open_starts.clear()  # they died with their process
         elif event.kind == EventKind.SKILL_STARTED.value:
-            open_starts.setdefault(event.node, []).append(index)
-        elif event.kind == EventKind.SKILL_ENDED.value and open_starts.get(event.node):
+            open_starts.setdefault((event.node, event.skill), []).append(index)
+        elif event.kind == EventKind.SKILL_ENDED.value and open_starts.get((event.node, event.skill)):
             was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value
-            yield open_starts[event.node].pop(0 if was_cancelled else -1), index
+            yield open_starts[event.node, event.skill].pop(0 if was_cancelled else -1), index
 
 
 def _ends(events: Sequence[JournaledEvent]) -> dict[int, JournaledEvent]:

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from florence_bt.core.socket_paths import short_path
+
 LONGEST_LINE = 1000
 
 
@@ -23,7 +25,8 @@ class ControlChannel:
         if path is not None:
             path.unlink(missing_ok=True)
             self._server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            self._server.bind(str(path))
+            with short_path(path) as place:
+                self._server.bind(place)
             self._server.listen()
 
     def descriptors(self) -> list[int]:

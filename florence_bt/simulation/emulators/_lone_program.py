@@ -26,16 +26,18 @@ GARBAGE = 0xFF
 class LoneProgram(ABC):
     """A device, its line with a plug, its control channel, and their loop."""
 
-    def __init__(self, link: Path | None, tcp_port: int | None) -> None:
+    def __init__(self, link: Path | None, tcp_port: int | None, strict_baud: bool) -> None:
         """Open the line.
 
         Args:
             link: Where to put a link to the device file of a pseudo-terminal; None for none.
             tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
+            strict_baud: A client at the wrong speed understands nothing and is not understood.
 
         Raises:
             DeviceLost: The link or the TCP port cannot be made.
         """
+        self._strict_baud = strict_baud
         self._link = link
         self._tcp_port = tcp_port
         self._line: Line | None = None
@@ -99,17 +101,17 @@ class LoneProgram(ABC):
             self._channel.serve(ready, self._faults.run)
             self.step()
 
-    def _as_heard(self, data: bytes, baud_rate: int | None) -> bytes:
+    def _as_heard(self, data: bytes, baud_rate: int) -> bytes:
         """What one end of the line makes of what the other sent.
 
         Args:
             data: What was sent.
-            baud_rate: The device's speed; None when speeds do not matter.
+            baud_rate: The device's speed.
         """
         line = self._line
-        if baud_rate is None or not isinstance(line, PseudoTerminal) or line.client_baud == baud_rate:
-            return data
-        return bytes([GARBAGE]) * len(data)
+        if self._strict_baud and isinstance(line, PseudoTerminal) and line.client_baud != baud_rate:
+            return bytes([GARBAGE]) * len(data)
+        return data
 
     @abstractmethod
     def step(self) -> None:

@@ -19,6 +19,7 @@ bad_checksums COUNT       the next scans have a wrong check sum
 bad_replies COUNT         the next answers to commands have a wrong check sum
 partial BYTES             the next scan ends after so many bytes
 scan_status STATUS        the next scan is replaced by this status (50: hardware trouble) and measuring ends
+every_scan_status STATUS  every scan is replaced by this status and measuring goes on; none ends that
 status_of COMMAND STATUS  every COMMAND (PP, TM1, ...) is answered with this status; none ends that
 laser_broken on|off       BM is refused, measuring ends with 50
 stat TEXT                 the text of STAT; without one the healthy one
@@ -52,6 +53,7 @@ class ScipControl(FaultLines):
             "bad_replies": lambda words: setattr(self._faults, "bad_replies", _count(words)),
             "partial": lambda words: setattr(self._faults, "cut_scan_at", _count(words)),
             "scan_status": lambda words: setattr(self._faults, "scan_status", _status(words)),
+            "every_scan_status": self._every_scan_status,
             "status_of": self._status_of,
             "stat": lambda words: setattr(self._faults, "stat", " ".join(words) or ScipFaults().stat),
             "freeze_timer": self._freeze_timer,
@@ -69,6 +71,9 @@ class ScipControl(FaultLines):
 
     def _noise(self, words: Sequence[str]) -> None:
         self._faults.noise += self._random.randbytes(_count(words))
+
+    def _every_scan_status(self, words: Sequence[str]) -> None:
+        self._faults.every_scan_status = None if list(words) == ["none"] else _status(words)
 
     def _status_of(self, words: Sequence[str]) -> None:
         if len(words) != 2:

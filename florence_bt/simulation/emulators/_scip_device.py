@@ -126,6 +126,7 @@ class ScipFaults:
         noise: These bytes go out once, before whatever is sent next.
         bad_checksums: So many of the next scans carry a wrong check sum.
         scan_status: The next scan is replaced by this status (``50``: hardware trouble) and measuring ends.
+        every_scan_status: Every scan is replaced by this status (``21``: a check) and measuring goes on.
         cut_scan_at: The next scan ends after so many bytes, without its blank line.
         frozen_timer_ms: Every time stamp reads this.
         laser_broken: BM is refused with 01, and measuring ends with 50.
@@ -141,6 +142,7 @@ class ScipFaults:
     noise: bytes = b""
     bad_checksums: int = 0
     scan_status: str | None = None
+    every_scan_status: str | None = None
     cut_scan_at: int | None = None
     frozen_timer_ms: int | None = None
     laser_broken: bool = False

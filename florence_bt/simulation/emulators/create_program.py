@@ -70,13 +70,13 @@ class CreateProgram(LoneProgram):
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        super().__init__(options.link, options.tcp_port)
-        self._strict_baud = options.strict_baud
+        super().__init__(options.link, options.tcp_port, options.strict_baud)
         self._latency_s = options.latency_s
         self._leaving: deque[tuple[float, bytes]] = deque()
         self._clock = clock
         separation_m = MODELS[options.model].wheel_separation_mm / 1000.0
         noise = PERFECT_BASE if options.seed is None else BaseNoiseParameters()
+        self._passed = clock()
         self._base = KinematicBase(separation_m)
         self.create = CreateEmulator(
             self._base,
@@ -91,16 +91,27 @@ class CreateProgram(LoneProgram):
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
         now = self._clock()
+        answer = self._pass_time(now)
         self._base.advance_to(now)
         line = self._line
-        received = self._as_heard(line.read(), self._baud_rate()) if line is not None else b""
-        answer = (self.create.receive(received, now) if received else b"") + self.create.poll(now)
+        received = self._as_heard(line.read(), self.create.baud_rate) if line is not None else b""
+        answer += (self.create.receive(received, now) if received else b"") + self.create.poll(now)
         if answer:
             self._leaving.append((now + self._latency_s, answer))
         while self._leaving and now >= self._leaving[0][0]:
             leaves = self._leaving.popleft()[1]
             if line is not None:
-                line.write(self._as_heard(leaves, self._baud_rate()))
+                line.write(self._as_heard(leaves, self.create.baud_rate))
+
+    def _pass_time(self, now: float) -> bytes:
+        """Let the time since the last step pass, in short pieces while the base moves: scripts watch it."""
+        said = b""
+        while self.create.wheels != (0, 0) and now - self._passed > LONGEST_WAIT_MOVING_S:
+            self._passed += LONGEST_WAIT_MOVING_S
+            self._base.advance_to(self._passed)
+            said += self.create.poll(self._passed)
+        self._passed = now
+        return said
 
     def _longest_wait(self) -> float:
         due = [LONGEST_WAIT_S if self.create.wheels == (0, 0) else LONGEST_WAIT_MOVING_S]
@@ -110,6 +121,3 @@ class CreateProgram(LoneProgram):
         if self._leaving:
             due.append(self._leaving[0][0] - now)
         return max(0.0, min(due))
-
-    def _baud_rate(self) -> int | None:
-        return self.create.baud_rate if self._strict_baud else None

@@ -21,6 +21,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core.socket_paths import short_path
+
 DEPTH, VIDEO = 1, 2
 ALL_KINDS = DEPTH | VIDEO
 NOTHING_MEASURED = 2047
@@ -113,7 +115,8 @@ class KinectFrameServer:
             self.path.unlink()
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            self._listener.bind(str(self.path))
+            with short_path(self.path) as place:
+                self._listener.bind(place)
             self._listener.listen()
         except OSError:
             self._listener.close()

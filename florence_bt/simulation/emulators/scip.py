@@ -203,9 +203,10 @@ class ScipEmulator:
         told, self.faults.scan_status = self.faults.scan_status, None
         broken = TROUBLE if self.faults.laser_broken else None
         pretended = self.state.pretended.instead_of_scan()
-        status = told or broken or pretended
+        ending = told or broken or (pretended if pretended == TROUBLE else None)
+        status = ending or self.faults.every_scan_status or pretended
         if status is not None:
-            if status is not pretended or status == TROUBLE:
+            if ending is not None or self._remaining == 0:
                 self._stop()
             return reply(echo, status)
         if self._remaining == 0:

@@ -62,8 +62,7 @@ class ScipProgram(LoneProgram):
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        super().__init__(options.link, options.tcp_port)
-        self._strict_baud = options.strict_baud
+        super().__init__(options.link, options.tcp_port, options.strict_baud)
         self._start = clock()
         self._clock = clock
         model = MODELS[options.model]
@@ -83,9 +82,7 @@ class ScipProgram(LoneProgram):
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
         now, line = self.now(), self._line
-        baud_rate = (
-            self.scanner.state.bit_rate if self._strict_baud else None
-        )  # SS is answered at the old one
+        baud_rate = self.scanner.state.bit_rate  # SS is answered at the old one
         received = self._as_heard(line.read(), baud_rate) if line is not None else b""
         received = received.replace(bytes([GARBAGE]), b"")  # no letters: the scanner passes over them
         answer = (self.scanner.receive(received, now) if received else b"") + self.scanner.poll(now)

@@ -16,6 +16,7 @@ from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.wiring.doctor.graph import GraphView, is_partial
+from florence_bt.wiring.locks import bring_up_here
 
 NAME = "florence_doctor"
 
@@ -25,7 +26,8 @@ def watch_graph(least: float, most: float) -> GraphView:
 
     Args:
         least: How long to look, in seconds; discovery and diagnostics at 1 Hz take two on an idle machine.
-        most: How long to look when a part of a system has not been seen by then.
+        most: How long to look when a part of a system has not been seen by then, or nothing although a
+            bring-up goes on here.
     """
     stay_on_this_machine()
     context = rclpy.Context()
@@ -67,7 +69,10 @@ def _watch(loop: SpinLoop, node: FlorenceNode, least: float, most: float) -> Gra
         last = charge[-1] if charge else None
         return GraphView(tuple(sorted(names)), node.count_publishers("/clock"), last, dict(diagnostics))
 
+    def more_to_see(seen: GraphView) -> bool:
+        return is_partial(seen) or (not seen.nodes and bring_up_here())
+
     begin = time.monotonic()
-    while (passed := time.monotonic() - begin) < least or (passed < most and is_partial(view())):
+    while (passed := time.monotonic() - begin) < least or (passed < most and more_to_see(view())):
         loop.spin_once(0.1)
     return view()

@@ -12,7 +12,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import DeviceError, DeviceLost
 from florence_bt.drivers.connection import Connection
 
-LONG_S = 10.0
+LONG_S = 60.0
 
 
 class Device:

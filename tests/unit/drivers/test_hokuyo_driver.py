@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import pytest
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.diagnosis import Level, is_off
 from florence_bt.drivers.frequency import FrequencyMeter
 from florence_bt.drivers.hokuyo.codec import check_sum
@@ -11,7 +12,7 @@ from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
-from florence_bt.drivers.hokuyo.start_up import Sensor
+from florence_bt.drivers.hokuyo.start_up import Sensor, rates_to_try
 from florence_bt.drivers.hokuyo.stream import plan_measurement
 
 
@@ -205,3 +206,34 @@ def test_the_frequency_window() -> None:
 )
 def test_which_lines_have_a_speed(how: dict[str, object], rate: int | None) -> None:
     assert HokuyoPortParameters(**how).line_rate == rate  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "last", "misses", "rates"),
+    [
+        (None, None, 0, ()),
+        (None, None, 7, ()),
+        (115200, None, 0, (115200, 19200, 38400, 57600)),
+        (19200, None, 3, (19200, 115200, 38400, 57600)),
+        (750000, None, 0, (750000, 19200, 115200, 38400, 57600)),
+        (115200, 115200, 0, (115200, 19200)),
+        (115200, 115200, 1, (115200, 19200, 38400)),
+        (115200, 115200, 2, (115200, 19200, 57600)),
+        (115200, 115200, 3, (115200, 19200, 38400)),
+        (115200, 19200, 0, (19200,)),
+        (115200, 19200, 1, (19200, 115200)),
+        (750000, 750000, 1, (750000, 19200, 115200)),
+    ],
+)
+def test_where_a_sensor_is_looked_for(
+    wanted: int | None, last: int | None, misses: int, rates: tuple[int, ...]
+) -> None:
+    assert rates_to_try(wanted, last, misses) == rates
+
+
+@pytest.mark.parametrize(
+    "name", ["check_timeout_s", "silence_timeout_s", "restart_delay_s", "reply_timeout_s"]
+)
+def test_a_time_that_makes_no_sense_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match=f"{name} 0.0 is out of range"):
+        HokuyoParameters(**{name: 0.0})  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ from florence_bt.drivers.device_reader import DeviceReader
 from florence_bt.drivers.serial_port import SerialPort, _explain_open
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 
-LONG_S = 10.0
+LONG_S = 60.0
 """A limit for what takes microseconds."""
 
 

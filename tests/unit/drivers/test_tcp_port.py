@@ -14,7 +14,7 @@ from florence_bt.drivers.tcp_port import MOST_WAITING, TcpPort
 @pytest.fixture
 def server() -> Iterator[socket.socket]:
     with socket.create_server(("127.0.0.1", 0)) as server:
-        server.settimeout(10.0)
+        server.settimeout(60.0)
         yield server
 
 
@@ -25,18 +25,18 @@ def opened(server: socket.socket) -> TcpPort:
 def test_what_is_written_before_the_connection_goes_out_with_it(server: socket.socket) -> None:
     port = opened(server)
     port.write(b"QT\n")
-    assert port.read(5.0) == b""
+    assert port.read(60.0) == b""
     peer, _ = server.accept()
     with peer:
-        peer.settimeout(10.0)
+        peer.settimeout(60.0)
         assert peer.recv(100) == b"QT\n"
         port.write(b"VV\n")
         assert peer.recv(100) == b"VV\n"
         assert port.read(0.0) == b""
         peer.sendall(b"VV\n00P\n")
-        assert port.read(5.0) == b"VV\n00P\n"
+        assert port.read(60.0) == b"VV\n00P\n"
     with pytest.raises(DeviceLost, match="hung up"):
-        port.read(5.0)
+        port.read(60.0)
     port.close()
 
 
@@ -52,16 +52,21 @@ def test_a_port_that_is_closed(server: socket.socket) -> None:
 
 
 def test_nobody_listens() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        number = server.getsockname()[1]
-    port = TcpPort("127.0.0.1", number)
-    with pytest.raises(DeviceLost, match=rf"cannot reach 127.0.0.1:{number}: .*refused.*check"):
-        for _ in range(10):
-            port.read(1.0)
-    port.close()
+    with socket.socket() as taken:  # nobody else can get its number, and it does not listen
+        taken.bind(("127.0.0.1", 0))
+        number = taken.getsockname()[1]
+        port = TcpPort("127.0.0.1", number)
+        with pytest.raises(DeviceLost, match=rf"cannot reach 127.0.0.1:{number}: .*refused.*check"):
+            for _ in range(100):
+                port.read(1.0)
+        port.close()
 
 
-def test_a_name_that_nobody_knows() -> None:
+def test_a_name_that_nobody_knows(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(*_args: object, **_how: object) -> None:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)  # a network may take long, or answer any name
     port = TcpPort("laser.invalid", 10940)
     with pytest.raises(DeviceLost, match=r"cannot reach laser\.invalid:10940"):
         port.read(0.1)
@@ -77,10 +82,10 @@ def test_a_name_with_both_kinds_of_addresses(server: socket.socket, monkeypatch:
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_how: found)
     port = TcpPort("laser", number)
     port.write(b"QT\n")
-    assert port.read(5.0) == b""
+    assert port.read(60.0) == b""
     peer, _ = server.accept()
     with peer:
-        peer.settimeout(10.0)
+        peer.settimeout(60.0)
         assert peer.recv(100) == b"QT\n"
     port.close()
 

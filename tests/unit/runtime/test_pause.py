@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import Event, RunState
 from florence_bt.runtime.events import EventKind
-from florence_bt.runtime.executor import END_LIMIT_S, QUEUE_LIMIT, RequestRefused
+from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
 from florence_bt.runtime.run import Policy, Request, RunStatus
 from florence_bt.testing.mocks import Step
 
@@ -321,15 +321,6 @@ def test_a_skill_that_breaks_at_the_restart_fails_the_run(bench):
     bench.executor.resume()
     bench.clock.advance(1.0)
     assert run.status is RunStatus.FAILED and run.code == "internal_error"
-
-
-def test_the_queue_is_bounded(bench):
-    bench.executor.trigger(Request("drive_once"))
-    for _ in range(QUEUE_LIMIT):
-        bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
-    for policy in (Policy.QUEUE, Policy.PREEMPT):
-        with pytest.raises(RequestRefused, match=f"{QUEUE_LIMIT} runs wait already"):
-            bench.executor.trigger(Request("drive_once", policy=policy))
 
 
 def test_a_preempting_run_does_not_overtake_a_higher_priority(bench):

@@ -70,4 +70,4 @@ def test_the_command_writes_the_files(tmp_path: Path, capsys):
     assert (tmp_path / "maps/flat.pgm").read_bytes() == (ROOT / "maps/flat.pgm").read_bytes()
     capsys.readouterr()
     assert main([str(tmp_path / "none.yaml")]) == 1
-    assert "cannot read" in capsys.readouterr().err
+    assert "cannot be read" in capsys.readouterr().err

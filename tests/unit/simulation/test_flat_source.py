@@ -69,10 +69,14 @@ def test_small_flat_is_read(tmp_path):
         ("cylinder: 0.2", "box: [1, 1], cylinder: 0.2", 19, "either"),
         ("cylinder: 0.2", "cylinder: .nan", 19, "cylinder"),
         ("cylinder: 0.2", "radius: 0.2", 19, "Extra"),
-        ("floor:", "start: {x: 2, y: 1}\nfloor:", 3, "given twice"),
+        ("floor:", "start: {x: 2, y: 1}\nfloor:", 3, "stands here twice (first in line 2)"),
         ("name: stool,", "name: south,", 21, "given twice"),
         ("walls:", "wals:", 4, "wals"),
-        ("[0, 4]", "[0, 4", 12, "no valid YAML"),
+        ("[0, 4]", "[0, 4", 12, "not YAML: the [ before is not closed"),
+        ("den: {x", "den: &den {x", 12, "anchors and aliases are not allowed"),
+        ("floor:", "\tfloor:", 3, "a tab in the indentation"),
+        ("door_height: 2.0", "door_height: true", 8, "walls.door_height: Input should be a valid number"),
+        ("door_height: 2.0", "door_height: 2 m", 8, "walls.door_height: Input should be a valid number"),
     ],
 )
 def test_mistakes_are_told_with_their_line(tmp_path, old, new, line, text):
@@ -89,8 +93,21 @@ def test_no_flat_at_all(tmp_path, text):
         load_text(tmp_path, text)
 
 
+def test_another_encoding_is_told_as_in_a_mission(tmp_path):
+    file = tmp_path / "x.source.yaml"
+    file.write_bytes(b"# K\xfcche\n" + SMALL.encode())
+    with pytest.raises(ConfigError, match="byte 0xfc is not UTF-8; in Latin-1 it is 'ü'") as caught:
+        load_flat(file)
+    assert (caught.value.line, caught.value.column) == (1, 4)
+
+
+def test_nothing_written_is_nothing_given(tmp_path):
+    part = load_text(tmp_path, SMALL.replace("{cylinder: 0.2", "{box: , colour: ~, cylinder: 0.2")).solids[-1]
+    assert (part.half, part.radius, part.colour) == (None, 0.2, (0x12, 0x34, 0x56))
+
+
 def test_missing_file_is_a_config_error(tmp_path):
-    with pytest.raises(ConfigError, match="cannot read"):
+    with pytest.raises(ConfigError, match="the file cannot be read: No such file"):
         load_flat(tmp_path / "nothing.yaml")
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.drivers.kinect.transport import SocketFrameSource
 from florence_bt.simulation.flat import load_flat
 from florence_bt.simulation.ports import HardwareSettings
 from florence_bt.simulation.server import HardwareServer
@@ -16,11 +17,13 @@ def test_a_rate_that_no_kinect_has_is_refused(tmp_path, rate):
         HardwareSettings(tmp_path, kinect_rate=rate)
 
 
-def test_ports_come_and_go_together(tmp_path):
-    settings = HardwareSettings(tmp_path / "ports")
+@pytest.mark.parametrize("folder", ["ports", "ä" * 60 + "/ports"], ids=["near", "deep"])
+def test_ports_come_and_go_together(tmp_path, folder):
+    settings = HardwareSettings(tmp_path / folder)
     server = HardwareServer(World(load_flat()), hardware_mounts(), settings)
     server.open()
     assert {path.name for path in settings.folder.iterdir()} == {"create", "hokuyo", "kinect"}
+    SocketFrameSource(str(settings.kinect_socket)).close()
     server.step()
     assert server.truth()["time"] > 0.0 and server.truth()["people"] == {}
     server.close()

@@ -148,6 +148,15 @@ def test_junit_is_what_continuous_integration_services_read(florence, tmp_path):
     assert '<tag> & "quotes", \U0001f600' in odd_case.get("name") and "\x07" not in odd_case.get("name")
 
 
+def test_no_coverage_is_told_when_nothing_could_be_played(florence, tmp_path):
+    (tmp_path / "none.yaml").write_text(GOOD.replace("SUCCEEDED", "SUCCESFUL"))
+    done = florence("none.yaml", "--coverage", "--min-coverage", "10")
+    assert done.exit_code == FAILED
+    assert "no status 'SUCCESFUL'" in done.stdout
+    assert "outcomes" not in done.stdout and "never reached" not in done.stdout
+    assert done.stdout.splitlines()[-1] == "0 scenarios: 0 passed, 1 error in the files"
+
+
 def test_coverage_and_its_minimum(florence):
     done = florence("good.yaml", "--coverage")
     assert done.exit_code == OK and "goto_room       3/3        3/8            0/10" in done.stdout

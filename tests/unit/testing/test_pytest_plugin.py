@@ -66,7 +66,7 @@ def project(tmp_path):
         if not _registered():
             command += ["-p", "florence_bt.testing.plugin"]
         done = subprocess.run(
-            command, cwd=tmp_path, capture_output=True, text=True, timeout=100, env=environment
+            command, cwd=tmp_path, capture_output=True, text=True, timeout=300, env=environment
         )
         return done.stdout + done.stderr
 

@@ -280,3 +280,14 @@ def test_mocks_that_no_call_used_are_told_when_something_fails(play):
 def test_a_good_scenario_beside_a_bad_one_is_played(read):
     found = read("- {name: good, then: {status: SUCCEEDED}}\n- {name: bad, then: {status: x}}")
     assert ([s.name for s in found.scenarios], len(found.findings)) == (["good"], 1)
+
+
+def test_a_mission_by_file_may_call_those_beside_it(play, tmp_path, stage):
+    (tmp_path / "caller.yaml").write_text("mission: caller\ntree: {run: second}\n")
+    (tmp_path / "second.yaml").write_text("mission: second\ntree: {run: third}\n")
+    (tmp_path / "third.yaml").write_text("mission: third\ntree: {wait: 3 s}\n")
+    head = "mission: caller.yaml\nscenarios:\n"
+    (result,) = play("- {name: x, then: {status: SUCCEEDED, duration: 3 s}}", head)
+    assert result.passed, result.problems
+    assert stage.load(tmp_path / "caller.yaml") == "caller"
+    stage.run("caller").assert_succeeded().assert_duration("3 s")

@@ -63,7 +63,7 @@ def test_the_python_examples_hold(tmp_path, text):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", "test_page.py"]
     if "florence_bt.testing.plugin" not in _plugins():
         command += ["-p", "florence_bt.testing.plugin"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{text.count('def test_')} passed" in done.stdout
 
@@ -89,3 +89,27 @@ def _plugins():
     from importlib.metadata import entry_points
 
     return [entry.value for entry in entry_points(group="pytest11")]
+
+
+WATCHING = """\
+mission: watching
+keys: {distance: {type: length, default: 10 m}}
+tree:
+  parallel:
+    - sequence:
+        - look_for_user: {}
+          out: {user: user, distance: distance}
+        - wait: 1 min
+    - wait: 1 min
+      while: $distance > 1 m
+"""
+
+
+def test_a_scripted_skill_changes_keys_in_the_middle_of_a_run(stage):
+    script = re.search(r"`look_for_user: (running 4 s, then SUCCESS .*?)` writes both keys after 4 s", PAGE)
+    assert script is not None, "the page no longer shows how to change a key"
+    stage.load(WATCHING)
+    stage.mock("look_for_user", script[1])
+    play = stage.run("watching")
+    play.assert_failed(code="guard_failed", reason="(distance is 0.8 m)")
+    play.assert_duration("4 s").assert_keys({"distance": "80 cm", "user": "(3 m, 2 m, 0 deg)"})

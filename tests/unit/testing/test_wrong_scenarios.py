@@ -25,6 +25,17 @@ WRONG = [
     ("{given: {skills: {@/goto_room: SUCCESS}}}", "no skill but a node of the tree", "drive to the hotspot"),
     ("{given: {inputs: @{room: }}}", "needs the input room", ""),
     ("{given: {skills: {navigate_to: running @-3 s then SUCCESS}}}", "cannot be '-3 s'", "3 s"),
+    (
+        "{given: {skills: {navigate_to: @running 3 s, then FAILURE no_path twice, then SUCCESS}}}",
+        "a text with a comma needs quotes between { and }",
+        'navigate_to: "running 3 s, then FAILURE no_path twice, then SUCCESS"',
+    ),
+    (
+        "{given: {skills: {get_hotspot: @SUCCESS (pose=(4 m, 5 m, 0 deg)), navigate_to: SUCCESS}}}",
+        "a text with a comma needs quotes",
+        'get_hotspot: "SUCCESS (pose=(4 m, 5 m, 0 deg))"',
+    ),
+    ("{then: {status: STOPPED, reason: @I said, do not}}", "a text with a comma", 'reason: "I said, do not"'),
     ("{given: {skills: {navigate_to: SUCCESS @room}}}", "cannot stand behind", "then SUCCESS"),
     ("{given: {skills: {@a//b: SUCCESS}}}", "no pattern", ""),
     ("{given: {skills: {@a/ /b: SUCCESS}}}", "no pattern", ""),
@@ -36,6 +47,11 @@ WRONG = [
     ("{given: {skills: {get_hotspot: {switch: @room, default: FAILURE}}}}", "no input 'room'", "label"),
     ("{given: {skills: {get_hotspot: @{switch: label}}}}", "has no cases", ""),
     ("{when: [@stopp]}", "nothing that happens is called 'stopp'", "stop"),
+    ("{when: [@at 3 s: stop]}", "nothing that happens is called 'at 3 s'", "at: 3 s"),
+    ("{when: [{@att: 3 s}]}", "nothing that happens is called 'att'", "at"),
+    ("{then: @SUCCEEDED}", "then must be a table", "then: {status: SUCCEEDED}"),
+    ("{then: {calls: {navigate_to: @3}}}", "inputs of a call must be a table", "called: {navigate_to: 3}"),
+    ("{mission: @nowhere/x.yaml}", "there is no file", ""),
     ("{when: [{at: 3 s, @stopp: x}]}", "nothing that happens is called 'stopp'", "stop"),
     ("{when: [{stop: x, @pause: y}]}", "'pause' cannot stand beside 'stop'", "of its own"),
     ("{when: [advance @4]}", "needs a unit", "4 s"),
@@ -71,6 +87,32 @@ def test_what_is_wrong_is_told_with_its_place(read, marked, says, valid):
     assert findings, read(text.replace("@", "")).findings
     assert (findings[0].line, findings[0].column) == (9, 5 + marked.index("@"))
     assert valid in ", ".join(findings[0].valid)
+
+
+def test_a_script_that_fell_apart_is_told_once_and_read_as_it_was_meant(read):
+    found = read("- {name: x, given: {skills: {navigate_to: running 3 s, then FALURE}}, then: {code: ok}}")
+    torn, wrong = found.findings
+    assert torn.message == "a text with a comma needs quotes between { and }"
+    assert "'FALURE'" in wrong.message
+
+
+def test_a_single_word_without_its_colon_is_no_piece_of_a_text(play):
+    (result,) = play("""
+        - {name: x, when: [{at: 3 s, pause}, {at: 4 s, resume}], then: {status: SUCCEEDED, duration: 14 s}}
+    """)
+    assert result.passed, result.problems
+
+
+def test_the_file_of_a_mission_is_looked_for_from_the_scenario_file(read, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path.parent)
+    mission = tmp_path.parent / "mine" / "some_mission.yaml"
+    mission.parent.mkdir(exist_ok=True)
+    mission.write_text("mission: some_mission\ntree: {wait: 1 s}\n")
+    text = "mission: mine/some_mission.yaml\nscenarios: [{name: x, then: {code: ok}}]\n"
+    (finding,) = read(text, "").findings
+    assert "mine/some_mission.yaml': paths are counted from the folder of this file" in finding.message
+    assert finding.valid == ("../mine/some_mission.yaml",)
+    assert not read(text.replace("mine/", "../mine/"), "").findings
 
 
 @pytest.mark.parametrize(

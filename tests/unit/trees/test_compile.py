@@ -262,3 +262,37 @@ def test_what_the_check_calls_too_large_is_not_built(workshop, tree, problem):
         compile_mission(mission, library, {}, context)
     assert caught.value.problem in found
     assert context.keys.as_dict() == {}
+
+
+def test_a_mission_that_became_too_large_after_it_was_built_is_not_built_again(workshop):
+    workshop.write("tree: {turn: {angle: 1 deg}}\n", "n")
+    workshop.write("tree: {sequence: [" + ", ".join(["{run: n}"] * 400) + "]}\n", "m")
+    library = workshop.library()
+
+    def build():
+        context = make_context(ManualClock(), {}, workshop.declarations)
+        return compile_mission(library.get("m"), library, {}, context).root
+
+    assert len(build().children) == len(build().children) == 400
+    file = workshop.write("tree: {sequence: [" + ", ".join(["{turn: {angle: 1 deg}}"] * 400) + "]}\n", "n")
+    small = library.get("n")
+    library.add_file(file)
+    with pytest.raises(ConfigError, match="nodes with those of the missions"):
+        build()
+    large = library.get("n")
+    library.put(small)
+    assert len(build().children) == 400
+    library.put(large)
+    with pytest.raises(ConfigError, match="nodes with those of the missions"):
+        build()
+
+
+def test_whether_a_mission_is_small_enough_is_worked_out_once(workshop, monkeypatch):
+    workshop.write("tree: {turn: {angle: 1 deg}}\n", "m")
+    library, asked = workshop.library(), []
+    monkeypatch.setattr(
+        "florence_bt.trees.compile.too_large", lambda mission, facts: asked.append(mission) or ()
+    )
+    for _ in range(3):
+        compile_mission(library.get("m"), library, {}, make_context(ManualClock(), {}, workshop.declarations))
+    assert asked == [library.get("m")]

@@ -19,7 +19,7 @@ def package(tmp_path_factory):
     source, site = home / "source", home / "site"
     shutil.copytree(EXAMPLE, source)
     pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--no-index"]
-    subprocess.run([*pip, "--target", str(site), str(source)], check=True, timeout=100)
+    subprocess.run([*pip, "--target", str(site), str(source)], check=True, timeout=300)
     path = os.pathsep.join([str(site), str(EXAMPLE.parents[1])])
     return source, {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
 
@@ -32,7 +32,7 @@ def florence(package, *words):
         env=environment,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
     )
     return done.returncode, done.stdout + done.stderr
 
@@ -58,5 +58,5 @@ def test_its_scenarios_pass(package):
 def test_its_own_tests_pass(package):
     source, environment = package
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests"]
-    done = subprocess.run(command, cwd=source, env=environment, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, cwd=source, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0 and "5 passed" in done.stdout, done.stdout

@@ -79,6 +79,16 @@ def test_everything_wrong_is_in_one_error():
     assert error.value.valid == ("far", "far=1 m", "far=1 cm", "far=1 mm", "far=1 km", "who=kitchen")
 
 
+def test_a_misspelt_input_is_not_told_as_missing_too():
+    with pytest.raises(ConfigError) as error:
+        parse_inputs(MISSION, {"whoo": "Ada"})
+    assert error.value.problem == "m has no input 'whoo'"
+    assert error.value.valid == ("who=Ada",)
+    with pytest.raises(ConfigError) as error:
+        parse_inputs(MISSION, {"whoo": "x" * 10_000})
+    assert error.value.valid[0] == "who"
+
+
 def test_a_mission_without_inputs():
     mission = parse_mission("mission: m\ntree: {fail: x}\n", Path("m.yaml"))
     assert parse_inputs(mission, {}) == {}

@@ -23,7 +23,7 @@ print(sorted(heavy & set(sys.modules)))
 
 def test_loading_and_checking_is_light():
     result = subprocess.run(
-        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True, timeout=300
     )
     assert result.stdout.strip() == "[]"
 
@@ -47,6 +47,6 @@ def test_the_command_is_light_too(tmp_path):
     file = tmp_path / "small.yaml"
     file.write_text("mission: small\ntree: {wait: 1 s}\n")
     result = subprocess.run(
-        [sys.executable, "-c", COMMAND, str(file)], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", COMMAND, str(file)], capture_output=True, text=True, check=True, timeout=300
     )
     assert result.stdout.splitlines()[-1] == "[]"

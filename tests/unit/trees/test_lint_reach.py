@@ -215,3 +215,15 @@ def test_a_skill_on_its_way_out(workshop):
     }
     (line,) = only(workshop, TURN, "warning")
     assert line.startswith("2:8 warning turn is on its way out: use spin: {angle: ...}")
+
+
+@pytest.mark.parametrize("value", ["$n", "$m", "'${min($n, 1)}'", "$t", "'${$n / 2}'"])
+def test_cases_for_0_and_1_are_none_for_true_and_false(workshop, value):
+    tree = f"{{switch: {value}, cases: {{0: {{wait: 1 s}}, 1: {{wait: 2 s}}}}, default: {{wait: 3 s}}}}"
+    inputs = "{n: {type: integer}, m: {type: number}, t: {type: text}}"
+    assert [line for line in workshop.lines(f"tree: {tree}\ninputs: {inputs}\n") if "error" in line] == []
+
+
+def test_true_beside_1_in_a_switch_over_texts(workshop):
+    tree = "{switch: $t, cases: {true: {wait: 1 s}, 1: {wait: 2 s}, 1.0: {wait: 3 s}}}"
+    assert workshop.lines(f"tree: {tree}\ninputs: {{t: {{type: text}}}}\n") == []

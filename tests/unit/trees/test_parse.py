@@ -202,7 +202,7 @@ def test_modifiers_of_every_node():
         ("tree: {retry: , do: {go: }}", "2:15 retry has no value"),
         ("tree: {wait: [1]}", "2:14 wait cannot be a list"),
         ("tree: {wait: $}", "2:14 a lone $ in '$' | $key, $$ for a dollar sign"),
-        ("tree: {go: {a: $Key}}", "2:16 a lone $ in '$Key'"),
+        ("tree: {go: {a: $Key}}", "2:16 keys have lower-case letters, not $Key in '$Key' | $key, $$"),
         ("tree: {go: {A: 1}}", "2:13 a name in go must be a name"),
         ("tree: {go: {a: {x: 1 m, y: 1 m}}}", "2:16 'a': the pose lacks yaw"),
         ("tree: {go: {a: {x: 1 m, y: 1 m, yaw: 0, z: 1}}}", "2:41 unknown part of a pose 'z'"),

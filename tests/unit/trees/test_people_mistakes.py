@@ -29,6 +29,23 @@ MISTAKES = {
         HEAD + "  sequence\n    - wait: 1 s\n",
         "4:11 not YAML: a colon is missing in line 3 | sequence:",
     ),
+    "a missing colon in the last line of a node": (
+        HEAD + "  sequence:\n    - wait: 1 s\n      finally\n    - wait: 2 s\n",
+        "5:14 not YAML: a colon is missing | finally:",
+    ),
+    "a text that begins with a bracket": (
+        "mission: example\ndescription: [draft] a round\ntree: {wait: 1 s}\n",
+        "2:22 not YAML: the line goes on after the closing ] (begun in line 1)"
+        ' | nothing behind it, if it is a text: description: "[draft] a round"',
+    ),
+    "a brace too many": (
+        HEAD + "  turn: {angle: 45 deg}}\n",
+        "3:24 not YAML: a } too many | the line without it",
+    ),
+    "a list in the line of its key": (
+        HEAD + "  sequence: - wait: 1 s\n",
+        "3:13 not YAML: a list cannot begin here | each dash on a line of its own",
+    ),
     "one space too many": (
         HEAD + "  sequence:\n    - turn:\n        angle: 45 deg\n       time_allowance: 3 s\n",
         "6:8 not YAML: this line does not fit those above it (begun in line 4)"
@@ -127,6 +144,59 @@ MISTAKES = {
         HEAD + "  navigate_to: {goal: (1 m, 2 m, 90 deg)}\n",
         "3:23 'goal': a text with commas needs quotes here, and a pose is a table"
         " | {x: 1 m, y: 2 m, yaw: 90 deg}",
+    ),
+    "a reason with a comma": (
+        HEAD + "  sequence:\n    - {fail: nobody is here, sorry}\n",
+        "4:14 'fail': a text with commas needs quotes here | fail: \"nobody is here, sorry\"",
+    ),
+    "a name with commas before the kind": (
+        HEAD + "  sequence:\n    - {name: here, there and everywhere, wait: 1 s}\n",
+        "4:14 'name': a text with commas needs quotes here | name: \"here, there and everywhere\"",
+    ),
+    "a text with commas in a key": (
+        HEAD + "  sequence:\n    - set: {text: 'a', other: one, two \"or\" three, four}\n    - wait: $othr\n",
+        "4:31 'other': a text with commas needs quotes here | other: 'one, two \"or\" three, four'",
+    ),
+    "a program's way to set": (
+        HEAD + "  set: tries = 3\n",
+        "3:8 set must be a table (key: value) | set: {tries: 3}",
+    ),
+    "a dollar before the key that is set": (
+        HEAD + "  set: {$tries: 3}\n",
+        "3:9 a name in set must be a name of lower-case letters, digits and underscores, not '$tries'"
+        " | tries",
+    ),
+    "inputs behind the name of a mission": (
+        HEAD + "  run: goto_room kitchen\n",
+        "3:8 run must be a name of lower-case letters, digits and underscores, not 'goto_room kitchen'"
+        " | run: goto_room",
+    ),
+    "a program's way to call": (
+        HEAD + "  run: goto_room(room=kitchen)\n",
+        "3:8 run must be a name of lower-case letters, digits and underscores, not 'goto_room(room=kitchen)'"
+        " | run: goto_room",
+    ),
+    "a mission without its inputs": (
+        HEAD + "  run: goto_room\n",
+        "3:3 goto_room needs the input 'room' (label of the room or object) | with: {room: kitchen}",
+    ),
+    "a skill without its inputs": (
+        HEAD + "  robot_in_room:\n",
+        "3:3 robot_in_room needs the input 'room' (the label of the room) | robot_in_room: {room: kitchen}",
+    ),
+    "nothing to be done": (
+        HEAD + "  if: 1 < 2\n  then: {wait: 1 s}\n  else: nothing\n",
+        "5:9 'nothing' is no node | wait: 0 s, which does nothing",
+    ),
+    "a clean-up as a step": (
+        HEAD + "  sequence:\n    - wait: 1 s\n    - finally: {stop_tracker: }\n",
+        "5:7 'finally' is no node: it belongs to a node"
+        " | finally without a dash, indented like the node that it belongs to",
+    ),
+    "a key in capitals": (
+        HEAD
+        + "  sequence:\n    - get_robot_pose:\n      out: {pose: here}\n    - navigate_to: {goal: $HERE}\n",
+        "6:27 keys have lower-case letters, not $HERE in '$HERE' | $here",
     ),
     "another name for yaw": (
         HEAD + "  navigate_to: {goal: {x: 1 m, y: 2 m, theta: 90 deg}}\n",
@@ -311,3 +381,14 @@ def test_the_whole_of_what_a_message_quotes_is_marked(tmp_path: Path) -> None:
     file = tmp_path / "example.yaml"
     file.write_text(HEAD + "  wait: 1,5 s\n")
     assert "|         ^^^^^\n" in check_files([file])[0]
+
+
+@pytest.mark.parametrize("sign", list("&*|>?,]}"))
+def test_a_text_that_begins_with_a_sign_of_yaml(tmp_path: Path, sign: str) -> None:
+    file = tmp_path / "example.yaml"
+    file.write_text(f"mission: example\ndescription: {sign} all of it\ntree: {{wait: 1 s}}\n")
+    report, _ = check_files([file])
+    first, *_, worked, _ = report.splitlines()
+    assert first.endswith(f" error: not YAML: a text that begins with {sign} needs quotes")
+    assert first.startswith(f"{file}:2:1")
+    assert worked.endswith(f'= would have worked: description: "{sign} all of it"')

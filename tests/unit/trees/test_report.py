@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees._excerpt import MAX_WIDTH, marks_under, width
-from florence_bt.trees.findings import MAX_FINDINGS, Finding, limit_findings
+from florence_bt.trees.findings import MAX_FINDINGS, Finding, finding_from_error, limit_findings
 from florence_bt.trees.report import (
     MAX_MESSAGE,
     Excerpts,
@@ -17,6 +19,7 @@ from florence_bt.trees.report import (
     report_text,
     summary,
 )
+from florence_bt.trees.source import read_source
 
 FINDINGS = [
     Finding("a.yaml", 3, 5, "error", "unknown skill 'trun', 100%", ("turn",)),
@@ -140,3 +143,45 @@ def test_only_so_many_findings_of_one_file_are_kept():
     assert len(kept) == MAX_FINDINGS + 2
     assert kept[MAX_FINDINGS].message == "more than 200 problems in this file; the rest is not shown"
     assert kept[MAX_FINDINGS].severity == "error" and kept[-1].file == "b.yaml"
+
+
+HEAD = "mission: m\ndescription: In die K\u00fcche fahren\n"
+
+
+@pytest.mark.parametrize(
+    ("data", "report"),
+    [
+        (
+            HEAD.encode("latin-1"),
+            "m.yaml:2:22: error: byte 0xfc is not UTF-8; in Latin-1 it is 'ü'\n"
+            "    2 | description: In die Küche fahren\n"
+            "      |                      ^\n"
+            "      = would have worked: saving the file as UTF-8 (now it is Latin-1)",
+        ),
+        (
+            HEAD.encode()[:34] + b"\xfftz",
+            "m.yaml:2:23: error: byte 0xff is not UTF-8\n"
+            "    2 | description: In die Kü�tz\n"
+            "      |                       ^\n"
+            "      = would have worked: saving the file as UTF-8",
+        ),
+        (
+            HEAD.encode("utf-16"),
+            "m.yaml:1:1: error: the file is written in UTF-16\n"
+            "    1 | mission: m\n"
+            "      | ^^^^^^^\n"
+            "      = would have worked: saving the file as UTF-8",
+        ),
+        (
+            b"\x89PNG\r\n\x1a\n\x00\x00",
+            "m.yaml:1:1: error: the file is no text (byte 0x89 is not UTF-8)\n"
+            "      = would have worked: a text file in UTF-8",
+        ),
+    ],
+)
+def test_people_can_read_the_line_of_a_file_that_is_no_utf_8(tmp_path, monkeypatch, data, report):
+    monkeypatch.chdir(tmp_path)
+    Path("m.yaml").write_bytes(data)
+    with pytest.raises(ConfigError) as caught:
+        read_source(Path("m.yaml"))
+    assert report_full([finding_from_error(caught.value)], Excerpts()) == report

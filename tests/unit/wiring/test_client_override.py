@@ -22,6 +22,7 @@ class Client(MissionClient):
         self.obeys_from = obeys_from
         self.told = 0
         self.destroyed = False
+        self.held_up_s = 0.0
         self.node = SimpleNamespace(
             create_publisher=lambda *_: self, destroy_publisher=lambda _: setattr(self, "destroyed", True)
         )
@@ -35,7 +36,8 @@ class Client(MissionClient):
 
     def spin_until(self, done, budget_s, *, watch=None):
         if not done():
-            self.now += budget_s
+            self.now += budget_s + self.held_up_s
+            self.held_up_s = 0.0
         return done()
 
     def status(self):
@@ -45,8 +47,9 @@ class Client(MissionClient):
 
 @pytest.fixture
 def override(monkeypatch):
-    def run(answer_s=(), obeys_from=1):
+    def run(answer_s=(), obeys_from=1, held_up_s=0.0):
         client = Client(answer_s, obeys_from)
+        client.held_up_s = held_up_s
         monkeypatch.setattr(module.time, "monotonic", lambda: client.now)
         try:
             return client, client.override(True)
@@ -65,6 +68,11 @@ def test_it_stays_until_everybody_has_heard_it(override):
 def test_a_server_that_is_being_started_again_is_told_again(override):
     client, status = override([4.0 * ANSWER_BUDGET_S], obeys_from=3)
     assert OVERRIDDEN in status.blocked_by and client.told == 3
+
+
+def test_who_is_held_up_looks_once_more(override):
+    client, status = override(held_up_s=2.0 * ANSWER_BUDGET_S)
+    assert OVERRIDDEN in status.blocked_by and client.told == 1
 
 
 def test_slow_answers_are_answers(override):

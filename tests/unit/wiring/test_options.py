@@ -8,7 +8,6 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.simulation.ports import MAX_SOCKET_PATH
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.simulated import clear_ports, hardware_settings
 
@@ -68,16 +67,6 @@ def test_a_folder_that_cannot_be_written_to_is_named(tmp_path):
 def test_the_options_are_readable_for_people(tmp_path):
     text = BringUp(folder=str(tmp_path), seed=7).write().read_text()
     assert json.loads(text)["seed"] == 7 and "\n" in text
-
-
-def test_a_folder_whose_socket_would_have_too_long_a_name_is_refused():
-    tail = len("/ports/kinect")
-    longest = "/" + "x" * (MAX_SOCKET_PATH - tail - 1)
-    assert len(str(hardware_settings(BringUp(folder=longest)).kinect_socket)) == MAX_SOCKET_PATH
-    with pytest.raises(ConfigError, match=r"too long.*at least 1 bytes shorter"):
-        hardware_settings(BringUp(folder=longest + "x"))
-    with pytest.raises(ConfigError, match="too long"):
-        hardware_settings(BringUp(folder="/" + "ä" * 60))
 
 
 def test_the_ports_of_a_killed_bring_up_are_removed_and_nothing_else(tmp_path):

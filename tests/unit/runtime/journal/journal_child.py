@@ -7,7 +7,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.journal import Journal
+from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.run import Policy, Request, RunIds
 from florence_bt.testing.mocks import ScriptedSkill, Step
 from florence_bt.trees.loader import MissionLibrary
@@ -21,8 +21,12 @@ def main(folder: Path, mode: str) -> None:
     clock = ManualClock()
     work = SkillDeclaration("work", "Work")
     library = MissionLibrary.load([folder], built_in=False)
+    # What is acknowledged is safe unless that is told: this disk may take its time.
     journal = Journal(
-        folder / "runs", background=mode == "background", on_trouble=lambda text: say("trouble", text)
+        folder / "runs",
+        JournalParameters(flush_limit_s=300.0),
+        background=mode == "background",
+        on_trouble=lambda text: say("trouble", text),
     )
     skills = {"work": ScriptedSkill(work, clock, [Step(after=1.0)])}
     executor = Executor(library, skills, {"work": work}, clock, RunIds("K"), log=journal)

@@ -214,8 +214,8 @@ def test_a_disk_that_hangs_holds_an_acknowledgement_up_only_so_long(tmp_path):
     whole_run(journal, 1)
     hung = threading.Event()
     apply = journal._keeper._store.apply
-    journal._keeper._store.apply = lambda jobs: (hung.wait(10.0), apply(jobs))
-    whole_run(journal, 2)  # two acknowledgements: returns after 0.1 s, not after 10
+    journal._keeper._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
+    whole_run(journal, 2)  # two acknowledgements: returns after 0.1 s, not after 300
     hung.set()
     journal.close()
     with JournalReader(tmp_path) as reader:

@@ -1,0 +1,64 @@
+"""Random missions whose process dies at a random moment: each is taken up where it stood."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.outcome import failure, success
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import Journal
+from florence_bt.runtime.missions import MissionFolders
+from florence_bt.runtime.recovery import Recovery
+from florence_bt.runtime.run import Request, RunIds
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
+
+SEEDS = (
+    *(38, 122, 131, 156, 167, 262, 337, 361, 393, 399),
+    *(480, 484, 507, 521, 561, 572, 577, 604, 669, 673, 1018),
+)
+"""Runs that die with a clean-up beside the tree, or soon after a skill was cancelled."""
+
+
+def process(folder, seed, *, start, name):
+    """A process with scripted skills; the same seed gives the same scripts."""
+    chance = random.Random(seed + 1)
+    clock, skills = ManualClock(start), {}
+    for skill, declaration in DECLARATIONS.items():
+        outputs = {"n": chance.randrange(4)} if skill == "count" else {}
+        results = [
+            success(**outputs),
+            success(**outputs),
+            failure("broken", f"it broke {chance.random():.1f}"),
+        ]
+        steps = [
+            Step(
+                chance.choice(results),
+                after=chance.choice((0.0, 0.3, 0.7, 1.1, 2.3, 9.0)),
+                cancel_takes=chance.choice((0.0, 0.0, 0.35, 1.6)),
+            )
+            for _ in range(chance.randint(1, 6))
+        ]
+        skills[skill] = ScriptedSkill(declaration, clock, steps)
+    journal, told = Journal(folder / "runs"), []
+    missions = MissionFolders.of([folder], DECLARATIONS, built_in=False)
+    executor = Executor(missions, skills, DECLARATIONS, clock, RunIds(name), log=journal)
+    Recovery(executor, journal, DECLARATIONS, clock, told.append).begin(None)
+    return clock, executor, told
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_run_is_taken_up(tmp_path, seed):
+    (tmp_path / "sub.yaml").write_text(SUB)
+    text = Author(seed).file()
+    (tmp_path / "m.yaml").write_text(text.replace("mission: m\n", "mission: m\non_restart: resume\n"))
+    clock, executor, _ = process(tmp_path, seed, start=0.0, name="A")
+    run = executor.trigger(Request("m"))
+    clock.advance(random.Random(seed).uniform(0.01, 4.0))
+    assert not run.status.final, "it would show nothing"
+    _, executor, told = process(tmp_path, seed, start=5000.0, name="B")
+    assert "aborted" not in " ".join(told), told
+    assert (executor.current or executor.last).run_id == run.run_id
