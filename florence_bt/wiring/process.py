@@ -58,7 +58,8 @@ def main(group: str, options_file: Path, parent: int) -> int:
 
 
 def _end_before_start(number: int, frame: FrameType | None) -> None:
-    raise SystemExit(0)
+    # Nothing is open yet. An exception is lost when the signal comes amid a callback of the import machinery.
+    os._exit(0)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@ Python runs signal handlers in the main thread only; on other threads all of thi
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -14,13 +16,38 @@ from typing import Any
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Ctrl-C, a plain ``kill``, and a terminal that was closed."""
+AGAIN_AFTER_S = 0.05
+"""When a signal comes again whose exception was lost."""
 
 
 @contextmanager
 def all_like_ctrl_c() -> Iterator[None]:
-    """Let every signal that asks for the end raise KeyboardInterrupt; one that is ignored stays so."""
-    with _handlers({number: _interrupt for number in ENDING if not _is_ignored(number)}):
-        yield
+    """Let every signal that asks for the end raise KeyboardInterrupt; one that is ignored stays so.
+
+    Where Python lets no exception out (callbacks of weak references, as imports have them, and ``__del__``)
+    it comes a moment later.
+    """
+    came: list[int] = []
+    tell_lost = sys.unraisablehook
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    def come_again(lost: Any) -> None:
+        if came and lost.exc_type is KeyboardInterrupt:
+            later = threading.Timer(AGAIN_AFTER_S, os.kill, (os.getpid(), came[-1]))
+            later.daemon = True
+            later.start()
+        else:
+            tell_lost(lost)
+
+    with _handlers({number: interrupt for number in ENDING if not _is_ignored(number)}):
+        sys.unraisablehook = come_again
+        try:
+            yield
+        finally:
+            sys.unraisablehook = tell_lost
 
 
 @contextmanager
@@ -64,7 +91,3 @@ def _handlers(wanted: Mapping[signal.Signals, Any]) -> Iterator[None]:
 
 def _is_ignored(number: signal.Signals) -> bool:
     return signal.getsignal(number) is signal.SIG_IGN
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt

@@ -201,5 +201,7 @@ class System:
                 self.client.node.get_logger().error(
                     f"the process {name!r} did not end in time and was killed"
                 )
+            if self.options.simulated:
+                clear_ports(self.options)
             self.client.close()
             self._locks.close()

@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
+import time
+import weakref
 
 import pytest
 
@@ -24,6 +28,38 @@ def test_every_signal_that_asks_for_the_end_is_like_ctrl_c(number):
             signal.raise_signal(number)
     finally:
         signal.signal(number, before)
+
+
+class Thing:
+    """Something that weak references can point to."""
+
+
+def test_a_signal_is_not_lost_where_python_lets_no_exception_out():
+    hook = sys.unraisablehook
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        with pytest.raises(KeyboardInterrupt), all_like_ctrl_c():
+            thing = Thing()
+            watcher = weakref.ref(thing, lambda _: os.kill(os.getpid(), signal.SIGTERM))
+            del thing
+            assert watcher() is None
+            end = time.monotonic() + 300.0
+            while time.monotonic() < end:
+                time.sleep(0.001)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert sys.unraisablehook is hook
+
+
+def test_other_lost_exceptions_are_told_as_before(monkeypatch):
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    with all_like_ctrl_c():
+        thing = Thing()
+        watcher = weakref.ref(thing, lambda _: 1 / 0)
+        del thing
+        assert watcher() is None
+    assert [lost.exc_type for lost in told] == [ZeroDivisionError]
 
 
 def test_what_nohup_ignores_stays_ignored():

@@ -205,6 +205,28 @@ time.sleep(600)
     wait_for(lambda: not is_alive(child), "the child's end")
 
 
+def test_a_child_ends_also_when_it_is_asked_amid_a_callback_of_an_import(tmp_path):
+    # As the locks of the import machinery have one, in which an exception would be lost.
+    program = f"""
+import os, signal, sys, weakref
+import florence_bt.wiring.process as process
+class Lock: pass
+class Heavy:
+    def find_spec(self, name, path=None, target=None):
+        if name.startswith("florence_bt.ros"):
+            lock = Lock()
+            watcher = weakref.ref(lock, lambda _: os.kill(os.getpid(), signal.SIGINT))
+            del lock
+            open({str(tmp_path / "went on")!r}, "w").close()
+            os._exit(7)
+sys.meta_path.insert(0, Heavy())
+from pathlib import Path
+process.main("x", Path("options.json"), os.getppid())
+"""
+    assert subprocess.run([sys.executable, "-c", program], timeout=300).returncode == 0
+    assert not (tmp_path / "went on").exists()
+
+
 def test_a_child_whose_parent_was_gone_before_it_began_does_nothing(tmp_path):
     command = command_of("missions", tmp_path / "options.json")
     command[-1] = "1"  # not its parent
