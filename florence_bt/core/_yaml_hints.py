@@ -30,10 +30,12 @@ class Hint:
     Attributes:
         problem: What is wrong.
         valid: What would have worked.
+        of_line: Whether it is about this line alone, wherever the thing around it began.
     """
 
     problem: str
     valid: tuple[str, ...] = ()
+    of_line: bool = False
 
 
 def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
@@ -55,7 +57,8 @@ def explain(lines: list[str], line: int, column: int, problem: str) -> Hint:
     if before.endswith("$") and after.startswith("{"):
         return Hint("${...} needs quotes between { and }", ('quotes round it: "${...}"',))
     if _begins_with_quote(before):
-        return Hint("the text goes on after its closing quote", _whole_in_quotes(before, after))
+        valid = _whole_in_quotes(before, after)
+        return Hint("the text goes on after its closing quote", valid, of_line=True)
     if problem.startswith("did not find expected") and _begins_with_bracket(before) and after.strip():
         return _after_a_bracket(lines[line - 1], before.rstrip()[-1], after.strip())
     if (found := _begins_with_sign(lines[line - 1], column)) is not None:
@@ -86,7 +89,7 @@ def _begins_with_sign(line: str, column: int) -> Hint | None:
     if match is None or match["value"][0] not in _SIGNS or column > match.start("value") + 4:
         return None
     valid = _quoted(match["key"], match["value"])
-    return Hint(f"a text that begins with {match['value'][0]} needs quotes", (valid,))
+    return Hint(f"a text that begins with {match['value'][0]} needs quotes", (valid,), of_line=True)
 
 
 def _begins_with_bracket(before: str) -> bool:
@@ -104,10 +107,11 @@ def _begins_with_bracket(before: str) -> bool:
 
 def _after_a_bracket(line: str, bracket: str, after: str) -> Hint:
     if after[0] in "]}":
-        return Hint(f"a {after[0]} too many", ("the line without it",))
+        return Hint(f"a {after[0]} too many", ("the line without it",), of_line=True)
     match = _KEY.match(line)
     quoted = (f"if it is a text: {_quoted(match['key'], match['value'])}",) if match else ()
-    return Hint(f"the line goes on after the closing {bracket}", ("nothing behind it", *quoted))
+    problem = f"the line goes on after the closing {bracket}"
+    return Hint(problem, ("nothing behind it", *quoted), of_line=True)
 
 
 def _whole_in_quotes(before: str, after: str) -> tuple[str, ...]:

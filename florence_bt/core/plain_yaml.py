@@ -170,7 +170,8 @@ def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path) -> ConfigError
     if begun < position.line and _colon_is_missing(error):
         position = Position(begun, len(LINE_BREAK.split(text)[begun - 1].rstrip()) + 1)
     hint = explain(LINE_BREAK.split(text), position.line, position.column, error.problem or str(error))
-    problem = hint.problem + (f" (begun in line {begun})" if begun < position.line else "")
+    began_above = begun < position.line and not hint.of_line
+    problem = hint.problem + (f" (begun in line {begun})" if began_above else "")
     return ConfigError(
         f"not YAML: {problem}", file=path, line=position.line, column=position.column, valid=hint.valid
     )

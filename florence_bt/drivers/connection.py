@@ -111,7 +111,12 @@ class Connection(Generic[D, T]):
         self._on_open(device)
 
     def works(self) -> None:
-        """Tell that the device does its work: the problem is over, and the next pause is a short one."""
+        """Tell that the device does its work: the problem is over, and the next pause is a short one.
+
+        One that was lost in the meantime does not.
+        """
+        if self.device is None:
+            return
         self.problem = self._told = ""
         self._attempts = 0
 

@@ -12,8 +12,6 @@ from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Any
 
-from py_trees.common import Status
-
 from florence_bt.behaviours.why import Why
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
@@ -23,6 +21,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled
 from florence_bt.core.skill import Inputs
 from florence_bt.runtime.announcer import Announcer, NoLog
 from florence_bt.runtime.cleanups_in_journal import between_ticks
+from florence_bt.runtime.ends_in_journal import ends_after_leaving
 from florence_bt.runtime.events import Event, EventKind, plain
 from florence_bt.runtime.journal import JournaledEvent
 from florence_bt.runtime.journal.text import match_ends, with_one_clock
@@ -137,11 +136,14 @@ class _Replay:
                 self._tick(index, complete=event.tick < last)
             elif event.kind == EventKind.PAUSED.value:
                 self._advance(event.time, 0.0)
+                # A tick that changed nothing is not in the journal.
+                self._run.ticks = max(self._run.ticks, event.tick)
                 self._tree.pause(event.reason)
                 # Told once more when a resume was taken back: then this reason counts.
                 self._run.paused = event.reason
             elif event.kind in (EventKind.RESUMED.value, EventKind.RECOVERED.value):
                 self._advance(event.time, 0.0)
+                self._run.ticks = max(self._run.ticks, event.tick)
                 if event.kind == EventKind.RECOVERED.value:
                     self._let_go()
                 self._tree.pause(event.reason)
@@ -217,7 +219,7 @@ class _Replay:
 
     def _give_ends(self) -> None:
         """Give each recorded start the end that belongs to it."""
-        records, answered = self._records, _answered(self._events)
+        records, unseen = self._records, ends_after_leaving(self._events, self._last_change)
         for index, event in enumerate(self._events):
             if event.kind == EventKind.SKILL_STARTED.value and event.skill in self._skills:
                 records[index] = _Recorded()
@@ -228,14 +230,9 @@ class _Replay:
             if start in records and not (event.data.get("paused") and event.code != "ok"):
                 records[start].tick = event.tick
                 records[start].told_late = end > self._last_change.get(event.tick, -1)
+                records[start].in_pause = bool(event.data.get("paused"))
                 records[start].held = end in self._between.ends
-                was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value
-                records[start].after_leaving = (
-                    (was_cancelled or records[start].told_late)
-                    and not records[start].held
-                    and (event.tick, event.node) not in answered
-                    and not event.data.get("paused")
-                )
+                records[start].after_leaving = end in unseen and not records[start].held
                 records[start].result = _result(event, self._skills[event.skill].declaration)
 
 
@@ -247,6 +244,7 @@ class _Recorded:
         tick: The tick in which the end was told, or after which.
         told_late: Whether nothing else of that tick was told afterwards. A run that was left ended after it.
         held: Whether the end is that of a skill of a clean-up, not told yet: it comes between two ticks.
+        in_pause: Whether it ended well in a pause, although it was cancelled for that or left before.
         after_leaving: Whether it ended only after its node had left it: the node never saw the end.
         result: How it ended.
     """
@@ -254,6 +252,7 @@ class _Recorded:
     tick: int = 0
     told_late: bool = False
     held: bool = False
+    in_pause: bool = False
     after_leaving: bool = False
     result: Result | None = None
 
@@ -307,7 +306,8 @@ class _RecordedRun:
     def cancel(self) -> None:
         """End at once for a pause; a run that is left takes its time: others may have waited for its end."""
         if self.mission.status is RunStatus.PAUSED:
-            self.result = self.result or cancelled()
+            done = self.record.result if self.record.in_pause else None
+            self.result = self.result or done or cancelled()
         else:
             self.left = True
 
@@ -326,7 +326,7 @@ class _RecordedRun:
             self._end(self.record.result or cancelled())
 
     def _has_ended_by(self, tick: int) -> bool:
-        if self.record.held or (self.record.after_leaving and not self.left):
+        if self.record.held or ((self.record.after_leaving or self.record.in_pause) and not self.left):
             return False
         last = self.record.tick + (self.left and self.record.told_late)
         return self.result is None and self.record.result is not None and tick >= last
@@ -335,16 +335,6 @@ class _RecordedRun:
         self.result = result
         for callback in self.callbacks:
             callback()
-
-
-def _answered(events: Sequence[JournaledEvent]) -> set[tuple[int, str]]:
-    """Every tick and node in which the node ended by itself."""
-    ends = (Status.SUCCESS.value, Status.FAILURE.value)
-    return {
-        (event.tick, event.node)
-        for event in events
-        if event.kind == EventKind.NODE.value and event.new in ends
-    }
 
 
 def _told(event: JournaledEvent) -> tuple[str, ...]:

@@ -36,9 +36,12 @@ TRUTH_PERIOD_S = 0.2
 MAX_BACKLOG_S = 0.05
 """Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
 MOST_LAG_S = 0.4
-"""Simulated seconds that the scans may be behind; frames are looked up until half a second after the last."""
+"""Simulated seconds that the scans may be behind what the laser said last, and it is waited for nothing else.
+
+Frames are looked up until half a second after the last.
+"""
 PATIENCE_S = 5.0
-"""Wall seconds without a scan after which the simulated time goes on without the drivers."""
+"""Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
 WAIT_S = 0.005
 """Wall seconds between two looks whether the drivers have caught up."""
 
@@ -125,13 +128,13 @@ class SimulatorNode(FlorenceNode):
                 select.select([], [], [], wait)
             elif wait < -MAX_BACKLOG_S:
                 due = time.monotonic() - MAX_BACKLOG_S
-            if self._drivers.is_behind(server.time, time.monotonic()):
+            if self._drivers.is_behind(server.laser_spoke_at, time.monotonic()):
                 self._wait_for_drivers(server)
                 due = time.monotonic()
 
     def _wait_for_drivers(self, server: HardwareServer) -> None:
         while not self._stop.is_set():
             select.select([], [], [], WAIT_S)
-            if not self._drivers.is_behind(server.time, time.monotonic()):
+            if not self._drivers.is_behind(server.laser_spoke_at, time.monotonic()):
                 return
             server.serve()

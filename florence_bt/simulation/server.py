@@ -41,6 +41,9 @@ class HardwareServer:
         world: The simulated flat with robot and people.
         mounts: Where the sensors sit.
         settings: Ports and rates.
+
+    Attributes:
+        laser_spoke_at: Simulated seconds when bytes left the laser last.
     """
 
     def __init__(self, world: World, mounts: HardwareMounts, settings: HardwareSettings) -> None:
@@ -48,7 +51,7 @@ class HardwareServer:
         self._settings = settings
         self._mounts = mounts
         self._steps = 0
-        self._next_frame = self.time
+        self._next_frame = self.laser_spoke_at = self.time
 
     @property
     def time(self) -> float:
@@ -96,6 +99,8 @@ class HardwareServer:
             answer += emulator.poll(now)
             if answer:
                 port.write(answer)
+                if emulator is self._laser:
+                    self.laser_spoke_at = now
         self._serve_frames(now)
 
     def _serve_frames(self, now: float) -> None:

@@ -44,7 +44,7 @@ class SlowestReader:
         """Whether the simulated time has to wait.
 
         Args:
-            time: Simulated seconds now.
+            time: Simulated seconds when the hardware spoke last; what was not said is not waited for.
             wall: Wall seconds now, monotonic.
         """
         with self._lock:

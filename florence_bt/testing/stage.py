@@ -84,8 +84,7 @@ class Stage:
         """Make a mission known.
 
         Args:
-            mission: The file of a mission (those beside it that it calls come with it), a folder of them,
-                the text of one, or the name of a known one.
+            mission: A file (with those beside it that it calls), a folder, a text, or a known mission's name.
 
         Returns:
             The name of the mission; of a folder its name.
@@ -102,8 +101,7 @@ class Stage:
             return path.name
         if path.suffix not in (".yaml", ".yml"):
             return self.library.get(str(mission)).name
-        added = self.library.add_file(path)
-        if added is None:
+        if (added := self.library.add_file(path)) is None:
             raise next(f for f in self.library.findings if f.file == str(path)).as_error()
         add_neighbours([added], self.library)
         self.places_of(path.stem)

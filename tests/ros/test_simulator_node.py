@@ -32,7 +32,8 @@ class EmptyWorld:
     """Hardware that does nothing but count."""
 
     def __init__(self):
-        self.time = 0.0
+        self.time = self.laser_spoke_at = 0.0
+        self.laser_speaks = True
         self.served = 0
         self.world = SimpleNamespace(resting=False)
 
@@ -43,6 +44,8 @@ class EmptyWorld:
 
     def step(self):
         self.time += STEP_S
+        if self.laser_speaks:
+            self.laser_spoke_at = self.time
 
     def serve(self):
         self.served += 1
@@ -82,4 +85,33 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
     reached = stands_at
     ros.spin_until(lambda: waits_for(reached) and hardware.time > stands_at)
     assert reached + MOST_LAG_S < hardware.time <= reached + MOST_LAG_S + 2 * LONGEST_BURST_S
+    ros.close_node(simulator)
+
+
+def test_a_silent_laser_holds_up_nothing(ros, monkeypatch):
+    """Also one that turns slowly: no scan is late that was not sent."""
+    monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)
+    hardware = EmptyWorld()
+    driver = ros.add(FlorenceNode("driver"))
+    scans = driver.create_publisher(LaserScan, "scan", SENSOR)
+    simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
+
+    def told(stamp: float) -> None:
+        message = LaserScan()
+        message.header.stamp = stamp_to_ros(stamp)
+        scans.publish(message)
+
+    def waits() -> bool:
+        told(0.0)
+        return hardware.served > 0
+
+    ros.spin_until(waits)  # for what the laser says and nobody makes a scan of
+    hardware.laser_speaks = False
+    last = hardware.laser_spoke_at
+
+    def goes_on() -> bool:
+        told(last)
+        return hardware.time > last + 20.0
+
+    ros.spin_until(goes_on)
     ros.close_node(simulator)

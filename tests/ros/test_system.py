@@ -220,16 +220,14 @@ def test_the_verbs_and_the_services_of_a_running_system(system):
         wait_for(lambda: state() == "STOPPED", "the stop")
 
         # The document's own service; goto* replaces a running goto*.
-        answer = call(Trigger, "/florenceLocator/gotoUser")
-        assert answer.success, answer.message
-        answer = call(GotoRoom, "/florenceLocator/gotoRoom", GotoRoom.Request(room="kitchen"))
-        assert answer.success, answer.message
+        user = call(Trigger, "/florenceLocator/gotoUser")
+        room = call(GotoRoom, "/florenceLocator/gotoRoom", GotoRoom.Request(room="kitchen"))
+        assert user.success and room.success, (user.message, room.message)
         wait_for(lambda: state() == "SUCCEEDED", "the way to the kitchen")
         assert call(GetRoom, "/florenceLocator/getRobotPosRoom").room == "kitchen"
 
         done = florence("run", "goto_user", "--headless")
-        assert done.returncode == 0, done.stdout + done.stderr
-        assert "goto_user: SUCCEEDED" in done.stdout
+        assert done.returncode == 0 and "goto_user: SUCCEEDED" in done.stdout, done.stdout + done.stderr
     finally:
         plain.close()
 

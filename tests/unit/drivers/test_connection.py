@@ -140,6 +140,19 @@ def test_a_device_that_opens_but_never_works_is_tried_less_and_less(owner: Owner
     owner.connection.close()
 
 
+def test_what_was_heard_before_a_loss_does_not_end_the_problem(owner: Owner) -> None:
+    """An owner that answers before it looks at what came may lose the device over the answer."""
+    owner.waiting.append(Device())
+    owner.connection.open()
+    owner.connection.lose(DeviceLost("the plug is out"))
+    owner.connection.works()
+    assert owner.connection.problem == "the plug is out"
+    owner.clock.advance(0.5)
+    assert owner.attempts == [0.0, 0.5]
+    owner.clock.advance(0.75)
+    assert owner.attempts == [0.0, 0.5]  # the pauses go on growing
+
+
 def test_what_an_old_device_said_late_is_left_out(owner: Owner) -> None:
     first, second = Device(), Device()
     owner.waiting = [first, second]

@@ -4,6 +4,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.kinect.transport import SocketFrameSource
+from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.flat import load_flat
 from florence_bt.simulation.ports import HardwareSettings
 from florence_bt.simulation.server import HardwareServer
@@ -28,6 +29,24 @@ def test_ports_come_and_go_together(tmp_path, folder):
     assert server.truth()["time"] > 0.0 and server.truth()["people"] == {}
     server.close()
     assert not any(settings.folder.iterdir())
+
+
+def test_it_is_known_when_the_laser_spoke_last(tmp_path):
+    settings = HardwareSettings(tmp_path / "ports")
+    server = HardwareServer(World(load_flat()), hardware_mounts(), settings)
+    server.open()
+    client = SerialPort(str(settings.laser_port), 115200)
+    server.step()
+    assert server.laser_spoke_at == 0.0
+    client.write(b"VV\n")
+    while server.laser_spoke_at == 0.0:
+        server.step()
+    spoke_at = server.laser_spoke_at
+    assert spoke_at == server.time
+    server.step()
+    assert server.laser_spoke_at == spoke_at
+    client.close()
+    server.close()
 
 
 def test_when_one_port_cannot_be_made_none_is_left(tmp_path):

@@ -35,8 +35,13 @@ MISTAKES = {
     ),
     "a text that begins with a bracket": (
         "mission: example\ndescription: [draft] a round\ntree: {wait: 1 s}\n",
-        "2:22 not YAML: the line goes on after the closing ] (begun in line 1)"
+        "2:22 not YAML: the line goes on after the closing ]"
         ' | nothing behind it, if it is a text: description: "[draft] a round"',
+    ),
+    "a text that goes on after its quotes": (
+        'mission: example\ndescription: "my" example\ntree: {wait: 1 s}\n',
+        "2:19 not YAML: the text goes on after its closing quote"
+        " | quotes round the whole value: '\"my\" example'",
     ),
     "a brace too many": (
         HEAD + "  turn: {angle: 45 deg}}\n",
