@@ -46,14 +46,14 @@ def cpu_seconds(pid):
 
 
 @contextmanager
-def other_process(log, *arguments):
+def other_process(log, *arguments, end_by=signal.SIGTERM):
     """``ros_hops`` beside us."""
     script = Path(__file__).with_name("ros_hops.py")
     process = subprocess.Popen([sys.executable, script, *arguments], stdout=log, stderr=log)
     try:
         yield process
     finally:
-        process.send_signal(signal.SIGTERM)
+        process.send_signal(end_by)
         process.wait(PATIENCE_S)
 
 
@@ -66,7 +66,8 @@ def client(request, monkeypatch, tmp_path):
         log = stack.enter_context((tmp_path / "server.log").open("w"))
         more = getattr(request, "param", ())
         server = stack.enter_context(other_process(log, tmp_path, *more))
-        stock = stack.enter_context(other_process(log, "stock", *more))
+        # ``rclpy.spin`` can miss a SIGTERM and wait on.
+        stock = stack.enter_context(other_process(log, "stock", *more, end_by=signal.SIGKILL))
         made = stack.enter_context(MissionClient("bench"))
         made.other, made.stock, made.folder = server, stock, tmp_path
         yield made
