@@ -18,6 +18,8 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Ctrl-C, a plain ``kill``, and a terminal that was closed."""
 AGAIN_AFTER_S = 0.05
 """When a signal comes again whose exception was lost."""
+_onces: list[list[int]] = []
+"""For each block of :func:`once`, the outermost first, the signal that interrupted it."""
 
 
 @contextmanager
@@ -31,11 +33,16 @@ def all_like_ctrl_c() -> Iterator[None]:
     tell_lost = sys.unraisablehook
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        came.append(number)
+        if _onces and _onces[-1]:
+            return  # the end has begun
+        for block in (came, *_onces[-1:]):
+            block.append(number)
         raise KeyboardInterrupt
 
     def come_again(lost: Any) -> None:
         if came and lost.exc_type is KeyboardInterrupt:
+            for block in _onces[-1:]:
+                block.clear()
             later = threading.Timer(AGAIN_AFTER_S, os.kill, (os.getpid(), came[-1]))
             later.daemon = True
             later.start()
@@ -48,6 +55,19 @@ def all_like_ctrl_c() -> Iterator[None]:
             yield
         finally:
             sys.unraisablehook = tell_lost
+
+
+@contextmanager
+def once() -> Iterator[None]:
+    """Let one signal interrupt the block (within :func:`all_like_ctrl_c`); those that follow change nothing.
+
+    For what must be taken down when it is interrupted: the impatient press again before that has begun.
+    """
+    _onces.append([])
+    try:
+        yield
+    finally:
+        _onces.pop()
 
 
 @contextmanager

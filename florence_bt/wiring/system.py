@@ -16,7 +16,7 @@ from florence_bt.wiring.make_safe import BaseSafety
 from florence_bt.wiring.make_safe_port import stop_base
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.preflight import check_options
-from florence_bt.wiring.signals import deaf
+from florence_bt.wiring.signals import deaf, once
 from florence_bt.wiring.simulated import clear_ports
 from florence_bt.wiring.supervisor import ProcessDied, Supervisor
 from florence_bt.wiring.topology import BASE, MISSIONS, groups
@@ -58,10 +58,12 @@ class System:
             self._safety: BaseSafety | None = None
             self._starting_again = ""
             self._going_down = False
+            self._interrupts = ExitStack()
             self._locks = stack.pop_all()
 
     def __enter__(self) -> System:
         """Start the processes; they are not ready yet."""
+        self._interrupts.enter_context(once())
         try:
             self._supervisor.start(groups(self.options))
         except BaseException:
@@ -205,3 +207,4 @@ class System:
                 clear_ports(self.options)
             self.client.close()
             self._locks.close()
+            self._interrupts.close()

@@ -6,10 +6,11 @@ import sys
 import threading
 import time
 import weakref
+from contextlib import nullcontext
 
 import pytest
 
-from florence_bt.wiring.signals import all_like_ctrl_c, deaf, held_back
+from florence_bt.wiring.signals import all_like_ctrl_c, deaf, held_back, once
 
 
 @pytest.fixture(autouse=True)
@@ -34,20 +35,45 @@ class Thing:
     """Something that weak references can point to."""
 
 
-def test_a_signal_is_not_lost_where_python_lets_no_exception_out():
+@pytest.fixture
+def own_handlers():
+    """The tests themselves may run under nohup."""
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_the_impatient_interrupt_a_block_once(own_handlers):
+    done = []
+    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c(), once():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.raise_signal(number)
+            with held_back() as came:
+                signal.raise_signal(signal.SIGINT)
+                assert came()
+            done.append("all of the end")
+    assert done
+    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c():
+        with once():
+            done.append("nothing came")
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("block", [nullcontext, once])
+def test_a_signal_is_not_lost_where_python_lets_no_exception_out(own_handlers, block):
     hook = sys.unraisablehook
-    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    try:
-        with pytest.raises(KeyboardInterrupt), all_like_ctrl_c():
-            thing = Thing()
-            watcher = weakref.ref(thing, lambda _: os.kill(os.getpid(), signal.SIGTERM))
-            del thing
-            assert watcher() is None
-            end = time.monotonic() + 300.0
-            while time.monotonic() < end:
-                time.sleep(0.001)
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c(), block():
+        thing = Thing()
+        watcher = weakref.ref(thing, lambda _: os.kill(os.getpid(), signal.SIGINT))
+        del thing
+        assert watcher() is None
+        end = time.monotonic() + 300.0
+        while time.monotonic() < end:
+            time.sleep(0.001)
     assert sys.unraisablehook is hook
 
 
