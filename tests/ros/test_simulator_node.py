@@ -54,11 +54,11 @@ class EmptyWorld:
         return {}
 
 
-def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
+def simulator_beside_a_driver(ros, monkeypatch):
+    """The world, the simulator over it, a driver's publisher of scans, and what publishes one of a stamp."""
     monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)  # whatever holds this machine up
     hardware = EmptyWorld()
-    driver = ros.add(FlorenceNode("driver"))
-    scans = driver.create_publisher(LaserScan, "scan", SENSOR)
+    scans = ros.add(FlorenceNode("driver")).create_publisher(LaserScan, "scan", SENSOR)
     simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
 
     def told(stamp: float) -> None:
@@ -66,6 +66,11 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
         message.header.stamp = stamp_to_ros(stamp)
         scans.publish(message)
 
+    return hardware, simulator, scans, told
+
+
+def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
+    hardware, simulator, scans, told = simulator_beside_a_driver(ros, monkeypatch)
     slow = itertools.count()
 
     def waits_for(stamp: float) -> bool:
@@ -90,16 +95,7 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
 
 def test_a_silent_laser_holds_up_nothing(ros, monkeypatch):
     """Also one that turns slowly: no scan is late that was not sent."""
-    monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)
-    hardware = EmptyWorld()
-    driver = ros.add(FlorenceNode("driver"))
-    scans = driver.create_publisher(LaserScan, "scan", SENSOR)
-    simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
-
-    def told(stamp: float) -> None:
-        message = LaserScan()
-        message.header.stamp = stamp_to_ros(stamp)
-        scans.publish(message)
+    hardware, simulator, _, told = simulator_beside_a_driver(ros, monkeypatch)
 
     def waits() -> bool:
         told(0.0)
