@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
+from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.wiring.signals import all_like_ctrl_c
 
-OK, FAILED, USAGE, NOT_THERE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT_CODES = (
     "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
     "configuration; 3 the system is not there, did not come up or broke down; 130 interrupted (Ctrl-C)."

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FAILED, OK, app, errors_to_exit_codes, key_values
+from florence_bt.cli._common import EXIT_CODES, app, errors_to_exit_codes, key_values
+from florence_bt.cli.exit_codes import FAILED, OK
 
 
 class PolicyChoice(StrEnum):
@@ -121,20 +122,20 @@ def resume(
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")
 def override() -> None:
-    """Stop everything at once and refuse every mission until `florence release`: the robot is yours."""
+    """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.remote import set_override
+        from florence_bt.wiring.switch_override import switch_override
 
-        typer.echo(set_override(True))
+        typer.echo(switch_override(True))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
 def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.remote import set_override
+        from florence_bt.wiring.switch_override import switch_override
 
-        typer.echo(set_override(False))
+        typer.echo(switch_override(False))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FAILED, OK, FolderOption, app, errors_to_exit_codes
+from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
+from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
 PersonOption = Annotated[

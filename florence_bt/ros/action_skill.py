@@ -52,7 +52,11 @@ class _Client(ActionClient):
 
 
 class ActionSkill:
-    """A skill whose runs are goals of an action."""
+    """A skill whose runs are goals of an action.
+
+    Attributes:
+        action: The action's name.
+    """
 
     def __init__(
         self,
@@ -83,7 +87,8 @@ class ActionSkill:
         self._to_result = to_result
         self._to_feedback = to_feedback
         self._deadlines = deadlines or Deadlines()
-        self._runs: list[ActionRun] = []
+        self._runs: dict[bytes, ActionRun] = {}
+        self.action = name
         self._client = _Client(node, action_type, name)
         self._label = f"action {node.resolve_service_name(name)} ({_type_name(action_type)})"
         node.on_close(self._shut_down)
@@ -108,9 +113,15 @@ class ActionSkill:
         channel = _Channel(self._node, self._client, goal, self._read_result, self._to_feedback)
         run = ActionRun(self._node.timebase, channel, self._deadlines, self._label, self._node.steady)
         channel.run = run
-        self._runs = [one for one in self._runs if one.poll() is None or one.goal_open]
-        self._runs.append(run)
+        self._runs = {
+            goal_id: one for goal_id, one in self._runs.items() if one.poll() is None or one.goal_open
+        }
+        self._runs[channel.goal_id] = run
         return run
+
+    def goal_ids(self) -> set[bytes]:
+        """The ids of the goals of runs that go on."""
+        return {goal_id for goal_id, run in self._runs.items() if run.poll() is None}
 
     def _read_result(self, response: Any) -> Result:
         outcome = _OUTCOMES.get(response.status)
@@ -121,11 +132,11 @@ class ActionSkill:
         return self._to_result(response.result, outcome)
 
     def _shut_down(self) -> None:
-        for run in self._runs:
+        for run in self._runs.values():
             run.shut_down()
 
     def _goals_are_over(self) -> bool:
-        return not any(run.goal_open for run in self._runs)
+        return not any(run.goal_open for run in self._runs.values())
 
 
 class _Channel:
@@ -149,6 +160,10 @@ class _Channel:
         self._servers: set[bytes] = set()
         self._handle: ClientGoalHandle | None = None
         self.run: ActionRun | None = None
+
+    @property
+    def goal_id(self) -> bytes:
+        return bytes(self._id.uuid)
 
     def server_is_there(self) -> bool:
         return bool(self._client.server_is_ready())
@@ -198,7 +213,7 @@ class _Channel:
 
     def _stop_answer(self, answer: CancelGoal.Response) -> StopAnswer:
         promised = [bytes(info.goal_id.uuid) for info in answer.goals_canceling]
-        if answer.return_code == CancelGoal.Response.ERROR_NONE and bytes(self._id.uuid) not in promised:
+        if answer.return_code == CancelGoal.Response.ERROR_NONE and self.goal_id not in promised:
             return StopAnswer.REFUSED  # as servers of rclpy say it
         return _STOP_ANSWERS.get(answer.return_code, StopAnswer.REFUSED)
 

@@ -29,7 +29,7 @@ from florence_bt.trees.loader import MissionLibrary
 __all__ = ["END_LIMIT_S", "QUEUE_LIMIT", "Executor", "RequestRefused"]
 
 OVERRIDE = "manual override"
-"""The name under which the override blocks, also in the log: it outlives the process."""
+"""The name under which the override blocks."""
 QUEUE_LIMIT = 50
 """How many runs may wait for their turn."""
 
@@ -241,7 +241,6 @@ class Executor(RunsInSight):
         if self._active is not None:
             self._active.keep_off(f"manual override: {reason}")
         self.stop_all(f"manual override: {reason}")
-        self._announcer.log.note(OVERRIDE, reason)
 
     def release(self) -> bool:
         """Let missions start again after :meth:`override`; what was stopped stays stopped.
@@ -251,8 +250,6 @@ class Executor(RunsInSight):
         """
         was_on = OVERRIDE in self._blocks
         self.block(OVERRIDE, None)
-        if was_on:
-            self._announcer.log.note(OVERRIDE, "")
         return was_on
 
     def block(self, who: str, reason: str | None) -> None:

@@ -15,7 +15,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.skill import SkillRun
 from florence_bt.runtime.events import EventKind
-from florence_bt.runtime.executor import OVERRIDE, Executor
+from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournaledEvent, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import with_one_clock
 from florence_bt.runtime.journal.tree_text import tree_from_events
@@ -113,14 +113,10 @@ class Recovery:
             return False
         with JournalReader(self._journal.folder) as reader:
             self._past = [LeftRun(row, tuple(reader.events(row.run_id))) for row in reader.unfinished()]
-            overridden = reader.note(OVERRIDE)
             latest = reader.runs(1)
         if latest and latest[0].status.final:
             # Who asks for the last run after a restart means this one.
             self._executor.last = latest[0].as_run()
-        if overridden:
-            self._executor.override(overridden)
-            self._tell(f"the manual override is still on: {overridden}")
         return bool(self._past)
 
     def _look(self) -> None:

@@ -22,13 +22,13 @@ from florence_interfaces.srv import (
     StopMission,
 )
 from rclpy.signals import SignalHandlerOptions
-from std_msgs.msg import Bool, String
+from std_msgs.msg import String
 
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.qos import LATCHED
 from florence_bt.wiring.locks import bring_up_here
 from florence_bt.wiring.signals import held_back
 
@@ -41,14 +41,10 @@ BUSY_BUDGET_S = 25.0
 mission server again, or the machine is busy."""
 _TRIES = 3
 """How often a question that may be repeated is asked within the time for its answer."""
-EVERYONE_S = 1.0
-"""Wall seconds in which everybody who listens to the override comes in sight of a new publisher."""
 LAST_WORDS_S = 0.2
 """Wall seconds for the last messages of a node that was served."""
 RELOAD_BUDGET_S = 30.0
 """Wall seconds for the answer to a reload: every mission that changed is checked."""
-OVERRIDE_TOPIC = "florenceLocator/manualOverride"
-"""The document's topic (REFERENCE 11.1, table 11)."""
 ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
 OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
@@ -269,41 +265,6 @@ class MissionClient:
     def missions(self) -> Any:
         """The missions that the mission server has, with their inputs; see ListMissions."""
         return self.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
-
-    def override(self, on: bool) -> Any:
-        """Switch the manual override and wait until it has taken effect and everybody has heard it.
-
-        Returns:
-            The status of the mission server afterwards.
-
-        Raises:
-            SystemNotThere: No mission server is there to obey.
-            DeviceTimeout: It has not obeyed.
-        """
-        publisher = self.node.create_publisher(Bool, OVERRIDE_TOPIC, RELIABLE)
-        try:
-            # The button first, questions later: somebody presses it because the robot moves.
-            self.spin_until(lambda: publisher.get_subscription_count() > 0, ANSWER_BUDGET_S)
-            publisher.publish(Bool(data=on))
-            told, end, asked = time.monotonic(), None, 0.0
-            listeners = publisher.get_subscription_count()
-            # Once more after a hold-up, too: what was asked before it is no news.
-            while end is None or asked < end:
-                asked = time.monotonic()
-                status = self.status()
-                # From the first answer on: the mission server may just be being started again.
-                end = end or time.monotonic() + ANSWER_BUDGET_S
-                obeyed = (OVERRIDDEN in status.blocked_by) == on
-                if obeyed and asked >= told + EVERYONE_S:
-                    return status
-                if not obeyed or publisher.get_subscription_count() > listeners:
-                    # Sent before the mission server, or somebody else who obeys it, was in sight.
-                    listeners, told = publisher.get_subscription_count(), time.monotonic()
-                    publisher.publish(Bool(data=on))
-                self.spin_until(lambda: False, 0.1)
-        finally:
-            self.node.destroy_publisher(publisher)
-        raise DeviceTimeout(f"the mission server did not obey within {ANSWER_BUDGET_S:.0f} s")
 
     def _on_tree(self, message: String) -> None:
         self.tree = message.data

@@ -1,24 +1,23 @@
 """Makes the robot stand still without any mission: cancels all goals, commands zero, waits until it stands.
 
-For the manual override, and for the first moment after a crash: the goals of the process that died may still
-be running on their servers (docs/runtime.md, restart).
+For the first moment after a crash: the goals of the process that died may still be running on their servers
+(docs/runtime.md, restart).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.skill import Event, Phase, RunState
-from florence_bt.ros.cancel_all import CancelAll
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import RELIABLE, SENSOR
 
-MOVING_ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
-"""The actions of the shipped skills."""
 LIMIT_S = 15.0
 """How long to wait for the answers and for the base to stand, in steady time."""
 SEARCH_S = 3.0
@@ -36,24 +35,15 @@ class BaseSafety:
 
     Args:
         node: The node that talks to the servers and to the base.
-        actions: The actions whose goals move the robot.
+        goals: The goals that move the robot.
         limit_s: How long :meth:`make_safe` takes at most, in steady time.
     """
 
-    def __init__(
-        self, node: FlorenceNode, actions: Sequence[str] = MOVING_ACTIONS, limit_s: float = LIMIT_S
-    ) -> None:
+    def __init__(self, node: FlorenceNode, goals: OpenGoals, limit_s: float = LIMIT_S) -> None:
         self._node = node
         self._limit_s = limit_s
-        self._goals = CancelAll(node, actions)
+        self._goals = goals
         self._velocity = node.create_publisher(Twist, "cmd_vel", RELIABLE)
-
-    def stop_now(self) -> None:
-        """Cancel every goal and command zero once; whoever drives by hand is free to go on."""
-        for action in self._goals.actions:
-            if self._goals.there(action):
-                self._goals.ask(action)
-        self._velocity.publish(Twist())
 
     def make_safe(self) -> StandStill:
         """Stop everything and watch the base until it stands."""
@@ -64,7 +54,7 @@ class StandStill:
     """A run that ends when all goals are cancelled and the base stands; in any case within its limit."""
 
     def __init__(
-        self, node: FlorenceNode, goals: CancelAll, command_zero: Callable[[], None], limit_s: float
+        self, node: FlorenceNode, goals: OpenGoals, command_zero: Callable[[], None], limit_s: float
     ) -> None:
         self._node = node
         self._goals = goals
@@ -102,10 +92,10 @@ class StandStill:
         if self._state.phase is Phase.DONE:
             return
         for action in tuple(self._unasked):
-            if self._goals.there(action):
+            if self._goals.server_is_there(action):
                 self._unasked.remove(action)
                 self._unanswered.append(action)
-                self._goals.ask(action, lambda action=action: self._answered(action))  # type: ignore[misc]
+                self._goals.cancel_all(action, partial(self._answered, action))
         self._command_zero()
         now = self._node.steady.now()
         if now >= self._search_until:

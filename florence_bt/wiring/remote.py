@@ -1,4 +1,4 @@
-"""What the verbs of the command line do on a running system: run, look, stop, pause, override, reload.
+"""What the verbs of the command line do on a running system: run, look, stop, pause, reload.
 
 ``stop`` must be quick: what only some verbs need, such as the drawing of trees, is imported by those.
 """
@@ -97,6 +97,7 @@ def _print_tree(tree: str, console: Console) -> None:
 
 def _what_waits(status: Any) -> list[str]:
     lines = [f"no mission may start: {status.blocked_by}"] if status.blocked_by else []
+    lines += [f"no mission owns the goal of {goal}; florence stop ends it" for goal in status.unowned_goals]
     return [*lines, f"waiting: {', '.join(status.waiting)}"] if status.waiting else lines
 
 
@@ -119,17 +120,6 @@ def resume_mission(run_id: str) -> tuple[bool, str]:
     with MissionClient() as client:
         answer = client.resume(run_id)
         return bool(answer.success), str(answer.message)
-
-
-def set_override(on: bool) -> str:
-    """Switch the manual override; gives a message. See ``MissionClient.override`` for the errors."""
-    with MissionClient() as client:
-        after = client.override(on)
-        if not on:
-            blocked = f"; still blocked: {after.blocked_by}" if after.blocked_by else ""
-            return f"the manual override is off, missions may start again; what was stopped stays so{blocked}"
-        run = f"; {after.run_id}: {after.state}" if after.found else ""
-        return f"the manual override is on: nothing may start until florence release{run}"
 
 
 def reload_missions() -> tuple[bool, str]:

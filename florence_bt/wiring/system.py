@@ -10,7 +10,8 @@ from pathlib import Path
 from types import TracebackType
 
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.wiring.client import ACTIVE_STATES, MissionClient
+from florence_bt.ros.open_goals import OpenGoals
+from florence_bt.wiring.client import ACTIONS, ACTIVE_STATES, MissionClient
 from florence_bt.wiring.locks import lock_domain, lock_folder
 from florence_bt.wiring.make_safe import BaseSafety
 from florence_bt.wiring.make_safe_port import stop_base
@@ -177,7 +178,7 @@ class System:
 
     def _hold_still(self) -> None:
         """Cancel what moves the robot and command zero until it stands; works while the client spins."""
-        self._safety = self._safety or BaseSafety(self.client.node)
+        self._safety = self._safety or BaseSafety(self.client.node, OpenGoals(self.client.node, ACTIONS))
         self._safety.make_safe()
 
     def _tell_the_runs(self, death: ProcessDied) -> None:

@@ -39,7 +39,10 @@ and the base is stopped by its driver before its port goes away."""
 MISSIONS, BASE = "missions", "hardware"
 """The processes of the mission server and of the base's driver."""
 
-REMAPPINGS = ("turtlebot_node:cmd_vel:=filtered_cmd_vel",)
+REMAPPINGS = (
+    "turtlebot_node:cmd_vel:=filtered_cmd_vel",
+    "turtlebot_node:manual_cmd_vel:=filtered_manual_cmd_vel",
+)
 """The base obeys the velocity filter, not the planners (REFERENCE 6.5, wiring)."""
 
 Factory = Callable[[], "FlorenceNode"]
@@ -141,8 +144,9 @@ def _hardware(settings: _Settings) -> list[Factory]:
             "laser": str(simulated.laser_port),
             "kinect": str(simulated.kinect_socket),
         }
+    base = {"port": ports["base"], "override_file": str(Path(settings.options.folder) / "manual_override")}
     return [
-        partial(TurtlebotNode, parameters=settings.of("turtlebot_node", port=ports["base"])),
+        partial(TurtlebotNode, parameters=settings.of("turtlebot_node", **base)),
         partial(HokuyoNode, parameters=settings.of("hokuyo_node", port=ports["laser"])),
         partial(KinectNode, parameters=settings.of("kinect_node", source=ports["kinect"])),
         partial(KinectMotorNode, parameters=settings.of("kinect_aux"), **motor),

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from florence_bt.cli import app
+from florence_bt.cli.application import app
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.camera import View
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters

@@ -252,14 +252,10 @@ MISSIONS = {
 
 
 class FakeSafety:
-    """Counts how often the base was stopped; making safe is done at once."""
+    """Making safe is done at once."""
 
     def __init__(self):
-        self.stops = 0
         self.made_safe = 0
-
-    def stop_now(self):
-        self.stops += 1
 
     def make_safe(self):
         from florence_bt.core.outcome import success
@@ -298,7 +294,7 @@ class MissionBench:
             MissionNode(
                 make_skills,
                 {"drive": DRIVE},
-                make_safety=lambda node: self.safety,
+                make_safety=lambda node, goals: self.safety,
                 on_recorded=self.recorded.append,
                 parameters={"runs_folder": str(self.runs), "mission_folders": (str(missions),)},
             )
@@ -355,11 +351,13 @@ class MissionBench:
         return self.call(ResumeMission, "resume", run_id=run_id)
 
     def override(self, on):
+        """Say what the base's driver would say."""
         from std_msgs.msg import Bool
 
+        from florence_bt.ros.qos import LATCHED
+
         if not hasattr(self, "_override"):
-            self._override = self.node.create_publisher(Bool, "florenceLocator/manualOverride", 10)
-            self.ros.spin_until(lambda: self._override.get_subscription_count(), what="the override")
+            self._override = self.node.create_publisher(Bool, "manual_override", LATCHED)
         self._override.publish(Bool(data=on))
 
     def stop(self, run_id=""):

@@ -195,7 +195,7 @@ def step(ros: Any, node: VelocityFilterNode, driver: Driver, seconds: float = 0.
 def send(ros: Any, node: VelocityFilterNode, driver: Driver, speed: float) -> float:
     """Send a command to a filter at rest, wait until it has come, and give the first speed."""
     driver.command.publish(Twist(linear=Vector3(x=speed)))
-    ros.spin_until(lambda: node.ticker.running)
+    ros.spin_until(lambda: node.tickers["cmd_vel"].running)
     return step(ros, node, driver)
 
 
@@ -232,6 +232,28 @@ def test_a_hard_stop_holds_until_it_is_released(driven: Any) -> None:
         return step(ros, node, driver) > 0.0
 
     ros.spin_until(moves)
+
+
+def test_who_drives_by_hand_has_a_filter_of_their_own(driven: Any) -> None:
+    ros, node, driver = driven
+    heard: list[float] = []
+    driver.create_subscription(
+        Twist, "filtered_manual_cmd_vel", lambda message: heard.append(message.linear.x), RELIABLE
+    )
+    manual = driver.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+    ros.spin_until(
+        lambda: manual.get_subscription_count() and node.count_subscribers("filtered_manual_cmd_vel")
+    )
+    manual.publish(Twist(linear=Vector3(x=0.1)))
+    ros.spin_until(lambda: node.tickers["manual_cmd_vel"].running)
+    for speed in (0.02, 0.04):
+        count = len(heard)
+        driver.set_time(driver.time + 0.02)
+        ros.spin_until(lambda count=count: len(heard) > count)
+        assert heard[-1] == pytest.approx(speed)
+    assert driver.heard == []
+    answer = driver.stop.call_async(SetBool.Request(data=True))
+    ros.spin_until(lambda: answer.done() and heard[-1] == 0.0, what="the hard stop of the drive by hand")
 
 
 def test_the_velocity_filter_ends_with_a_zero(driven: Any) -> None:

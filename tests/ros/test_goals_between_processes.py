@@ -170,6 +170,7 @@ def test_a_process_that_is_ended_during_its_run(ros, start_process, thinks_s):
 def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else(ros, client, start_process):
     from nav_msgs.msg import Odometry
 
+    from florence_bt.ros.open_goals import OpenGoals
     from florence_bt.wiring.make_safe import BaseSafety
 
     server = start_process("-c", SERVER, "0")
@@ -181,7 +182,7 @@ def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else
     from geometry_msgs.msg import Twist
 
     client.create_subscription(Twist, "cmd_vel", commands.append, 10)
-    safety = BaseSafety(client, ["spin", "nobody_serves_this"], limit_s=300.0)
+    safety = BaseSafety(client, OpenGoals(client, ["spin", "nobody_serves_this"]), limit_s=300.0)
     run = safety.make_safe()
     moving = Odometry()
     moving.twist.twist.linear.x = 0.2
@@ -199,9 +200,11 @@ def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else
 
 
 def test_a_base_that_tells_nothing_is_not_known_to_be_safe(ros, client):
+    from florence_bt.ros.open_goals import OpenGoals
     from florence_bt.wiring.make_safe import BaseSafety
 
-    result = ros.spin_until(BaseSafety(client, ["spin"], limit_s=0.3).make_safe().poll)
+    goals = OpenGoals(client, ["spin"])
+    result = ros.spin_until(BaseSafety(client, goals, limit_s=0.3).make_safe().poll)
     assert result.code == "timed_out" and "no odometry" in result.reason
 
 

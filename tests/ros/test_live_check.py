@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from florence_bt.cli import NOT_THERE
+from florence_bt.cli.exit_codes import NOT_THERE
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import success
 from florence_bt.trees import lint

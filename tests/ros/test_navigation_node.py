@@ -21,6 +21,7 @@ from nav_msgs.srv import GetMap
 from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_msgs.msg import Bool
 
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.ros.conversions import (
@@ -36,6 +37,7 @@ from florence_bt.ros.conversions import (
     twist_from_ros,
 )
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.localise.node import LocaliserNode
@@ -330,6 +332,34 @@ def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:
     scene.play_until(
         lambda: scene.robot.world.pose.distance_to(goal) < 0.06 and scene.robot.world.twist.is_zero()
     )
+
+
+def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> None:
+    scene.add_navigation()
+    goals = OpenGoals(scene.client, ["navigate_to_pose"])
+    override = scene.client.create_publisher(Bool, "manual_override", LATCHED)
+    publisher = scene.client.create_publisher(PoseStamped, "goal_pose", RELIABLE)
+    scene.ros.spin_until(lambda: publisher.get_subscription_count() and override.get_subscription_count())
+    publisher.publish(to(Pose2(3.0, 2.4)).pose)
+    scene.play_until(lambda: scene.robot.world.twist.linear > 0.2)
+    assert len(goals.open()) == 1
+    override.publish(Bool(data=True))
+    scene.ros.spin_until(lambda: scene.robot.commands[-1].linear.x == 0.0, what="the stop")
+    scene.ros.spin_until(lambda: not goals.open(), what="the end of the goal")
+    commands = len(scene.robot.commands)
+    publisher.publish(to(Pose2(3.0, 2.4)).pose)
+    refused = scene.send(scene.poses, to(Pose2(3.0, 2.4)))
+    end = scene.robot.world.now + 1.0
+    scene.play_until(lambda: scene.robot.world.now > end)
+    assert not refused.accepted and len(scene.robot.commands) == commands
+    override.publish(Bool(data=False))
+    scene.ros.spin_until(lambda: not scene.navigation._overridden, what="the release")
+    scene.play_until(lambda: scene.robot.world.now > end + 1.0)
+    assert len(scene.robot.commands) == commands, "what was stopped stays so"
+    publisher.publish(to(Pose2(3.0, 2.4)).pose)
+    scene.play_until(lambda: scene.robot.world.twist.linear > 0.2)
+    goals.cancel(*goals.open())
+    scene.play_until(lambda: scene.robot.world.twist.is_zero() and not goals.open())
 
 
 def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:

@@ -19,11 +19,12 @@ from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, JointState
+from std_msgs.msg import Bool
 
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.drivers.turtlebot.report import Pace
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
@@ -120,6 +121,12 @@ class Listener(FlorenceNode):
             self.create_subscription(kind, topic, self.seen[topic].append, RELIABLE)
         self.transforms = TransformListener(self)
         self.command = self.create_publisher(Twist, "cmd_vel", RELIABLE)
+        self.manual = self.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
+        self.switch = self.create_publisher(Bool, "florenceLocator/manualOverride", RELIABLE)
+        self.overridden: list[bool] = []
+        self.create_subscription(
+            Bool, "manual_override", lambda message: self.overridden.append(message.data), LATCHED
+        )
 
     def newest(self, topic: str) -> Any:
         return self.seen[topic][-1] if self.seen[topic] else None
@@ -127,10 +134,10 @@ class Listener(FlorenceNode):
     def diagnoses(self) -> list[Any]:
         return list(self.newest("diagnostics").status) if self.seen["diagnostics"] else []
 
-    def drive(self, linear: float, angular: float) -> None:
+    def drive(self, linear: float, angular: float, *, by_hand: bool = False) -> None:
         message = Twist()
         message.linear.x, message.angular.z = linear, angular
-        self.command.publish(message)
+        (self.manual if by_hand else self.command).publish(message)
 
 
 def call(ros: Any, listener: Listener, kind: Any, name: str, **fields: int) -> Any:
@@ -229,6 +236,55 @@ def test_bad_commands_stop(ros: Any, device: Device, tmp_path: Path) -> None:
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
     ros.spin_until(lambda: [listener.drive(math.nan, 0.0), device.wheels == (0.0, 0.0)][1])
     ros.spin_until(lambda: [listener.drive(50.0, 0.0), device.wheels == (0.5, 0.5)][1])
+
+
+def test_the_override_stops_the_base_and_leaves_it_to_the_person_who_drives_by_hand(
+    ros: Any, device: Device, tmp_path: Path
+) -> None:
+    _, listener = start(ros, tmp_path, override_file=str(tmp_path / "override"))
+
+    def drives(speed: float) -> bool:
+        listener.drive(0.2, 0.0)
+        listener.drive(0.1, 0.0, by_hand=True)
+        return device.wheels == (speed, speed)
+
+    ros.spin_until(lambda: drives(0.2), what="the drive; nobody drives by hand now")
+    ros.spin_until(lambda: listener.switch.get_subscription_count() and listener.overridden == [False])
+    listener.switch.publish(Bool(data=True))
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.0, 0.0)][1], what="the stop")
+    assert ros.spin_until(lambda: listener.overridden[-1]) and (tmp_path / "override").exists()
+    for _ in range(20):
+        listener.drive(0.2, 0.0)
+        ros.spin_for(0.02)
+        assert device.wheels == (0.0, 0.0), "while the override is on, nobody else drives the base"
+    ros.spin_until(lambda: drives(0.1), what="the drive by hand")
+    # The button again stops the person, too, until the next command.
+    listener.switch.publish(Bool(data=True))
+    ros.spin_until(lambda: device.wheels == (0.0, 0.0), what="the stop of the drive by hand")
+    assert listener.overridden[-1]
+    listener.switch.publish(Bool(data=False))
+    ros.spin_until(lambda: not listener.overridden[-1] and not (tmp_path / "override").exists())
+    ros.spin_until(lambda: drives(0.2), what="the drive after the release")
+
+
+def test_the_override_outlives_the_driver_whatever_is_in_its_file(
+    ros: Any, device: Device, tmp_path: Path
+) -> None:
+    file = tmp_path / "override"
+    node, listener = start(ros, tmp_path, override_file=str(file))
+    ros.spin_until(lambda: listener.switch.get_subscription_count() and listener.overridden == [False])
+    listener.switch.publish(Bool(data=True))
+    ros.spin_until(lambda: listener.overridden == [False, True])
+    ros.close_node(node)
+    file.write_bytes(b"\xff\x00 damaged")
+    _, listener = start(ros, tmp_path, override_file=str(file))
+    ros.spin_until(lambda: listener.overridden, what="what the new driver says")
+    assert listener.overridden == [True]
+    ros.spin_until(lambda: [listener.drive(0.2, 0.0), listener.newest("odom")][1])
+    for _ in range(20):
+        listener.drive(0.2, 0.0)
+        ros.spin_for(0.02)
+        assert device.wheels == (0.0, 0.0)
 
 
 def test_the_plug_is_pulled_and_put_back(ros: Any, device: Device, tmp_path: Path) -> None:

@@ -9,7 +9,8 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from florence_bt.cli import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE, app
+from florence_bt.cli.application import app
+from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.trees.loader import BUILT_IN
 
@@ -170,7 +171,7 @@ def test_every_error_has_its_exit_code_and_one_line(florence, monkeypatch, error
 
 PROGRAM = """
 import sys
-from florence_bt.cli import app
+from florence_bt.cli.application import app
 try:
     app(sys.argv[1:], prog_name="florence")
 except SystemExit as end:

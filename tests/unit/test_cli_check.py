@@ -7,7 +7,8 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from florence_bt.cli import FAILED, OK, USAGE, app
+from florence_bt.cli.application import app
+from florence_bt.cli.exit_codes import FAILED, OK, USAGE
 
 GOOD = "mission: {name}\ndescription: A test.\ntree:\n  wait: 1 s\n"
 WARNS = "mission: {name}\ntree:\n  set: {{seen: true}}\n"

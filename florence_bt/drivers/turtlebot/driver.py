@@ -75,9 +75,11 @@ class TurtlebotDriver:
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.
         charge_resets: How often a base that did not charge was reset so far.
+        manual_override: Whether a person drives: only manual commands count (:meth:`set_manual_override`).
     """
 
     def __init__(self, parameters: TurtlebotParameters | None = None) -> None:
+        self.manual_override = False
         self.parameters = parameters or TurtlebotParameters()
         model = self.parameters.model
         self.wanted_mode = OiMode(self.parameters.operation_mode)
@@ -188,9 +190,22 @@ class TurtlebotDriver:
         self._pending += codec.digital_outputs(bits)
         self._outputs = self._outputs_on = bits
 
-    def command(self, twist: Twist2, now: float) -> None:
-        """Take a velocity command; it holds until the next one or the time-out. NaN and infinity stop."""
-        self._drive.command(twist, now)
+    def set_manual_override(self, on: bool) -> None:
+        """Give the base to a person, or back. It stops at once, without a ramp, and forgets its command."""
+        self.manual_override = on
+        self._drive.stop()
+
+    def command(self, twist: Twist2, now: float, *, manual: bool = False) -> None:
+        """Take a velocity command; it holds until the next one or the time-out. NaN and infinity stop.
+
+        Args:
+            twist: The wanted velocity.
+            now: Seconds.
+            manual: Whether a person sends it by hand. Such a command counts only while the manual override is
+                on, and nothing else counts then.
+        """
+        if manual is self.manual_override:
+            self._drive.command(twist, now)
 
     def receive(self, data: bytes, now: float) -> list[Reading]:
         """Take bytes from the base.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -12,6 +13,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, Imu, JointState
+from std_msgs.msg import Bool
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
@@ -24,14 +26,16 @@ from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import StopReason
 from florence_bt.drivers.turtlebot.odometry import covariance
+from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.drivers.turtlebot.report import Pace, StateReport
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
+from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
 DIAGNOSTICS_PERIOD_S = 1.0
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
@@ -41,6 +45,10 @@ STATE_FIELDS = tuple(name for name in TurtlebotSensorState.get_fields_and_field_
 
 class TurtlebotNode(FlorenceNode):
     """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
+
+    While the manual override is on (``florenceLocator/manualOverride``), the base stops and obeys
+    ``manual_cmd_vel`` only. This node alone says on ``manual_override`` (latched) whether it is on. So it acts
+    where the wheels are, needs no other process, and is kept over restarts.
 
     Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``joint_states``, ``battery_state``,
     ``diagnostics`` and the transform of the base; serves ``~/set_digital_outputs`` and
@@ -70,6 +78,9 @@ class TurtlebotNode(FlorenceNode):
         self._settings = self.read_parameters(TurtlebotNodeParameters)
         parameters_of_driver = self.read_parameters(TurtlebotParameters)
         self._driver = TurtlebotDriver(parameters_of_driver)
+        file = self._settings.override_file
+        self._override_file = OverrideFile(Path(file) if file else None)
+        self._driver.set_manual_override(self._override_file.is_on())
         self._rts: bool | None = None
         self._silent = False
         self._reading: Reading | None = None
@@ -114,7 +125,11 @@ class TurtlebotNode(FlorenceNode):
         self._battery_topic = self.create_publisher(BatteryState, "battery_state", RELIABLE)
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._transforms = TransformBroadcaster(self) if self._settings.publish_tf else None
+        self._override_topic = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
+        self._publish_override()
+        self.create_subscription(Bool, SWITCH_OVERRIDE, self._on_override, RELIABLE)
         self.create_subscription(Twist, "cmd_vel", self._on_command, RELIABLE)
+        self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, RELIABLE)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
         self.create_service(SetTurtlebotMode, "~/set_operation_mode", self._on_set_mode)
 
@@ -161,9 +176,38 @@ class TurtlebotNode(FlorenceNode):
 
     # ---- commands ---------------------------------------------------------------------------------------
 
+    def _on_override(self, message: Bool) -> None:
+        """The wheels first, then who listens, then the disk."""
+        on = bool(message.data)
+        news = on is not self._driver.manual_override
+        if on or news:
+            self._driver.set_manual_override(on)
+            self._port.pump()
+        # Each message is answered: who sent it, or has just come, wants to know.
+        self._publish_override()
+        if not news:
+            return
+        if on:
+            self.get_logger().warning("manual override on: the base obeys manual_cmd_vel only")
+        else:
+            self.get_logger().warning("manual override off: the base obeys velocity commands again")
+        try:
+            self._override_file.keep(on)
+        except ConfigError as error:
+            self.get_logger().error(str(error))
+
+    def _publish_override(self) -> None:
+        self._override_topic.publish(Bool(data=self._driver.manual_override))
+
     def _on_command(self, message: Twist) -> None:
+        self._command(message, manual=False)
+
+    def _on_manual_command(self, message: Twist) -> None:
+        self._command(message, manual=True)
+
+    def _command(self, message: Twist, *, manual: bool) -> None:
         refused = self._driver.refused_commands
-        self._driver.command(twist_from_ros(message), self.timebase.now())
+        self._driver.command(twist_from_ros(message), self.timebase.now(), manual=manual)
         if self._driver.refused_commands > refused:
             self.get_logger().warning(
                 "a velocity command is not finite: the base stops", throttle_duration_sec=5.0

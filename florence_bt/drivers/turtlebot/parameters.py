@@ -158,6 +158,8 @@ class TurtlebotNodeParameters:
         gyro_frame: Frame of the gyro.
         wheel_radius: Metres, for the joint states.
         legacy_imu_raw: Compute ``imu/raw`` by the old node's formula (REFERENCE 1.8).
+        override_file: Exists while the manual override is on, so that it outlives restarts; empty keeps
+            nothing.
     """
 
     port: str = "/dev/ttyUSB0"
@@ -173,6 +175,7 @@ class TurtlebotNodeParameters:
     gyro_frame: str = "gyro_link"
     wheel_radius: float = 0.033
     legacy_imu_raw: bool = False
+    override_file: str = ""
 
     def __post_init__(self) -> None:
         for name, lowest, highest in (

@@ -9,13 +9,12 @@ from std_msgs.msg import Bool
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED
+from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import MAX_VALUE, checked_text
 from florence_bt.runtime.run import RunStatus
-
-OVERRIDE_TOPIC = "florenceLocator/manualOverride"
-"""The document's name (REFERENCE 11.1, table 11)."""
 
 
 class Controls:
@@ -25,7 +24,7 @@ class Controls:
         node: The node that serves them.
         missions: What runs the missions.
         reload: Reads the mission files again: (whether all of it went well, a report for people).
-        stop_base: Stops the robot at once, whoever drives it.
+        goals: The open goals that use the robot.
     """
 
     def __init__(
@@ -33,17 +32,17 @@ class Controls:
         node: FlorenceNode,
         missions: Executor,
         reload: Callable[[], tuple[bool, str]],
-        stop_base: Callable[[], None],
+        goals: RobotGoals,
     ) -> None:
         self._node = node
         self._missions = missions
         self._reload = reload
-        self._stop_base = stop_base
+        self._goals = goals
         node.create_service(StopMission, "florence_bt/stop", self._on_stop)
         node.create_service(PauseMission, "florence_bt/pause", self._on_pause)
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
         node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
-        node.create_subscription(Bool, OVERRIDE_TOPIC, self._on_override, RELIABLE)
+        node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
 
     def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
         try:
@@ -53,13 +52,14 @@ class Controls:
             response.message = str(error)
             return response
         run = self._missions.stop(reason or "stop asked by service", run_id or None)
-        response.success = run is not None
+        goals = [] if run_id else self._goals.cancel_unowned()
         if run is not None:
-            response.message = f"{run.run_id} stops"
-        elif run_id:
-            response.message = f"no run {run_id!r} is running or queued"
+            text = f"{run.run_id} stops"
         else:
-            response.message = "no mission is running"
+            text = f"no run {run_id!r} is running or queued" if run_id else "no mission is running"
+        if goals:
+            text += f"; cancelled, owned by no mission: {', '.join(map(str, goals))}"
+        response.success, response.message = run is not None or bool(goals), text
         return response
 
     def _on_pause(
@@ -94,14 +94,13 @@ class Controls:
         return response
 
     def _on_override(self, message: Bool) -> None:
-        """True: everything stops and nothing may start; false: missions may start again, nothing resumes."""
+        """True: every run and every goal ends, nothing may start. False: missions may start, nothing resumes.
+
+        The base itself obeys without us: its driver says what is so.
+        """
         if message.data:
-            # Again at every message: somebody presses the button because the robot moves.
-            # The robot first, the books after it.
-            try:
-                self._stop_base()
-            finally:
-                self._missions.override(f"true on {OVERRIDE_TOPIC}")
+            self._missions.override(f"true on {SWITCH_OVERRIDE}")
+            self._goals.cancel_all()
             self._node.get_logger().warning("manual override: everything stops, missions are refused")
         elif self._missions.release():
             self._node.get_logger().info("manual override released: missions may start again")

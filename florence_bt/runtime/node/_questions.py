@@ -14,6 +14,7 @@ from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.journal.tree_text import tree_from_events
 from florence_bt.runtime.node._convert import mission_to_ros
+from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import checked_text
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
@@ -31,6 +32,7 @@ class Questions:
         missions: What runs the missions.
         declarations: What the skills say about themselves.
         runs_folder: Where the records of earlier runs are.
+        goals: The open goals that use the robot.
     """
 
     def __init__(
@@ -39,11 +41,13 @@ class Questions:
         missions: Executor,
         declarations: Mapping[str, SkillDeclaration],
         runs_folder: Path,
+        goals: RobotGoals,
     ) -> None:
         self._node = node
         self._missions = missions
         self._declarations = declarations
         self._runs_folder = runs_folder
+        self._goals = goals
         self._checked: dict[str, tuple[Mission, str]] = {}
         node.create_service(MissionStatus, "florence_bt/status", self._on_status)
         node.create_service(ListMissions, "florence_bt/list_missions", self._on_list)
@@ -64,6 +68,7 @@ class Questions:
     ) -> MissionStatus.Response:
         response.blocked_by = self._missions.blocked_by or ""
         response.waiting = [run.run_id for run in self._missions.waiting]
+        response.unowned_goals = [str(goal) for goal in self._goals.unowned()]
         try:
             run_id = checked_text("the run's id", request.run_id)
         except ConfigError as error:

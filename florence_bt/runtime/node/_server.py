@@ -15,6 +15,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.skill import Skill
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.tf import TransformListener
 from florence_bt.runtime.events import Event, EventKind
@@ -23,6 +24,7 @@ from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.node._controls import Controls
 from florence_bt.runtime.node._questions import Questions
+from florence_bt.runtime.node._robot_goals import RobotGoals, exclusive_actions
 from florence_bt.runtime.node._topics import RunTopics
 from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
@@ -55,7 +57,7 @@ class MissionNode(FlorenceNode):
     Args:
         make_skills: Builds the skills by name over this node.
         declarations: What the skills say about themselves.
-        make_safety: Builds what stops the robot, over this node; without it only skills of runs are stopped.
+        make_safety: Builds what stops the robot after a crash, over this node and the goals that may use it.
         on_recorded: Called when the files of a run are written.
         parameters: Overrides of the node's parameters.
     """
@@ -65,7 +67,7 @@ class MissionNode(FlorenceNode):
         make_skills: Callable[[FlorenceNode], Mapping[str, Skill]],
         declarations: Mapping[str, SkillDeclaration],
         *,
-        make_safety: Callable[[FlorenceNode], Safety] | None = None,
+        make_safety: Callable[[FlorenceNode, OpenGoals], Safety] | None = None,
         on_recorded: Callable[[RunRecord], None] | None = None,
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
@@ -74,7 +76,10 @@ class MissionNode(FlorenceNode):
         self._tf: TransformListener | None = None
         self._on_recorded = on_recorded
         self._skills = make_skills(self)
-        self._safety = make_safety(self) if make_safety is not None else None
+        actions = exclusive_actions(self._skills, declarations)
+        goals = OpenGoals(self, {skill.action for skill in actions})
+        robot_goals = RobotGoals(goals, actions)
+        safety = make_safety(self, goals) if make_safety is not None else None
         runs_folder = Path(self._settings.runs_folder)
         self._journal = Journal(
             runs_folder,
@@ -106,15 +111,15 @@ class MissionNode(FlorenceNode):
         self._triggers = Triggers(self, self._missions)
         self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
         self._watching = Watching(self, lambda: self._missions.tree)
-        self._controls = Controls(self, self._missions, self._reload, self._stop_base)
-        self._questions = Questions(self, self._missions, declarations, runs_folder)
+        self._controls = Controls(self, self._missions, self._reload, robot_goals)
+        self._questions = Questions(self, self._missions, declarations, runs_folder, robot_goals)
         self._missions.add_listener(self._on_event)
         self._missions.on_tick = self._after_tick
         self._questions.tell_findings()
         self._recovery = Recovery(
             self._missions, self._journal, declarations, self.timebase, self.get_logger().warning
         )
-        self._recovery.begin(self._safety.make_safe if self._safety is not None else None)
+        self._recovery.begin(safety.make_safe if safety is not None else None)
 
     def _load_missions(self, declarations: Mapping[str, SkillDeclaration]) -> MissionFolders:
         folders = [Path(folder) for folder in self._settings.mission_folders]
@@ -155,10 +160,6 @@ class MissionNode(FlorenceNode):
         report = self._missions.reload()
         self._triggers.sync()
         return report.ok, report.text()
-
-    def _stop_base(self) -> None:
-        if self._safety is not None:
-            self._safety.stop_now()
 
     def _recorded(self, record: RunRecord) -> None:
         if self._on_recorded is not None:

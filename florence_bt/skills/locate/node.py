@@ -33,6 +33,7 @@ from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.locate.hotspots import Hotspots, load_hotspots, save_hotspots
 from florence_bt.skills.locate.locator import Locator
 
@@ -80,7 +81,7 @@ class LocatorNode(FlorenceNode):
         self._locator = Locator(hotspots, self._use.initial_user_room)
         self._tf = TransformListener(self)
         self._missions = _MissionClient(self)
-        self.create_subscription(Bool, "florenceLocator/manualOverride", self._on_override, RELIABLE)
+        self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(DetectedUser, "detected_user", self._on_detected, RELIABLE)
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
@@ -91,11 +92,7 @@ class LocatorNode(FlorenceNode):
     # ---- topics ---------------------------------------------------------------------------------------
 
     def _on_override(self, message: Bool) -> None:
-        if message.data != self._locator.override:
-            self.get_logger().info(f"manual override {'on' if message.data else 'off'}")
         self._locator.override = bool(message.data)
-        if message.data:
-            self._missions.stop("manual override")
 
     def _on_detected(self, message: DetectedUser) -> None:
         if not message.command:

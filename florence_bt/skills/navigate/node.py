@@ -1,11 +1,15 @@
 """The node ``navigate``: the actions ``navigate_to_pose`` and ``spin``, the costmaps and ``cmd_vel``.
 
+A pose on ``goal_pose`` (RViz) is sent on to the own action, as Nav2 does: whoever looks for goals or cancels
+them meets every drive.
+
 Source: document, sections 3.3 and 3.4; REFERENCE 7.2, 7.3 and 7.9.
 """
 
 from __future__ import annotations
 
 import math
+import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +21,9 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_msgs.msg import Bool
 from std_srvs.srv import Empty
+from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2
@@ -42,6 +48,7 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.localise.scan_queue import ScanQueue
 from florence_bt.skills.navigate.goal_check import problem_with_quaternion
 from florence_bt.skills.navigate.navigator import Navigator
@@ -49,6 +56,9 @@ from florence_bt.skills.navigate.results import SERVER_CODES, navigate_error_cod
 from florence_bt.skills.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
+OVERRIDDEN = "the manual override is on; release it first: florence release"
+NO_MAP = "there is no map yet; the map server publishes it on 'map'"
+SendGoal = NavigateToPose.Impl.SendGoalService
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,12 +97,14 @@ class NavigationNode(FlorenceNode):
         self._started = 0.0
         self._next_feedback = 0.0
         self._shown_plan: object = None
+        self._overridden = False
         self._frames = TransformListener(self)
         self._make_publishers()
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, RELIABLE)
         for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
             self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
+        self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
         self._poses = SingleGoalServer(
             self, NavigateToPose, "navigate_to_pose", on_goal=self._on_pose_goal, on_cancel=self._on_cancel
@@ -100,6 +112,7 @@ class NavigationNode(FlorenceNode):
         self._spins = SingleGoalServer(
             self, Spin, "spin", on_goal=self._on_spin_goal, on_cancel=self._on_cancel
         )
+        self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
         call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
 
@@ -125,10 +138,13 @@ class NavigationNode(FlorenceNode):
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
         if self._navigator is not None and self._navigator.active:
-            self._velocity.publish(twist_to_ros(STANDSTILL))
-            self._stop_cycle()
-            self._report(failure("no_path", "the map was replaced", server_code=SERVER_CODES["no_path"]))
+            self._abandon(failure("no_path", "the map was replaced", server_code=SERVER_CODES["no_path"]))
         self._navigator = Navigator(grid_from_ros(message), self._settings)
+
+    def _on_override(self, message: Bool) -> None:
+        self._overridden = bool(message.data)
+        if self._overridden and self._owner is not None:
+            self._abandon(failure("rejected", OVERRIDDEN))
 
     def _scan_callback(self, source: str) -> Any:
         def on_scan(message: LaserScanMsg) -> None:
@@ -177,21 +193,33 @@ class NavigationNode(FlorenceNode):
 
     # Goals.
 
+    def _why_not(self) -> str | None:
+        """Why no goal can be taken now, or None."""
+        if self._overridden:
+            return OVERRIDDEN
+        return NO_MAP if self._navigator is None else None
+
     def _on_pose_goal(self, request: NavigateToPose.Goal) -> str | None:
-        if self._navigator is None:
-            return "there is no map yet; the map server publishes it on 'map'"
-        self._begin(self._navigator, self._poses, self._goal_in_map(request.pose))
-        return None
+        refusal = self._why_not()
+        if refusal is None:
+            self._begin(self._goal_in_map(request.pose))
+        return refusal
 
     def _on_goal_pose(self, message: PoseStamped) -> None:
-        if self._navigator is None:
-            self.get_logger().warning("goal_pose ignored: there is no map yet")
+        refusal = self._why_not()
+        if refusal is None and not self._own_goals.service_is_ready():
+            refusal = "the node is just starting; ask again"
+        if refusal is not None:
+            self.get_logger().warning(f"goal_pose ignored: {refusal}")
             return
-        self._begin(self._navigator, None, self._goal_in_map(message))
+        goal = NavigateToPose.Goal(pose=message)
+        goal_id = UUID(uuid=list(uuid.uuid4().bytes))
+        self._own_goals.call_async(SendGoal.Request(goal_id=goal_id, goal=goal))
 
     def _on_spin_goal(self, request: Spin.Goal) -> str | None:
-        if self._navigator is None:
-            return "there is no map yet; the map server publishes it on 'map'"
+        refusal = self._why_not()
+        if refusal is not None or self._navigator is None:
+            return refusal
         self._replace_owner(self._spins)
         allowance = duration_from_ros(request.time_allowance)
         self._navigator.start_spin(float(request.target_yaw), self.timebase.now(), allowance)
@@ -212,20 +240,26 @@ class NavigationNode(FlorenceNode):
         except TransformUnavailable as error:
             return failure("no_transform", str(error), server_code=SERVER_CODES["no_transform"])
 
-    def _begin(self, navigator: Navigator, owner: SingleGoalServer | None, goal: Pose2 | Result) -> None:
-        self._replace_owner(owner)
+    def _begin(self, goal: Pose2 | Result) -> None:
+        self._replace_owner(self._poses)
         if isinstance(goal, Result):
-            # An older goal is over all the same: the base stops.
-            navigator.cancel()
-            self._velocity.publish(twist_to_ros(STANDSTILL))
-            self._stop_cycle()
-            self._report(goal)
+            # An older goal ends with it: the base stops.
+            self._abandon(goal)
             return
-        navigator.start(goal, self.timebase.now())
+        assert self._navigator is not None, "without a map no goal is taken"
+        self._navigator.start(goal, self.timebase.now())
         self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.timebase.now()))
         self._start_cycle()
 
-    def _replace_owner(self, owner: SingleGoalServer | None) -> None:
+    def _abandon(self, result: Result) -> None:
+        """End the goal with a result that is not its own, and stop the base."""
+        if self._navigator is not None:
+            self._navigator.cancel()
+        self._velocity.publish(twist_to_ros(STANDSTILL))
+        self._stop_cycle()
+        self._report(result)
+
+    def _replace_owner(self, owner: SingleGoalServer) -> None:
         """Take the base from the other server; a server replaces its own goals by itself."""
         if self._owner is not None and self._owner is not owner:
             self._finish_server(self._owner, failure("cancelled", PREEMPTED))

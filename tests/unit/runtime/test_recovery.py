@@ -162,17 +162,6 @@ def test_nothing_is_taken_up_when_the_robot_cannot_be_made_safe(tmp_path, late):
     assert second.executor.blocked_by is None
 
 
-def test_the_override_outlives_the_process(tmp_path):
-    missions(tmp_path, "restart")
-    first = Process(tmp_path)
-    first.executor.override("Anna took the joystick")
-    second = Process(tmp_path, name="B")
-    with pytest.raises(RequestRefused, match="Anna"):
-        second.executor.trigger(trip())
-    second.executor.release()
-    assert Process(tmp_path, name="C").executor.blocked_by is None
-
-
 def test_names_of_older_runs_are_not_used_again(tmp_path):
     run_id = crash(tmp_path)
     second = Process(tmp_path)

@@ -5,7 +5,8 @@ from xml.etree import ElementTree as ET
 import pytest
 from typer.testing import CliRunner
 
-from florence_bt.cli import FAILED, OK, USAGE, app
+from florence_bt.cli.application import app
+from florence_bt.cli.exit_codes import FAILED, OK, USAGE
 from florence_bt.core.errors import ConfigError
 from florence_bt.testing.files import looks_like_scenarios, scenario_files
 from florence_bt.testing.keyword import keyword_filter

@@ -30,7 +30,7 @@ def test_loading_and_checking_is_light():
 
 COMMAND = """
 import sys
-from florence_bt.cli import app
+from florence_bt.cli.application import app
 try:
     app(["check", sys.argv[1]], prog_name="florence")
 except SystemExit as end:

@@ -5,7 +5,8 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from florence_bt.cli import FAILED, OK, USAGE, app
+from florence_bt.cli.application import app
+from florence_bt.cli.exit_codes import FAILED, OK, USAGE
 
 TREE = """<root BTCPP_format="4">
 <BehaviorTree ID="Fetch">

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from florence_bt.behaviours.why import Why
-from florence_bt.cli import app
+from florence_bt.cli.application import app
 from florence_bt.runtime.events import Event, EventKind
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.run import MissionRun, Request, RunStatus

@@ -1,0 +1,10 @@
+"""Names of topics that several nodes must agree on."""
+
+from __future__ import annotations
+
+SWITCH_OVERRIDE = "florenceLocator/manualOverride"
+"""``std_msgs/Bool``: switches the manual override (REFERENCE 11.1, table 11); the base's driver listens."""
+
+MANUAL_OVERRIDE = "manual_override"
+"""``std_msgs/Bool``, latched: whether the manual override is on. The base's driver says so; all others read
+it."""
