@@ -109,6 +109,7 @@ class SimulatorNode(FlorenceNode):
         """Step the world at ``speed`` times the wall clock, or as fast as it and the drivers go."""
         due = time.monotonic()
         next_clock = next_truth = paced = server.time
+        motion = server.motion
         while not self._stop.is_set():
             server.step()
             due += STEP_S / self._speed
@@ -120,9 +121,11 @@ class SimulatorNode(FlorenceNode):
             if now >= next_clock:
                 next_clock += RESTING_CLOCK_PERIOD_S if server.world.resting else CLOCK_PERIOD_S
                 self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
-            if now >= next_truth:
-                next_truth += TRUTH_PERIOD_S
-                self._truth_topic.publish(String(data=json.dumps(server.truth())))
+            if now >= next_truth or server.motion != motion:
+                next_truth = server.time + TRUTH_PERIOD_S
+                motion = server.motion
+                truth = {**server.truth(), "monotonic": time.monotonic()}
+                self._truth_topic.publish(String(data=json.dumps(truth)))
             wait = due - time.monotonic()
             if wait > 0.0:
                 select.select([], [], [], wait)

@@ -118,12 +118,20 @@ class HardwareServer:
             else:
                 self._frames.send_raw_depth(self._kinect.measure_depth(), now)
 
+    @property
+    def motion(self) -> tuple[tuple[float, float], bool]:
+        """The wheel speeds that the base was told, m/s left and right, and whether it moves."""
+        return self.world.wheels, self.world.moving
+
     def truth(self) -> Mapping[str, Any]:
         """What is really so, for judging a run; no part of the robot may use it."""
         robot = self.world.robot_pose
+        wheels, moving = self.motion
         return {
             "time": round(self.world.time, 3),
             "robot": _pose_json(robot),
+            "wheels": [round(speed, 3) for speed in wheels],
+            "moving": moving,
             "people": {
                 person.name: _pose_json(self.world.person_pose(person.name)) for person in self.world.people
             },

@@ -156,6 +156,18 @@ class World:
         if self._driven:
             self._still_steps = 0
 
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """The speeds that the left and the right tyre are driven to, m/s."""
+        left, right = self._data.ctrl[:2] * WHEEL_RADIUS_M
+        return float(left), float(right)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot drives faster than 0.01 m/s or turns faster than 0.02 rad/s."""
+        speed, rate = np.hypot(*self._data.qvel[:2]), abs(self._data.qvel[5])
+        return bool(speed > 0.01 or rate > 0.02)
+
     def travel(self) -> tuple[float, float]:
         """Metres that the left and the right wheel turned since the start (slip included)."""
         return float(self._data.qpos[7]) * WHEEL_RADIUS_M, float(self._data.qpos[8]) * WHEEL_RADIUS_M

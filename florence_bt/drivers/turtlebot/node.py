@@ -47,7 +47,7 @@ class TurtlebotNode(FlorenceNode):
     """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
 
     While the manual override is on (``florenceLocator/manualOverride``), the base stops and obeys
-    ``manual_cmd_vel`` only. This node alone says on ``manual_override`` (latched) whether it is on. So it acts
+    ``manual_cmd_vel`` only. This node alone says on ``manual_override`` (latched) whether it is on: it acts
     where the wheels are, needs no other process, and is kept over restarts.
 
     Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``joint_states``, ``battery_state``,

@@ -1,0 +1,213 @@
+"""Overrides at random moments of drives: how fast the wheels obey, and whether anything moves meanwhile.
+
+Drives by a mission, by ``goal_pose`` and by goals of a foreign client; with the mission server alive, hung
+(SIGSTOP) and dead (SIGKILL, and the supervisor stopped so that it starts no new one).
+"""
+
+from __future__ import annotations
+
+import random
+import signal
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from geometry_msgs.msg import Twist
+from safety_campaign.running_system import CampaignFailed, RunningSystem
+from safety_campaign.tables import milliseconds, table
+from std_msgs.msg import Bool
+
+SERVERS = ("alive", "hung", "dead")
+DRIVES = ("mission", "goal_pose", "foreign goal")
+BLOCK = 60
+"""Trials in one bring-up."""
+PLACES = ((3.3, 5.2), (7.3, 4.9), (3.6, 2.95), (6.7, 2.975))
+"""Free places of the flat, metres."""
+TRIES = 5
+ATTACK_S = 0.6
+"""How long everybody tries to drive the robot while the override is on."""
+QUIET_S = 0.6
+"""How long nobody does, before the release; the velocity filter lets old commands go within that time."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What one override did.
+
+    Attributes:
+        server: The state of the mission server.
+        drive: What drove the robot.
+        reaction_s: From the message to the first lower wheel speed.
+        standing_s: From the message to the stand.
+        distance_m: How far the robot came after the message.
+        moved: Whether it moved again before the release, or by itself after it.
+    """
+
+    server: str
+    drive: str
+    reaction_s: float
+    standing_s: float
+    distance_m: float
+    moved: bool
+
+
+def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Trial]:
+    """Run the trials, a bring-up for each block of them."""
+    dice = random.Random(seed)
+    trials: list[Trial] = []
+    for number, (server, size) in enumerate(_blocks(count)):
+        with RunningSystem(seed + number) as system:
+            for done in range(size):
+                drive = _drive_for(server, done, dice)
+                if server == "dead" and done == 1:
+                    _kill_server(system)
+                trials.append(
+                    _try_once(system, server, drive, dice, last_words=server == "dead" and done == 0)
+                )
+                system.spin(0.2)
+            say(f"{len(trials)} of {count} overrides")
+    return trials
+
+
+def _blocks(count: int) -> Iterator[tuple[str, int]]:
+    """(state of the mission server, trials): the states take turns."""
+    share = {server: count // 3 + (count % 3 > index) for index, server in enumerate(SERVERS)}
+    while any(share.values()):
+        for server in SERVERS:
+            size = min(BLOCK, share[server])
+            share[server] -= size
+            if size:
+                yield server, size
+
+
+def _drive_for(server: str, done: int, dice: random.Random) -> str:
+    """A dead mission server has driven at most once: in the first trial it dies during its drive."""
+    if server == "dead":
+        return dice.choice(DRIVES[1:]) if done else DRIVES[0]
+    return dice.choice(DRIVES)
+
+
+def _kill_server(system: RunningSystem) -> None:
+    if system.pid("missions") is not None:
+        system.process.send_signal(signal.SIGSTOP)
+        system.send("missions", signal.SIGKILL)
+        system.wait(lambda: system.pid("missions") is None, "the death of the mission server")
+
+
+def _try_once(
+    system: RunningSystem, server: str, drive: str, dice: random.Random, *, last_words: bool
+) -> Trial:
+    _begin_drive(system, drive, dice)
+    if server == "hung":
+        system.send("missions", signal.SIGSTOP)
+        system.spin(dice.uniform(0.0, 0.3))
+    elif last_words:
+        _kill_server(system)
+        system.spin(dice.uniform(0.0, 0.3))
+    system.forget()
+    begin, speed, place = time.monotonic(), _speed(system.truth), system.truth["robot"]
+    system.switch.publish(Bool(data=True))
+    stands = system.spin_until(lambda: not system.truth["moving"] and _speed(system.truth) == 0.0, 5.0)
+    truths = [truth for truth in system.truths if truth["monotonic"] >= begin]
+    lower = [truth["monotonic"] for truth in truths if _speed(truth) < speed or speed == 0.0]
+    standing = system.truth["monotonic"] if stands else begin + 5.0
+    distance = _distance(place, system.truth["robot"])
+    moved = _attack(system, server)
+    return Trial(server, drive, (lower or [begin + 5.0])[0] - begin, standing - begin, distance, moved)
+
+
+def _begin_drive(system: RunningSystem, drive: str, dice: random.Random) -> None:
+    """Let something drive the robot, and wait for a random moment of it.
+
+    Raises:
+        CampaignFailed: It does not drive.
+    """
+    for _ in range(TRIES):
+        here = system.truth["robot"]
+        x, y = max(PLACES, key=lambda place: _distance(here, place) + dice.uniform(0.0, 2.0))
+        if drive == "mission":
+            system.drive_by_mission()
+        elif drive == "goal_pose":
+            system.drive_by_topic(x, y)
+        elif dice.random() < 0.7:
+            system.drive_by_action(x, y)
+        else:
+            system.turn_by_action(dice.choice((-6.0, 6.0)))
+        if system.spin_until(lambda: system.truth["moving"], 15.0):
+            system.spin(dice.uniform(0.0, 2.5))
+            if system.truth["moving"] and _speed(system.truth) > 0.02:
+                return
+    raise CampaignFailed(f"the robot does not drive by {drive}:\n{system.output}")
+
+
+def _attack(system: RunningSystem, server: str) -> bool:
+    """Let everybody try to drive the robot; then release it. Whether it moved."""
+    system.forget()
+    twist = Twist()
+    twist.linear.x = 0.2
+    system.drive_by_topic(*PLACES[0])
+    system.drive_by_action(*PLACES[1])
+    system.turn_by_action(3.0)
+    end = time.monotonic() + ATTACK_S
+    while time.monotonic() < end:
+        for velocity in system.velocities:
+            velocity.publish(twist)
+        system.spin(0.05)
+    if server == "hung":
+        system.send("missions", signal.SIGCONT)
+    system.spin(QUIET_S)
+    system.switch.publish(Bool(data=False))
+    system.wait(lambda: system.overridden is False, "the release")
+    system.spin(0.4)
+    return any(truth["moving"] or _speed(truth) > 0.0 for truth in system.truths)
+
+
+def _speed(truth: dict) -> float:
+    """The faster wheel's command, m/s."""
+    return max(abs(speed) for speed in truth["wheels"])
+
+
+def _distance(one: tuple, other: tuple) -> float:
+    return ((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2) ** 0.5
+
+
+def overrides_table(trials: list[Trial]) -> str:
+    """A row per state of the mission server and kind of drive, and one for all."""
+    kinds = [(server, drive) for server in SERVERS for drive in DRIVES]
+    rows = [
+        _row(
+            f"{server}, {drive}",
+            [trial for trial in trials if (trial.server, trial.drive) == (server, drive)],
+        )
+        for server, drive in kinds
+    ]
+    head = (
+        "mission server, drive by",
+        "overrides",
+        "reaction: median",
+        "99 %",
+        "longest",
+        "standing: median",
+        "longest",
+        "farthest after it",
+        "moved before or by itself after the release",
+    )
+    return table(head, [row for row in [*rows, _row("all", trials)] if row])
+
+
+def _row(name: str, trials: list[Trial]) -> tuple[str, ...]:
+    if not trials:
+        return ()
+    reactions = sorted(trial.reaction_s for trial in trials)
+    standings = sorted(trial.standing_s for trial in trials)
+    return (
+        name,
+        str(len(trials)),
+        milliseconds(reactions, 0.5),
+        milliseconds(reactions, 0.99),
+        milliseconds(reactions, 1.0),
+        milliseconds(standings, 0.5),
+        milliseconds(standings, 1.0),
+        f"{max(trial.distance_m for trial in trials) * 100:.1f} cm",
+        str(sum(trial.moved for trial in trials)),
+    )

@@ -1,0 +1,241 @@
+"""A system in a folder and a ROS domain of its own, with a program beside it that watches the wheels."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from florence_interfaces.srv import MissionStatus, RunMission
+from geometry_msgs.msg import PoseStamped, Twist
+from nav2_msgs.action import NavigateToPose, Spin
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Bool, String
+
+from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.executor import SpinLoop
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE
+
+FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
+READY_S = 300.0
+END_S = 60.0
+PATROL = """\
+mission: patrol
+description: Drives to and fro until somebody ends it.
+on_restart: restart
+tree:
+  repeat: 1000
+  do:
+    sequence:
+      - run: goto_room
+        with: {room: kitchen}
+      - run: goto_room
+        with: {room: bedroom}
+"""
+
+
+class CampaignFailed(Exception):
+    """Something did not happen that everything else needs."""
+
+
+class RunningSystem:
+    """``florence up --sim`` and a ROS node beside it. Use as a context manager.
+
+    Attributes:
+        folder: The folder of the bring-up.
+        truth: What the simulator said last: wheels (m/s), moving, robot (x, y, yaw), monotonic (s).
+        truths: Everything it said since :meth:`forget`.
+        overridden: What the base's driver said last of the override, None before it said something.
+    """
+
+    def __init__(self, seed: int = 0, *options: str) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="florence-campaign-"))
+        missions = self.folder / "missions"
+        missions.mkdir()
+        (missions / "patrol.yaml").write_text(PATROL)
+        self._log = self.folder / "up.txt"
+        self._command = [*FLORENCE, "up", "--sim", "--person", "absent", "--seed", str(seed)]
+        self._command += ["--out", str(self.folder / "out"), "--missions", str(missions), *options]
+        self.truth: dict[str, Any] = {}
+        self.truths: list[dict[str, Any]] = []
+        self.overridden: bool | None = None
+
+    def __enter__(self) -> RunningSystem:
+        """Bring it up and wait until it is ready."""
+        stay_on_this_machine()
+        with self._log.open("w") as log:
+            self.process = subprocess.Popen(
+                self._command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
+            )
+        try:
+            self._context = rclpy.Context()
+            rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+            self._loop = SpinLoop(self._context)
+            self.node = FlorenceNode("campaign", context=self._context)
+            self._loop.add(self.node)
+            self._make_interfaces()
+            self.wait(
+                lambda: "ready after" in self.output or self.process.poll() is not None, "ready", READY_S
+            )
+            if self.process.poll() is not None:
+                raise CampaignFailed(f"it did not come up:\n{self.output}")
+            self.wait(
+                lambda: self.truth and self.overridden is not None, "the simulator and the base", READY_S
+            )
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End it."""
+        self._loop.close()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+        self._end()
+
+    @property
+    def output(self) -> str:
+        """What ``florence up`` has printed."""
+        return self._log.read_text()
+
+    def pid(self, group: str) -> int | None:
+        """The process of a group of nodes, None when there is none."""
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdigit():
+                continue
+            try:
+                words = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
+                state = (entry / "stat").read_text().rpartition(")")[2].split()[0]
+            except OSError:
+                continue
+            mine = words[2:4] == ["florence_bt.wiring.process", group] and str(self.folder) in words[4]
+            if mine and state != "Z":
+                return int(entry.name)
+        return None
+
+    def send(self, group: str, number: signal.Signals) -> None:
+        """Send a signal to the process of a group."""
+        pid = self.pid(group)
+        if pid is None:
+            raise CampaignFailed(f"there is no process {group!r}")
+        os.kill(pid, number)
+
+    def spin(self, seconds: float) -> None:
+        """Serve callbacks for a while."""
+        self.spin_until(lambda: False, seconds)
+
+    def spin_until(self, done: Callable[[], Any], limit_s: float) -> bool:
+        """Serve callbacks until a condition holds; whether it does."""
+        end = time.monotonic() + limit_s
+        while not done():
+            rest = end - time.monotonic()
+            if rest <= 0.0:
+                return False
+            self._loop.spin_once(min(rest, 0.02))
+        return True
+
+    def wait(self, done: Callable[[], Any], what: str, limit_s: float = 30.0) -> None:
+        """As :meth:`spin_until`.
+
+        Raises:
+            CampaignFailed: It did not come.
+        """
+        if not self.spin_until(done, limit_s):
+            raise CampaignFailed(f"waited {limit_s:g} s for {what}:\n{self.output}")
+
+    def forget(self) -> None:
+        """Begin a new list of truths."""
+        self.truths.clear()
+
+    def drive_by_mission(self) -> None:
+        """Start the patrol."""
+        request = RunMission.Request(mission="patrol", caller="campaign", policy="preempt")
+        self.wait(self._run.service_is_ready, "the mission server")
+        future = self._run.call_async(request)
+        self.wait(future.done, "the answer of the mission server")
+        if not future.result().accepted:
+            raise CampaignFailed(f"patrol was refused: {future.result().message}")
+
+    def drive_by_topic(self, x: float, y: float) -> None:
+        """Send a goal as RViz does."""
+        self.goal_pose.publish(_pose(x, y))
+
+    def drive_by_action(self, x: float, y: float) -> None:
+        """Send a goal as any client of navigation does."""
+        self._poses.call_async(_goal(NavigateToPose, pose=_pose(x, y)))
+
+    def turn_by_action(self, angle: float) -> None:
+        """Send a turn as any client does."""
+        goal = _goal(Spin, target_yaw=angle)
+        goal.goal.time_allowance.sec = 20
+        self._spins.call_async(goal)
+
+    def status(self, limit_s: float = 30.0) -> Any:
+        """The status of the mission server."""
+        self.wait(self._status.service_is_ready, "the status")
+        future = self._status.call_async(MissionStatus.Request())
+        self.wait(future.done, "the status", limit_s)
+        return future.result()
+
+    def _make_interfaces(self) -> None:
+        node = self.node
+        node.create_subscription(String, "simulator/truth", self._on_truth, 100)
+        node.create_subscription(Bool, "manual_override", self._on_override, LATCHED)
+        self.switch = node.create_publisher(Bool, "florenceLocator/manualOverride", RELIABLE)
+        self.goal_pose = node.create_publisher(PoseStamped, "goal_pose", RELIABLE)
+        self.velocities = [
+            node.create_publisher(Twist, name, RELIABLE) for name in ("cmd_vel", "filtered_cmd_vel")
+        ]
+        self._run = node.create_client(RunMission, "florence_bt/run_mission")
+        self._status = node.create_client(MissionStatus, "florence_bt/status")
+        self._poses = _goal_client(node, NavigateToPose, "navigate_to_pose")
+        self._spins = _goal_client(node, Spin, "spin")
+
+    def _on_truth(self, message: String) -> None:
+        self.truth = json.loads(message.data)
+        self.truths.append(self.truth)
+
+    def _on_override(self, message: Bool) -> None:
+        self.overridden = bool(message.data)
+
+    def _end(self) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.send_signal(signal.SIGTERM)
+        try:
+            self.process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+def _goal_client(node: FlorenceNode, action: Any, name: str) -> Any:
+    """A client that sends goals and asks for nothing else, as a program that dies after it does."""
+    return node.create_client(action.Impl.SendGoalService, f"{name}/_action/send_goal")
+
+
+def _goal(action: Any, **fields: Any) -> Any:
+    request = action.Impl.SendGoalService.Request(goal=action.Goal(**fields))
+    request.goal_id.uuid = list(os.urandom(16))
+    return request
+
+
+def _pose(x: float, y: float) -> PoseStamped:
+    message = PoseStamped()
+    message.header.frame_id = "map"
+    message.pose.position.x, message.pose.position.y = x, y
+    message.pose.orientation.w = 1.0
+    return message

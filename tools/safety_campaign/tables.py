@@ -1,0 +1,34 @@
+"""Figures as tables of Markdown."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def milliseconds(ordered: Sequence[float], share: float) -> str:
+    """The value below which a share of some seconds lies, e.g. ``12 ms``."""
+    place = max(0, math.ceil(share * len(ordered)) - 1)
+    return f"{1000.0 * ordered[place]:.0f} ms"
+
+
+def write_between_marks(file: Path, name: str, text: str) -> None:
+    """Replace what stands between ``<!-- NAME -->`` and ``<!-- end of NAME -->`` in a page.
+
+    Raises:
+        ValueError: The page has no such marks.
+    """
+    page = file.read_text()
+    begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+    if not pattern.search(page):
+        raise ValueError(f"{file} has no marks {begin} and {end}")
+    file.write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", page))
