@@ -15,10 +15,10 @@ PARTS = ("lock", "logs", "runs", "ports", "up", "options.json", "hotspots.yaml")
 
 @contextmanager
 def owner_only(folder: Path, runs: Path) -> Iterator[None]:
-    """Take all rights from everybody but the owner, for what exists and for what is made while the block runs.
+    """Take all rights from everybody but the owner, also for what is made while the block runs.
 
-    What exists are the parts of a bring-up, not other files of the folder. For new files it is the umask of this
-    process, which its children inherit.
+    In the folder these are the parts of a bring-up, not other files. What is made gets its rights from the
+    umask of this process, which its children inherit.
 
     Args:
         folder: The folder of the bring-up.
