@@ -16,6 +16,8 @@ from typing import Any
 
 import pytest
 
+from florence_bt.ros.environment import reach_of
+
 pytest.importorskip("rclpy")
 
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
@@ -26,7 +28,8 @@ READY_S = 20.0
 @pytest.fixture
 def domain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "48")
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    for name, value in reach_of({}).variables.items():
+        monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
 
 
 def cpu_seconds() -> float:

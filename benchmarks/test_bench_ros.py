@@ -26,6 +26,7 @@ from std_msgs.msg import String
 from florence_bt.core.clock import call_every
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import SingleGoalServer
+from florence_bt.ros.environment import reach_of
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.wiring.client import MissionClient
 
@@ -61,7 +62,8 @@ def other_process(log, *arguments, end_by=signal.SIGTERM):
 def client(request, monkeypatch, tmp_path):
     """A client with the other processes beside it."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "96")
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    for name, value in reach_of({}).variables.items():
+        monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
     with ExitStack() as stack:
         log = stack.enter_context((tmp_path / "server.log").open("w"))
         more = getattr(request, "param", ())

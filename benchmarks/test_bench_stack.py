@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.ros.environment import reach_of
 from florence_bt.wiring.client import ACTIVE_STATES
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
@@ -22,7 +23,8 @@ latencies between the processes count more and more in simulated time, and missi
 @pytest.fixture
 def domain(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "97")
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    for name, value in reach_of({}).variables.items():
+        monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
 
 
 def cpu_seconds(pid: int) -> float:

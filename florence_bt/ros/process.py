@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import rclpy
+import rclpy.logging
 from rclpy.signals import SignalHandlerOptions
 
 from florence_bt.core.errors import FlorenceError
@@ -35,8 +36,7 @@ def run_nodes(
 ) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
-    Talks to this machine only (ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST) unless the environment has another
-    range.
+    Talks to this machine only, unless the environment asks for more (:mod:`florence_bt.ros.environment`).
 
     Args:
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
@@ -47,10 +47,11 @@ def run_nodes(
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
         ran or while it was closed. What went wrong is on the standard error.
     """
-    stay_on_this_machine()
+    reach = stay_on_this_machine()
     rules = [part for rule in remappings for part in ("--remap", rule)]
     arguments = ["--ros-args", *rules] if rules else []
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.logging.get_logger("florence_bt").info(f"open to {reach.text}")
     loop = SpinLoop()
     nodes: list[FlorenceNode] = []
     failed = False

@@ -6,8 +6,10 @@ other's robot.
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
+import stat
 import tempfile
 from pathlib import Path
 
@@ -28,10 +30,13 @@ class Lock:
 
     def __init__(self, file: Path, place: str, instead: str) -> None:
         try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            self._descriptor = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            # Without O_NOFOLLOW, whoever may write to the folder could have any file of ours overwritten.
+            flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+            self._descriptor = os.open(file, flags, 0o600)
         except OSError as error:
-            raise ConfigError(f"{place} cannot be used: {error.strerror}", valid=[instead]) from error
+            what = f"{file} is a symbolic link" if error.errno == errno.ELOOP else error.strerror
+            raise ConfigError(f"{place} cannot be used: {what}", valid=[instead]) from error
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -87,9 +92,25 @@ def lock_domain() -> Lock:
     Discovery is no way to find another system before it is disturbed: it takes seconds on a busy machine.
 
     Raises:
-        ConfigError: As :class:`Lock`.
+        ConfigError: As :class:`Lock`; or somebody else has made, or may write to, the folder of the locks.
     """
-    return Lock(_domain_file(), f"the ROS domain {_domain()}", "another domain, e.g. ROS_DOMAIN_ID=7")
+    file = _domain_file()
+    _own(file.parent)
+    return Lock(file, f"the ROS domain {_domain()}", "another domain, e.g. ROS_DOMAIN_ID=7")
+
+
+def _own(folder: Path) -> None:
+    """Make a folder in the temporary folder, where everybody may write, that nobody but us may write to.
+
+    Not in XDG_RUNTIME_DIR: a service and a login of the same user would have different locks.
+    """
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o022:
+        raise ConfigError(
+            f"{folder} is not a folder that only this user may write to",
+            valid=["removing it", "another temporary folder, with the environment variable TMPDIR"],
+        )
 
 
 def _domain() -> str:

@@ -17,6 +17,7 @@ from florence_bt.wiring.make_safe import BaseSafety
 from florence_bt.wiring.make_safe_port import stop_base
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.preflight import check_options
+from florence_bt.wiring.private_files import owner_only
 from florence_bt.wiring.signals import deaf, once
 from florence_bt.wiring.simulated import clear_ports
 from florence_bt.wiring.supervisor import ProcessDied, Supervisor
@@ -44,6 +45,7 @@ class System:
         self.options = options
         folder = Path(options.folder)
         with ExitStack() as stack:
+            stack.enter_context(owner_only(folder, options.runs))
             locks = [
                 stack.enter_context(closing(lock())) for lock in (partial(lock_folder, folder), lock_domain)
             ]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+
 from rich.console import Console
 
+from florence_bt.ros.environment import reach_of
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
 
@@ -24,6 +27,9 @@ def run_up(options: BringUp) -> None:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     with System(options) as system:
+        reach = reach_of(os.environ)
+        if not reach.this_machine:
+            say(f"open to {reach.text}")
         seconds = system.wait_ready(say)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         if not system.client.knows_pose():

@@ -86,6 +86,10 @@ def test_scans_through_a_pseudo_terminal(line: Line) -> None:
     assert line.driver.status.corrupted == 0
 
 
+def test_only_its_owner_may_use_the_line(line: Line) -> None:
+    assert Path(line.terminal.path).stat().st_mode & 0o077 == 0
+
+
 def test_every_byte_value_passes_the_line(line: Line) -> None:
     line.driver.start(0.0)
     line.run(1.0)

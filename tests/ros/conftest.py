@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 import pytest
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.ros.environment import reach_of
 
 N = TypeVar("N")
 
@@ -78,7 +79,8 @@ def ros_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
             file.close()
             continue
         monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        for name, value in reach_of({}).variables.items():
+            monkeypatch.delenv(name, raising=False) if value is None else monkeypatch.setenv(name, value)
         yield domain
         file.close()
         return

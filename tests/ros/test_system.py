@@ -58,6 +58,7 @@ def test_the_demo_finds_and_approaches_the_person(ros_domain, tmp_path):
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "The mission succeeded" in done.stdout and "The robot touched nothing" in done.stdout
+    assert [path for path in tmp_path.rglob("*") if path.stat().st_mode & 0o077] == []
     distance = float(done.stdout.split("The robot stands ")[1].split(" m")[0])
     facing = float(done.stdout.split("facing them within ")[1].split(" degrees")[0])
     assert distance == pytest.approx(0.5, abs=0.1) and facing <= 15

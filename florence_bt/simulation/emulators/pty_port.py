@@ -43,6 +43,7 @@ class PseudoTerminal:
         """
         self._device, self._client = pty.openpty()
         tty.setraw(self._client)
+        os.fchmod(self._client, 0o600)  # the group tty may write to it otherwise
         os.set_blocking(self._device, False)
         self._link = link
         self.path = os.ttyname(self._client)

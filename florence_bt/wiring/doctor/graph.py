@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 from florence_bt.wiring.doctor.finding import Finding, Level, good, note, problem, warning
 from florence_bt.wiring.topology import NODES
 
@@ -58,15 +59,15 @@ def check_settings(environment: Mapping[str, str]) -> Iterator[Finding]:
         yield problem(GROUP, "ROS_DOMAIN_ID", f"{domain!r} is no domain", "export ROS_DOMAIN_ID=0 (0 to 101)")
     else:
         yield good(GROUP, "ROS_DOMAIN_ID", domain)
-    reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")
-    if reach in ("", "LOCALHOST"):
-        yield good(GROUP, "discovery", "this machine only")
+    reach = reach_of(environment)
+    if reach.this_machine:
+        yield good(GROUP, "open to", reach.text)
     else:
         yield note(
             GROUP,
-            "discovery",
-            f"range {reach}: other machines can see and command this robot",
-            "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, unless that is wanted",
+            "open to",
+            f"{reach.text}: other machines may see and command this robot",
+            f"unset {RANGE} {PROFILES} RMW_IMPLEMENTATION, unless that is wanted",
         )
 
 
