@@ -33,7 +33,7 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
-from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, NO_USER_SEEN
+from florence_bt.skills.track_users.declaration import LOOK_FOR_USER
 from florence_bt.skills.track_users.detector import detect_people
 from florence_bt.skills.track_users.known_obstacles import KnownObstacles
 from florence_bt.skills.track_users.look import LookForUser
@@ -256,10 +256,7 @@ class UserTrackerNode(FlorenceNode):
         self._end_look()
         if result.succeeded:
             self._tell_detected(result)
-            self._action.finish(_found_to_ros(result), Outcome.SUCCEEDED)
-        else:
-            message = LookAction.Result(error_code=NO_USER_SEEN, error_msg=result.reason)
-            self._action.finish(message, Outcome.FAILED)
+        self._action.finish(_look_to_ros(result, self._look.pictures), result.outcome)
 
     def _tell_detected(self, result: Result) -> None:
         user = result.outputs["user"]
@@ -294,10 +291,14 @@ def _users_to_ros(users: tuple[TrackedUser, ...]) -> TrackedUsers:
     )
 
 
-def _found_to_ros(result: Result) -> LookAction.Result:
+def _look_to_ros(result: Result, pictures: int) -> LookAction.Result:
+    if not result.succeeded:
+        number = {code: number for number, code in LOOK_FOR_USER.server_codes.items()}[result.code]
+        return LookAction.Result(error_code=number, error_msg=result.reason, pictures=pictures)
     user = result.outputs["user"]
     return LookAction.Result(
         found=True,
+        pictures=pictures,
         user_id=result.outputs["user_id"],
         x=user.x,
         y=user.y,
