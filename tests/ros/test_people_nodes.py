@@ -31,6 +31,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
 from florence_bt.skills.approach_user.node import UNCHECKED, ApproachNode
+from florence_bt.skills.track_users import node as tracker_node
 from florence_bt.skills.track_users.declaration import NO_PICTURE, NO_USER_SEEN
 from florence_bt.skills.track_users.node import UserTrackerNode
 
@@ -140,6 +141,15 @@ def test_the_tracker_takes_pictures_only_while_it_runs(
         lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user after a restart"
     )
     assert list(robot.users[-1].user_ids_ni) == [1], "device ids count from 1 again"
+
+
+def test_the_detector_is_loaded_before_the_first_look(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    detected: list[DepthImage] = []
+    monkeypatch.setattr(
+        tracker_node, "detect_people", lambda depth, *_arguments, **_options: detected.append(depth) or []
+    )
+    ros.add(UserTrackerNode())
+    assert len(detected) == 1
 
 
 def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool
 from florence_bt.core.geometry import Twist2
 from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import COMMAND, RELIABLE
 from florence_bt.skills.filter_velocity.ticker import VelocityTicker
 from florence_bt.skills.filter_velocity.velocity_filter import VelocityFilterParameters
 
@@ -29,7 +29,7 @@ class VelocityFilterNode(FlorenceNode):
         self.ticker = VelocityTicker(
             self.timebase, self._publish, self.read_parameters(VelocityFilterParameters)
         )
-        self.create_subscription(Twist, "cmd_vel", self._on_command, RELIABLE)
+        self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
         self.create_service(SetBool, "~/hard_stop", self._on_hard_stop)
 
     def close(self) -> None:
