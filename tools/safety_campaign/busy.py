@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -110,26 +111,27 @@ def run_demo(seed: int, folder: Path) -> BusyRun:
     began = time.monotonic()
     with (folder / "demo.txt").open("w") as output:
         demo = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
-        reason = _wait(demo)
+        try:
+            demo.wait(RUN_LIMIT_S)
+            reason = ""
+        except subprocess.TimeoutExpired:
+            reason = f"not over after {RUN_LIMIT_S:.0f} s"
+        finally:
+            _end(demo)
     wall_s = time.monotonic() - began
     if not reason and demo.returncode != 0:
         reason = _reason(folder)
     return BusyRun(seed, not reason, reason, wall_s, folder)
 
 
-def _wait(demo: subprocess.Popen[bytes]) -> str:
-    """Wait for the end; gives why it had to be ended, empty when it ended by itself."""
-    try:
-        demo.wait(RUN_LIMIT_S)
-        return ""
-    except subprocess.TimeoutExpired:
-        demo.terminate()
+def _end(demo: subprocess.Popen[bytes]) -> None:
+    """End a demo, if it has not ended by itself."""
+    demo.terminate()
     try:
         demo.wait(END_LIMIT_S)
     except subprocess.TimeoutExpired:
         demo.kill()  # its processes go with it
         demo.wait()
-    return f"not over after {RUN_LIMIT_S:.0f} s"
 
 
 def _reason(folder: Path) -> str:
@@ -150,6 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--loops", type=int, help="busy loops; two for each core when not given")
     parser.add_argument("--out", type=Path, help="folder for the runs; a temporary one when not given")
     given = parser.parse_args(arguments)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the loops and the demo end too
     report = goto_user_beside_load(given.runs, given.seed, loops=given.loops, folder=given.out)
     print(report.text())
     return 0 if report.succeeded == len(report.runs) else 1
