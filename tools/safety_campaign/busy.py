@@ -106,11 +106,14 @@ def busy_loops(count: int, limit_s: float) -> Iterator[None]:
 def run_demo(seed: int, folder: Path) -> BusyRun:
     """One ``florence demo``; its output is in ``demo.txt`` of the folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "florence_bt.cli", "demo", "--headless", "--seed", str(seed)]
-    command += ["--speed", str(SPEED), "--out", str(folder / "demo")]
     began = time.monotonic()
     with (folder / "demo.txt").open("w") as output:
-        demo = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
+        demo = subprocess.Popen(
+            demo_command(seed, folder / "demo"),
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
         try:
             demo.wait(RUN_LIMIT_S)
             reason = ""
@@ -122,6 +125,13 @@ def run_demo(seed: int, folder: Path) -> BusyRun:
     if not reason and demo.returncode != 0:
         reason = _reason(folder)
     return BusyRun(seed, not reason, reason, wall_s, folder)
+
+
+def demo_command(seed: int, out: Path) -> list[str]:
+    """The command line of a run."""
+    options = {"--seed": seed, "--speed": SPEED, "--out": out}
+    given = [str(part) for option in options.items() for part in option]
+    return [sys.executable, "-m", "florence_bt.cli", "demo", "--headless", *given]
 
 
 def _end(demo: subprocess.Popen[bytes]) -> None:
