@@ -22,6 +22,8 @@ from florence_bt.ros.node import FlorenceNode
 
 PREEMPTED = "preempted by a newer goal"
 SHUT_DOWN = "the server shuts down"
+REFUSED = 65535
+"""The ``error_code`` of a goal that was refused; in results with a field ``code`` that is ``rejected``."""
 KEEP_RESULTS_S = 10
 """How long a result can be asked for. Short: rclpy looks at every kept goal on each event."""
 
@@ -85,6 +87,9 @@ class _Goal:
 class SingleGoalServer:
     """Serves an action, one goal at a time.
 
+    A refused goal is accepted and ends at once as ABORTED, with the reason in its result: ROS 2 has no place
+    for a reason in a rejection. The goal that is running goes on.
+
     A newer goal replaces the running one, which ends as ABORTED. All methods belong to the executor's thread.
     """
 
@@ -119,6 +124,7 @@ class SingleGoalServer:
         self._on_cancel = on_cancel
         self._replaced = on_replaced or partial(self._result_with_text, PREEMPTED)
         self._goal: _Goal | None = None
+        self._refusal: str | None = None
         self._server = _Server(
             node,
             action_type,
@@ -168,19 +174,24 @@ class SingleGoalServer:
             # Not raised here: see FlorenceNode.guarded.
             self._node.failures.append(error)
             refusal = f"the server failed: {error}"
+        self._refusal = refusal
         if refusal is not None:
             self._goal = older
             self._node.get_logger().warning(f"{self._name}: goal refused: {refusal}")
-            return GoalResponse.REJECT
+            return GoalResponse.ACCEPT
         if older is not None and older.handle is not None:
             self._end(older.handle, self._replaced(), Outcome.FAILED)
         return GoalResponse.ACCEPT
 
     def _accepted(self, handle: ServerGoalHandle) -> None:
+        self._server.owned = handle
+        handle.execute()
+        if self._refusal is not None:
+            self._end(handle, self._refused(self._refusal), Outcome.FAILED)
+            return
         goal = self._goal
         assert goal is not None, "rclpy decides and accepts in one event"
-        goal.handle = self._server.owned = handle
-        handle.execute()
+        goal.handle = handle
         if goal.early_end is not None:
             self.finish(*goal.early_end)
         elif handle.is_cancel_requested:
@@ -212,6 +223,13 @@ class SingleGoalServer:
         for field in ("error_msg", "reason"):
             if hasattr(result, field):
                 setattr(result, field, text)
+        return result
+
+    def _refused(self, reason: str) -> Any:
+        result = self._result_with_text(reason)
+        for field, value in (("error_code", REFUSED), ("code", "rejected")):
+            if hasattr(result, field):
+                setattr(result, field, value)
         return result
 
     def _shut_down(self) -> None:

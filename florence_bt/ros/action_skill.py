@@ -17,6 +17,7 @@ from florence_bt.core.outcome import Outcome, Result, failure
 from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
 from florence_bt.ros._action_run import ActionRun, Deadlines
 from florence_bt.ros._goal_stop import StopAnswer
+from florence_bt.ros.action_server import REFUSED
 from florence_bt.ros.node import FlorenceNode
 
 __all__ = ["ActionSkill", "Deadlines"]
@@ -129,6 +130,9 @@ class ActionSkill:
             return failure(
                 "server_lost", f"{self._label} knows nothing of the goal any more; was it started anew?"
             )
+        if outcome is Outcome.FAILED and getattr(response.result, "error_code", 0) == REFUSED:
+            reason = f"{self._label} refused the goal: {response.result.error_msg}"
+            return failure("rejected", reason, server_code=REFUSED)
         return self._to_result(response.result, outcome)
 
     def _shut_down(self) -> None:

@@ -17,6 +17,14 @@ def _profile(depth: int, *, reliable: bool = True, latched: bool = False) -> QoS
 SENSOR = _profile(5, reliable=False)
 """Readings that are soon replaced: scans, pictures."""
 
+STATE = _profile(10, reliable=False)
+"""Subscribers of what is told many times a second, such as odometry; see :data:`TF_LISTENER`."""
+
+COMMAND = _profile(1, reliable=False)
+"""Subscribers of velocity commands: the newest one counts. A reliable subscriber that misses one is given all
+the later ones seconds after they were meant, also after the robot was told to stop; see :data:`TF_LISTENER`.
+"""
+
 RELIABLE = _profile(10)
 """Commands and events that must not be lost."""
 
@@ -24,7 +32,11 @@ LATCHED = _profile(1, latched=True)
 """States that a late subscriber needs too: the map, the tree."""
 
 TF = _profile(100)
-"""``/tf`` as in tf2."""
+"""Publishers of ``/tf``, as in tf2."""
+
+TF_LISTENER = _profile(100, reliable=False)
+"""Subscribers of ``/tf``. Each sample is soon replaced by the next one. A reliable subscriber that misses one
+sample is given none of the later ones until the writer's next heartbeat, which Fast DDS sends every 3 s."""
 
 TF_STATIC = LATCHED
 """Publishers of ``/tf_static``."""

@@ -11,7 +11,7 @@ from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3, TransformBuffer
 from florence_bt.ros.conversions import stamp_from_ros, transform_from_ros, transform_to_ros
-from florence_bt.ros.qos import TF, TF_STATIC, TF_STATIC_LISTENER
+from florence_bt.ros.qos import TF, TF_LISTENER, TF_STATIC, TF_STATIC_LISTENER
 
 TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
 
@@ -34,7 +34,9 @@ class TransformListener:
             node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER)
         ]
         if moving:
-            self._subscriptions.append(node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF))
+            self._subscriptions.append(
+                node.create_subscription(TFMessage, TF_TOPIC, self._on_moving, TF_LISTENER)
+            )
 
     def close(self) -> None:
         """Listen no more; the buffer keeps what was heard."""

@@ -79,6 +79,7 @@ class MissionRun:
         ended: Clock time of the end, None before.
         why: Cause of a failure or a stop.
         outputs: The mission's outputs, once it has succeeded.
+        output_texts: The same as the mission language writes them, with units.
         tree: ASCII tree as of the last change; of a stopped run as it was just before the stop.
         ticks: Ticks so far, the one that goes on now included.
         note: What the caller should know beside the run itself, e.g. that its edit does not count.
@@ -95,6 +96,7 @@ class MissionRun:
     ended: float | None = None
     why: Why | None = None
     outputs: Mapping[str, Any] = field(default_factory=dict)
+    output_texts: Mapping[str, str] = field(default_factory=dict)
     tree: str = ""
     ticks: int = 0
     note: str = ""

@@ -38,6 +38,11 @@ def values_text(values: Mapping[str, Any]) -> str:
     return "".join(f" {name}={_value(value)}" for name, value in values.items())
 
 
+def outputs_text(run: MissionRun) -> str:
+    """The outputs of a run in one line, as the mission language writes them; empty without any."""
+    return ", ".join(f"{name}: {text}" for name, text in run.output_texts.items())
+
+
 def _value(value: Any) -> str:
     if isinstance(value, Mapping):
         return f"({', '.join(f'{name} {_value(item)}' for name, item in value.items())})"
@@ -75,7 +80,9 @@ def status_text(
     if run is None:
         return "\n".join(["no mission has run yet", *notes])
     head = (head_line(run, now), details_line(run, accepted), note_line(run))
-    parts = (*head, tree.rstrip("\n"), why_line(run), *notes)
+    outputs = outputs_text(run)
+    results = (f"outputs {outputs}" if outputs else "", why_line(run))
+    parts = (*head, tree.rstrip("\n"), *results, *notes)
     return "\n".join(part for part in parts if part)
 
 

@@ -130,6 +130,7 @@ class TreeRun:
         self.on_tick(self.run)
         if root.status is Status.SUCCESS:
             self.run.outputs = self.tree.outputs()
+            self.run.output_texts = self.tree.output_texts()
             self.end(RunStatus.SUCCEEDED, None)
         elif root.status is Status.FAILURE:
             self.end(RunStatus.FAILED, explain(root))

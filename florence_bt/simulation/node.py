@@ -16,11 +16,13 @@ from typing import Any
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, TF_LISTENER
+from florence_bt.ros.tf import TF_TOPIC
 from florence_bt.simulation.server import STEP_S, HardwareServer
 from florence_bt.simulation.slowest_reader import SlowestReader
 
@@ -36,14 +38,18 @@ TRUTH_PERIOD_S = 0.2
 MAX_BACKLOG_S = 0.05
 """Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
 MOST_LAG_S = 0.4
-"""Simulated seconds that the scans may be behind what the laser said last, and it is waited for nothing else.
+"""Simulated seconds that the scans may be behind what the laser said last, and the localiser behind the time.
 
 Frames are looked up until half a second after the last.
 """
 PATIENCE_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
 WAIT_S = 0.005
-"""Wall seconds between two looks whether the drivers have caught up."""
+"""Wall seconds between two looks whether the drivers and the localiser have caught up."""
+ODOM_FRAME = "odom"
+"""The frame that the localiser places in the map many times a second: it shows that navigation keeps up."""
+LOCALISER_PATIENCE_S = 1.0
+"""Wall seconds without a transform after which the simulated time goes on: navigation hangs or has ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +86,8 @@ class SimulatorNode(FlorenceNode):
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
         self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
         self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
+        self._localiser = SlowestReader(MOST_LAG_S, LOCALISER_PATIENCE_S)
+        self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated hardware")
         self._thread.start()
@@ -91,6 +99,11 @@ class SimulatorNode(FlorenceNode):
 
     def _on_scan(self, message: LaserScan) -> None:
         self._drivers.heard(stamp_from_ros(message.header.stamp), time.monotonic())
+
+    def _on_transforms(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            if transform.child_frame_id == ODOM_FRAME:
+                self._localiser.heard(stamp_from_ros(transform.header.stamp), time.monotonic())
 
     def _run(self) -> None:
         # Raised on the executor's thread: a world that stands still without a word would be a riddle.
@@ -131,13 +144,19 @@ class SimulatorNode(FlorenceNode):
                 select.select([], [], [], wait)
             elif wait < -MAX_BACKLOG_S:
                 due = time.monotonic() - MAX_BACKLOG_S
-            if self._drivers.is_behind(server.laser_spoke_at, time.monotonic()):
-                self._wait_for_drivers(server)
+            if self._readers_are_behind(server):
+                self._wait_for_readers(server)
                 due = time.monotonic()
 
-    def _wait_for_drivers(self, server: HardwareServer) -> None:
+    def _readers_are_behind(self, server: HardwareServer) -> bool:
+        now = time.monotonic()
+        return self._drivers.is_behind(server.laser_spoke_at, now) or self._localiser.is_behind(
+            server.time, now
+        )
+
+    def _wait_for_readers(self, server: HardwareServer) -> None:
         while not self._stop.is_set():
             select.select([], [], [], WAIT_S)
-            if not self._drivers.is_behind(server.laser_spoke_at, time.monotonic()):
+            if not self._readers_are_behind(server):
                 return
             server.serve()

@@ -102,6 +102,7 @@ class Rig:
             start=start,
         )
         self.locator = Locator(setting.hotspots, setting.user_room)
+        self.locator.map = setting.grid
         base = _BaseSkills(self.robot, setting, self.clock)
         people = _PeopleSkills(self.robot, setting, self.clock)
         self.robot.on_scan = base.on_scan

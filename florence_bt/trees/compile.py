@@ -17,6 +17,7 @@ from florence_bt.trees._lint_structure import too_large
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Mission
 from florence_bt.trees.origin import Origin, origin_of
+from florence_bt.trees.quantities import format_value
 
 __all__ = ["CompiledTree", "Origin", "compile_mission", "origin_of"]
 
@@ -38,6 +39,11 @@ class CompiledTree:
     def outputs(self) -> dict[str, Any]:
         """The outputs that have been written so far, in SI units."""
         return {name: self.keys.read(name) for name in self.mission.outputs if name in self.keys}
+
+    def output_texts(self) -> dict[str, str]:
+        """The same as the mission language writes them, with units."""
+        ports = self.mission.outputs
+        return {name: format_value(value, ports[name].kind) for name, value in self.outputs().items()}
 
 
 def compile_mission(

@@ -8,7 +8,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.runtime.journal import JOURNAL_FILE, JournaledRun, JournalReader
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import RunStatus
-from florence_bt.runtime.status import duration_text
+from florence_bt.runtime.status import duration_text, outputs_text
 
 RUNS = Path("runs")
 """Where the verbs leave their runs when no folder is given."""
@@ -38,7 +38,9 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
         raise ConfigError(f"no run of {mission!r} is recorded", valid=closest_first(mission, missions))
     if not runs:
         return ["no run is recorded that fits"]
-    return _columns([("accepted (UTC)", "state", "took", "run", "why"), *(_cells(run) for run in runs)])
+    return _columns(
+        [("accepted (UTC)", "state", "took", "run", "why, or outputs"), *(_cells(run) for run in runs)]
+    )
 
 
 def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
@@ -93,7 +95,7 @@ def _cells(run: JournaledRun) -> tuple[str, ...]:
     accepted = run.accepted.replace("T", " ").partition(".")[0]
     took = duration_text(run.as_run(), run.ended) if run.ended is not None else ""
     why = f"{run.code}: {run.reason}" if run.reason and run.code else run.reason
-    return accepted or "-", run.state, took or "-", run.run_id, why
+    return accepted or "-", run.state, took or "-", run.run_id, why or outputs_text(run.as_run())
 
 
 def _columns(rows: list[tuple[str, ...]]) -> list[str]:

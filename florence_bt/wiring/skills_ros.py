@@ -111,9 +111,8 @@ def _people_skills(node: FlorenceNode) -> dict[str, Skill]:
         if outcome is Outcome.CANCELLED:
             return cancelled()
         if not message.found:
-            return failure(
-                "no_user_seen", message.error_msg or "no user seen", server_code=message.error_code
-            )
+            code = LOOK_FOR_USER.server_codes.get(message.error_code, "no_user_seen")
+            return failure(code, message.error_msg or "no user seen", server_code=message.error_code)
         return success(
             user=Pose2(message.x, message.y, message.phi), distance=message.distance, user_id=message.user_id
         )

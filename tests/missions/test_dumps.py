@@ -23,7 +23,8 @@ def test_a_running_mission(robot):
                             [ ] turn
                             [ ] settle
                             [ ] start tracker
-                            [ ] look for user
+                            [ ] repeat a look without pictures
+                                [ ] look for user
                     [ ] stop tracker
         [>] search from the hotspot of the room (sequence)
             [+] get hotspot
@@ -36,7 +37,8 @@ def test_a_running_mission(robot):
                             [+] turn
                             [+] settle
                             [+] start tracker
-                            [>] look for user
+                            [>] repeat a look without pictures
+                                [>] look for user
                     [ ] stop tracker
     [ ] set user position
     [ ] run approach_user

@@ -19,6 +19,8 @@ MUTANTS = [
     ("goto_room", "goal: $hotspot", "goal: {x: 4 m, y: 5 m, yaw: 30 deg}"),
     ("detect_user", "on: [no_user_seen]", "on: [no_user_seen, collision_ahead]"),
     ("detect_user", "on: [no_user_seen]", "on: [no_user_seen, server_lost]"),
+    ("detect_user", "on: [no_picture]", "on: [no_picture, no_user_seen]"),
+    ("detect_user", "retry: 3", "retry: 4"),
     ("detect_user", "      - stop_tracker:\n      - turn", "      - turn"),
     ("detect_user", "      - wait: $settle\n        name: settle\n", ""),
     ("detect_user", "  finally:\n    stop_tracker:\n", ""),

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
@@ -26,11 +27,13 @@ from florence_interfaces.srv import (
     StopMission,
 )
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.ros.conversions import pose_stamped_to_ros
+from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
+from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
@@ -136,6 +139,21 @@ def test_the_user_is_where_sensors_say(bench: Bench) -> None:
     bench.until(lambda: bench.missions.detected.get_subscription_count(), "the subscription")
     bench.missions.detected.publish(DetectedUser(command=True, user_position_x=5.0, user_position_y=1.5))
     bench.until(lambda: bench.call(GetRoom, "getUserPosRoom").room == "bedroom", "the detected user")
+
+
+def test_a_place_in_an_obstacle_of_the_map_is_not_stored(bench: Bench) -> None:
+    cells = np.zeros((4, 4), np.int8)
+    cells[1, 2] = OCCUPIED
+    maps = bench.missions.create_publisher(OccupancyGridMsg, "map", LATCHED)
+    maps.publish(grid_to_ros(OccupancyGrid(0.5, Pose2(), cells), "map", 0.0))
+    bench.until(
+        lambda: not bench.call(SetXYPhi, "setUserPosXYPhi", x=1.25, y=0.75).success, "the locator's map"
+    )
+    assert bench.call(SetXYPhi, "setUserPosXYPhi", x=0.25, y=0.25).success
+    refused = bench.call(SetXYPhi, "setUserPosXYPhi", x=1.25, y=0.75)
+    assert not refused.success and "obstacle at (1.25 m, 0.75 m)" in refused.message
+    where = bench.call(GetXYPhi, "getUserPosXYPhi")
+    assert (where.x, where.y) == (0.25, 0.25)
 
 
 def test_the_robot_is_where_tf_says(bench: Bench) -> None:

@@ -151,6 +151,7 @@ def test_the_action_tells_the_cause_and_the_outputs(bench_of):
     bench.ros.spin_until(ended.done, what="the result")
     result = ended.result().result
     assert dict(zip(result.output_names, result.output_values, strict=True)) == {"far": "2.5 m"}
+    assert "outputs far: 2.5 m" in bench.status(result.run_id).tree.splitlines()
     assert bench.status(result.run_id).caller == "me"
 
 

@@ -209,7 +209,10 @@ def test_the_action_refuses_and_fails(bench_of):
     from action_msgs.msg import GoalStatus
 
     bench = bench_of(Step(failure("blocked", "a chair"), after=0.05))
-    assert not send(bench, mission="drive_onc").accepted
+    refused = result_of(bench, send(bench, mission="drive_onc"))
+    assert refused.status == GoalStatus.STATUS_ABORTED and refused.result.run_id == ""
+    assert refused.result.code == "rejected" and "drive_once" in refused.result.reason
+    assert not bench.drive.calls
     answer = result_of(bench, send(bench, mission="drive_once"))
     assert answer.status == GoalStatus.STATUS_ABORTED
     assert (answer.result.state, answer.result.code, answer.result.reason) == ("FAILED", "blocked", "a chair")
@@ -236,7 +239,8 @@ def test_a_newer_goal_of_the_action_leaves_no_older_run_behind(bench_of):
     older = send(bench, mission="drive_once", policy="queue")
     assert older.accepted
     # Its result would have to wait for the older one's place: that is what the service is for.
-    assert not send(bench, mission="drive_once", policy="queue").accepted
+    refused = result_of(bench, send(bench, mission="drive_once", policy="queue")).result
+    assert refused.code == "rejected" and "use the service run_mission" in refused.reason
     newer = send(bench, mission="be_quick", policy="preempt")
     assert newer.accepted
     replaced = result_of(bench, older)

@@ -150,7 +150,7 @@ def test_refusal(ros: Any, client: FlorenceNode) -> None:
     ros.spin_until(lambda: spinner.server.active)
     refused = ros.spin_until(skill.start({"angle": -1.0}).poll)
     assert refused.code == "rejected"
-    assert "/spin (nav2_msgs/action/Spin)" in refused.reason
+    assert refused.reason == "action /spin (nav2_msgs/action/Spin) refused the goal: only to the left"
     assert spinner.server.active, "a refused goal must not touch the running one"
     spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
     assert ros.spin_until(running.poll).succeeded

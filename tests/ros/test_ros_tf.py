@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 from geometry_msgs.msg import TransformStamped
+from rclpy.qos import ReliabilityPolicy
 from tf2_msgs.msg import TFMessage
 
 from florence_bt.core.geometry import Pose2
@@ -46,6 +47,18 @@ def test_moving_transforms(ros: Any) -> None:
     ros.spin_until(lambda: (buffer.latest_stamp("base_footprint") or 0.0) > 14.8)
     pose = buffer.lookup_pose("odom", "base_footprint", 12.05)
     assert (pose.x, pose.yaw) == (pytest.approx(2.05), pytest.approx(0.5))
+
+
+def test_a_lost_transform_does_not_hold_the_next_ones_back(ros: Any) -> None:
+    """A reliable listener would be given none of them until the writer's next heartbeat, seconds later."""
+    listener = ros.add(FlorenceNode("listener"))
+    TransformListener(listener)
+    base = ros.add(FlorenceNode("base"))
+    TransformBroadcaster(base)
+    (heard,) = ros.spin_until(lambda: base.get_subscriptions_info_by_topic("/tf"))
+    (told,) = ros.spin_until(lambda: listener.get_publishers_info_by_topic("/tf"))
+    assert heard.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+    assert told.qos_profile.reliability is ReliabilityPolicy.RELIABLE, "as tf2's listeners want it"
 
 
 def test_a_broken_transform_is_left_out(ros: Any) -> None:

@@ -1,4 +1,4 @@
-"""The simulator as a node: what goes wrong in its thread ends the process; it waits for slow drivers."""
+"""The simulator as a node: what goes wrong in its thread ends the process; it waits for slow readers."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import pytest
 from sensor_msgs.msg import LaserScan
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
 from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
+from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.simulation import node as simulator_node
 from florence_bt.simulation.node import LONGEST_BURST_S, MOST_LAG_S, SimulatorNode
 from florence_bt.simulation.server import STEP_S
@@ -90,6 +92,46 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
     reached = stands_at
     ros.spin_until(lambda: waits_for(reached) and hardware.time > stands_at)
     assert reached + MOST_LAG_S < hardware.time <= reached + MOST_LAG_S + 2 * LONGEST_BURST_S
+    ros.close_node(simulator)
+
+
+def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
+    monkeypatch.setattr(simulator_node, "LOCALISER_PATIENCE_S", 600.0)
+    hardware = EmptyWorld()
+    localiser = ros.add(FlorenceNode("localiser"))
+    transforms = TransformBroadcaster(localiser)
+    simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
+    slow = itertools.count()
+
+    def waits_for(stamp: float) -> bool:
+        transforms.send("map", "odom", stamp + 1e-6 * next(slow), Pose2())
+        transforms.send("odom", "base_footprint", 1e6, Pose2())  # the driver's: no sign of navigation
+        served = hardware.served
+        ros.loop.spin_once(0.02)
+        return hardware.served > served
+
+    ros.spin_until(lambda: localiser.count_subscribers("/tf") and hardware.time > 1.0)
+    reached = hardware.time
+    ros.spin_until(lambda: waits_for(reached))
+    stands_at = hardware.time
+    for _ in range(20):
+        assert waits_for(reached) or hardware.time == stands_at
+    assert hardware.time == stands_at
+    ros.spin_until(lambda: waits_for(stands_at) and hardware.time > stands_at)
+    assert hardware.time <= stands_at + MOST_LAG_S + 2 * LONGEST_BURST_S
+    ros.close_node(simulator)
+
+
+def test_navigation_that_hangs_holds_nothing_up_for_long(ros):
+    hardware = EmptyWorld()
+    localiser = ros.add(FlorenceNode("localiser"))
+    transforms = TransformBroadcaster(localiser)
+    simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
+    ros.spin_until(lambda: localiser.count_subscribers("/tf"))
+    transforms.send("map", "odom", 0.0, Pose2())
+    ros.spin_until(lambda: hardware.served)
+    stood_at = hardware.time
+    ros.spin_until(lambda: hardware.time > stood_at + 20.0)
     ros.close_node(simulator)
 
 

@@ -33,7 +33,7 @@ from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.qos import COMMAND, LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
@@ -128,8 +128,8 @@ class TurtlebotNode(FlorenceNode):
         self._override_topic = self.create_publisher(Bool, MANUAL_OVERRIDE, LATCHED)
         self._publish_override()
         self.create_subscription(Bool, SWITCH_OVERRIDE, self._on_override, RELIABLE)
-        self.create_subscription(Twist, "cmd_vel", self._on_command, RELIABLE)
-        self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, RELIABLE)
+        self.create_subscription(Twist, "cmd_vel", self._on_command, COMMAND)
+        self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
         self.create_service(SetTurtlebotMode, "~/set_operation_mode", self._on_set_mode)
 

@@ -41,7 +41,7 @@ class JournaledRun:
         code: The short code of the end, empty before.
         reason: The reason of the end, empty before and after success.
         cause: The path of the node that caused the end.
-        outputs: Its outputs as plain values.
+        outputs: Its outputs as the mission language writes them; plain values in older journals.
         started: Clock time of the first tick, None before.
         ended: Clock time of the end, None before.
         ticks: Ticks so far.
@@ -86,10 +86,10 @@ class JournaledRun:
             self.started,
             self.ended,
             why,
-            self.outputs,
-            self.tree,
-            self.ticks,
-            self.note,
+            output_texts={name: str(value) for name, value in self.outputs.items()},
+            tree=self.tree,
+            ticks=self.ticks,
+            note=self.note,
             paused=self.reason if self.status is RunStatus.PAUSED else "",
             version=self.version,
         )
@@ -149,7 +149,7 @@ def _state_values(run: MissionRun) -> tuple[Any, ...]:
     cause = run.why.path if run.why is not None and run.status.final else ""
     reason = run.reason if run.status.final else run.paused
     tree = run.tree if run.status.final else ""
-    outputs = _json(run.outputs)
+    outputs = _json(run.output_texts)
     times = (run.started, run.ended)
     return (run.status.value, run.note, run.code, reason, cause, outputs, *times, run.ticks, tree)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import uuid
 from collections.abc import Mapping
-from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import KeyValue as DiagnosticValue
@@ -61,11 +60,6 @@ def port_to_ros(name: str, port: Port) -> MissionPort:
         minimum="" if port.minimum is None else format_value(port.minimum, port.kind),
         maximum="" if port.maximum is None else format_value(port.maximum, port.kind),
     )
-
-
-def outputs_to_ros(outputs: Mapping[str, Any], ports: Mapping[str, Port]) -> tuple[list[str], list[str]]:
-    """Names and values of a mission's outputs, as texts."""
-    return list(outputs), [format_value(value, ports[name].kind) for name, value in outputs.items()]
 
 
 def snapshot_to_ros(

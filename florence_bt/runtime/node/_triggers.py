@@ -15,7 +15,6 @@ from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.node._convert import outputs_to_ros
 from florence_bt.runtime.requests import request_from_texts
 from florence_bt.runtime.run import MissionRun, Policy, RunStatus
 from florence_bt.trees.kinds import IDENTIFIER
@@ -92,7 +91,6 @@ class Triggers:
         self._action.finish(result, outcome)
 
     def _result_of(self, run: MissionRun) -> ExecuteMission.Result:
-        names, values = outputs_to_ros(run.outputs, self._output_ports(run))
         return ExecuteMission.Result(
             run_id=run.run_id,
             state=run.status.value,
@@ -100,8 +98,8 @@ class Triggers:
             reason=run.reason,
             cause=run.why.path if run.why else "",
             tree=run.tree,
-            output_names=names,
-            output_values=values,
+            output_names=list(run.output_texts),
+            output_values=list(run.output_texts.values()),
         )
 
     def _on_replaced(self) -> ExecuteMission.Result:
@@ -115,10 +113,6 @@ class Triggers:
             result.state, result.code, result.reason = RunStatus.STOPPED.value, "stopped", reason
             result.cause = run.mission
         return result
-
-    def _output_ports(self, run: MissionRun) -> Any:
-        mission = self._missions.library.find(run.mission)
-        return mission.outputs if mission is not None else {}
 
     def _on_run_mission(
         self, request: RunMission.Request, response: RunMission.Response

@@ -14,7 +14,7 @@ from std_srvs.srv import SetBool
 
 from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import COMMAND, RELIABLE
 from florence_bt.skills.filter_velocity.ticker import VelocityTicker
 from florence_bt.skills.filter_velocity.velocity_filter import VelocityFilterParameters
 
@@ -41,7 +41,7 @@ class VelocityFilterNode(FlorenceNode):
     def _make_ticker(self, topic: str, limits: VelocityFilterParameters) -> VelocityTicker:
         publisher = self.create_publisher(Twist, f"filtered_{topic}", RELIABLE)
         ticker = VelocityTicker(self.timebase, lambda twist: publisher.publish(twist_to_ros(twist)), limits)
-        self.create_subscription(Twist, topic, partial(self._on_command, ticker), RELIABLE)
+        self.create_subscription(Twist, topic, partial(self._on_command, ticker), COMMAND)
         return ticker
 
     def _on_command(self, ticker: VelocityTicker, message: Twist) -> None:

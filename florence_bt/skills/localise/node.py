@@ -31,7 +31,7 @@ from florence_bt.ros.conversions import (
     scan_from_ros,
 )
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.localise.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.localise.parameters import LocaliserParameters
@@ -100,7 +100,7 @@ class LocaliserNode(FlorenceNode):
         self._cloud_publisher = self.create_publisher(PoseArray, "particle_cloud", RELIABLE)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
-        self.create_subscription(OdometryMsg, "odom", self._on_odometry, RELIABLE)
+        self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, RELIABLE)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
 

@@ -46,7 +46,7 @@ GET_ROBOT_POSE = SkillDeclaration(
 
 SET_USER_POSITION = SkillDeclaration(
     name="set_user_position",
-    summary="Remember where the user is",
+    summary="Remember where the user is, unless the map has an obstacle there",
     inputs={"user": Port(Kind.POSE, "where the user is")},
     deadline_s=5.0,
     instant=True,

@@ -8,6 +8,7 @@ from __future__ import annotations
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.skills.locate.hotspots import Hotspots
 
 STATUS_OF_RUN_STATE = {
@@ -48,6 +49,8 @@ class Locator:
         """The most recent navigation goal, None before the first."""
         self.user: Pose2 | None = None
         """Where the user was last known to be."""
+        self.map: OccupancyGrid | None = None
+        """The map, None while it is not known."""
         self.override = False
         """Whether a person has taken the robot over."""
         self._run_state = "IDLE"
@@ -70,11 +73,27 @@ class Locator:
         return self.room_of(pose.x, pose.y) if pose is not None else ""
 
     def set_user_position(self, pose: Pose2) -> Result:
-        """Take over a coordinate from a precise sensor; it always replaces the old one."""
+        """Take over a coordinate from a precise sensor.
+
+        It always replaces the old one, unless it is not finite or in an obstacle of the map.
+        """
         if not pose.is_finite():
             return failure("bad_input", f"the position must be finite, not {pose}")
+        if self._in_obstacle(pose):
+            return failure(
+                "bad_input",
+                f"the map has an obstacle at ({pose.x:.2f} m, {pose.y:.2f} m): nobody can be there; "
+                "a place on free floor would be stored",
+            )
         self.user = pose
         return success()
+
+    def _in_obstacle(self, pose: Pose2) -> bool:
+        """Whether the map, if it is known, has an obstacle at a point."""
+        if self.map is None:
+            return False
+        row, column = self.map.cell_of(pose.x, pose.y)
+        return self.map.contains(row, column) and bool(self.map.cells[row, column] > OCCUPIED // 2)
 
     def set_user_room(self, label: str) -> Result:
         """Take over a room from a coarse sensor; a known position in the same room stays as it is."""

@@ -22,13 +22,14 @@ from florence_interfaces.srv import (
     StopMission,
 )
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformUnavailable
-from florence_bt.ros.conversions import pose_from_ros
+from florence_bt.ros.conversions import grid_from_ros, pose_from_ros
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -85,6 +86,7 @@ class LocatorNode(FlorenceNode):
         self.create_subscription(DetectedUser, "detected_user", self._on_detected, RELIABLE)
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
+        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self._create_getters()
         self._create_setters()
         self._create_gotos()
@@ -99,9 +101,11 @@ class LocatorNode(FlorenceNode):
             return
         x, y = message.user_position_x, message.user_position_y
         robot = self._robot_pose()
-        self._locator.set_user_position(
+        result = self._locator.set_user_position(
             Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0)
         )
+        if not result.succeeded:
+            self.get_logger().warning(f"detected_user: {result.reason}")
 
     def _on_run_state(self, message: RunState) -> None:
         self._locator.take_run_state(message.state)
@@ -109,6 +113,12 @@ class LocatorNode(FlorenceNode):
     def _on_goal(self, message: PoseStamped) -> None:
         goal = pose_from_ros(message.pose)
         self._locator.goal = goal if goal.is_finite() else self._locator.goal
+
+    def _on_map(self, message: OccupancyGridMsg) -> None:
+        try:
+            self._locator.map = grid_from_ros(message)
+        except FlorenceError as error:
+            self.get_logger().warning(f"the map is left out: {error}")
 
     # ---- getters --------------------------------------------------------------------------------------
 

@@ -46,7 +46,7 @@ from florence_bt.ros.conversions import (
     twist_to_ros,
 )
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.localise.scan_queue import ScanQueue
@@ -101,7 +101,7 @@ class NavigationNode(FlorenceNode):
         self._frames = TransformListener(self)
         self._make_publishers()
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
-        self.create_subscription(OdometryMsg, "odom", self._on_odometry, RELIABLE)
+        self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
             self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)

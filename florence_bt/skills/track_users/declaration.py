@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 
-NO_USER_SEEN = 1
-"""Error code of the action ``look_for_user`` for the failure ``no_user_seen``."""
+NO_USER_SEEN, NO_PICTURE = 1, 2
+"""Error codes of the action ``look_for_user`` for the failures of these names."""
 
 START_TRACKER = SkillDeclaration(
     name="start_tracker",
@@ -32,9 +32,12 @@ LOOK_FOR_USER = SkillDeclaration(
         "distance": Port(Kind.LENGTH, "horizontal distance between the camera and the person"),
         "user_id": Port(Kind.INTEGER, "the persistent id of the person"),
     },
-    failures={"no_user_seen": "nobody was in front of the camera during the whole window"},
+    failures={
+        "no_user_seen": "nobody was in front of the camera during the whole window",
+        "no_picture": "the camera gave too few usable pictures to tell whether somebody is there",
+    },
     deadline_s=20.0,
-    server_codes={NO_USER_SEEN: "no_user_seen"},
+    server_codes={NO_USER_SEEN: "no_user_seen", NO_PICTURE: "no_picture"},
 )
 
 DECLARATIONS = (START_TRACKER, STOP_TRACKER, LOOK_FOR_USER)

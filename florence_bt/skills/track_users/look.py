@@ -1,4 +1,7 @@
-"""A look for a person: the nearest one that is seen for long enough, or nobody within the window."""
+"""A look for a person: the nearest one that is seen for long enough, or nobody within the window.
+
+A look that got too few pictures to tell says so: that is not the same as nobody being there.
+"""
 
 from __future__ import annotations
 
@@ -32,11 +35,17 @@ class LookForUser:
         self._robot: Pose2 | None = None
         self._started = 0.0
         self._window = 0.0
+        self._pictures = 0
 
     @property
     def deadline(self) -> float:
         """The moment at which the look ends in any case, seconds."""
         return self._started + self._window
+
+    @property
+    def pictures(self) -> int:
+        """How many pictures were looked at so far."""
+        return self._pictures
 
     @property
     def users_seen(self) -> int:
@@ -48,6 +57,7 @@ class LookForUser:
         self._started, self._window = now, window_s
         self._samples = {}
         self._robot = None
+        self._pictures = 0
 
     def feed(self, now: float, users: Sequence[TrackedUser], robot: Pose2 | None = None) -> None:
         """Take the confirmed people of a picture.
@@ -57,6 +67,7 @@ class LookForUser:
             users: The people, map frame; those out of range or not finite do not count.
             robot: Where the robot is, map frame; gives the person's yaw its meaning.
         """
+        self._pictures += 1
         self._robot = robot or self._robot
         for user in users:
             if math.isfinite(user.x) and math.isfinite(user.y) and self._in_range(user.distance):
@@ -67,15 +78,27 @@ class LookForUser:
 
         Returns:
             Success with ``user`` (its yaw points to the robot, 0 when the robot's pose is not known),
-            ``distance`` and ``user_id``; or ``no_user_seen``.
+            ``distance`` and ``user_id``; ``no_user_seen``; or ``no_picture`` when there were too few
+            pictures to see anybody.
         """
         seen = {key: each for key, each in self._samples.items() if len(each) >= self._use.minimum_pictures}
         settled = any(each[-1][0] - each[0][0] >= self._use.settle_s for each in seen.values())
         if seen and (settled or now >= self.deadline):
             return self._found(seen)
         if now >= self.deadline:
-            return failure("no_user_seen", f"no user seen within {self._window:g} s")
+            return self._nobody()
         return None
+
+    def _nobody(self) -> Result:
+        if self._pictures >= self._use.enough_pictures:
+            return failure(
+                "no_user_seen", f"no user seen within {self._window:g} s in {self._pictures} pictures"
+            )
+        return failure(
+            "no_picture",
+            f"{self._pictures} usable pictures within {self._window:g} s, "
+            f"{self._use.enough_pictures} would have been enough to see somebody",
+        )
 
     def _in_range(self, distance: float) -> bool:
         return self._use.nearest <= distance <= self._use.farthest

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from florence_interfaces.action import LookForUser as LookAction
 from florence_interfaces.msg import DetectedUser, TrackedUsers
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
@@ -21,7 +22,7 @@ from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, TrackedUser
-from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.core.transforms import Transform3, TransformUnavailable
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.conversions import (
     camera_model_from_ros,
@@ -33,7 +34,7 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
-from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, NO_USER_SEEN
+from florence_bt.skills.track_users.declaration import LOOK_FOR_USER
 from florence_bt.skills.track_users.detector import detect_people
 from florence_bt.skills.track_users.known_obstacles import KnownObstacles
 from florence_bt.skills.track_users.look import LookForUser
@@ -42,6 +43,9 @@ from florence_bt.skills.track_users.tracker import UserTracker
 from florence_bt.skills.track_users.user_filter import filter_users
 
 WARNING_PERIOD_S = 5.0
+EMPTY_PICTURE = DepthImage(
+    0.0, "", CameraModel(1, 1, 1.0, 1.0, 0.0, 0.0), np.full((1, 1), np.nan, np.float32)
+)
 MOST_WAIT_S = 2.0
 """A picture waits this long for the pose it was taken at; the robot was somewhere else by then."""
 
@@ -88,6 +92,8 @@ class UserTrackerNode(FlorenceNode):
         super().__init__("user_tracker_ni_node", parameters=parameters)
         self._use = self.read_parameters(UserTrackerNodeParameters)
         self._detector = self.read_parameters(DetectorParameters)
+        # The first call loads the compiled loops, which takes as long as twenty pictures: not during a look.
+        detect_people(EMPTY_PICTURE, Transform3.identity(), None, self._detector)
         self._tracker = UserTracker(self.read_parameters(TrackerParameters))
         self._look = LookForUser(self.read_parameters(LookParameters))
         self._look_timer: Timer | None = None
@@ -111,6 +117,10 @@ class UserTrackerNode(FlorenceNode):
         self._action = SingleGoalServer(
             self, LookAction, "look_for_user", on_goal=self._on_goal, on_cancel=self._on_cancel
         )
+
+    def close(self) -> None:
+        """Take no more pictures."""
+        self._tracker.stop()
 
     # ---- start and stop -------------------------------------------------------------------------------
 
@@ -256,10 +266,7 @@ class UserTrackerNode(FlorenceNode):
         self._end_look()
         if result.succeeded:
             self._tell_detected(result)
-            self._action.finish(_found_to_ros(result), Outcome.SUCCEEDED)
-        else:
-            message = LookAction.Result(error_code=NO_USER_SEEN, error_msg=result.reason)
-            self._action.finish(message, Outcome.FAILED)
+        self._action.finish(_look_to_ros(result, self._look.pictures), result.outcome)
 
     def _tell_detected(self, result: Result) -> None:
         user = result.outputs["user"]
@@ -294,10 +301,14 @@ def _users_to_ros(users: tuple[TrackedUser, ...]) -> TrackedUsers:
     )
 
 
-def _found_to_ros(result: Result) -> LookAction.Result:
+def _look_to_ros(result: Result, pictures: int) -> LookAction.Result:
+    if not result.succeeded:
+        number = {code: number for number, code in LOOK_FOR_USER.server_codes.items()}[result.code]
+        return LookAction.Result(error_code=number, error_msg=result.reason, pictures=pictures)
     user = result.outputs["user"]
     return LookAction.Result(
         found=True,
+        pictures=pictures,
         user_id=result.outputs["user_id"],
         x=user.x,
         y=user.y,

@@ -162,12 +162,15 @@ class LookParameters:
         farthest: People further away do not count, metres.
         settle_s: The position is averaged over this time, seconds.
         minimum_pictures: How often a person must have been seen.
+        enough_pictures: A look at fewer pictures cannot say that nobody is there. A person who stands in view
+            is confirmed in the third picture and seen often enough in the fifth.
     """
 
     nearest: float = 0.5
     farthest: float = 4.0
     settle_s: float = 0.6
     minimum_pictures: int = 3
+    enough_pictures: int = 5
 
     def __post_init__(self) -> None:
         """Check the values.

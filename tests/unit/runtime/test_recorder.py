@@ -88,6 +88,14 @@ def test_the_final_tree_tells_why(bench, tmp_path):
     assert "failed because: a chair is in the way [blocked] at drive_once/" in text
 
 
+def test_the_status_tells_the_outputs_and_only_of_a_success(bench):
+    run = bench.executor.trigger(Request("drive_and_work"))
+    assert "outputs" not in status_text(run, run.tree, bench.clock.now())
+    bench.clock.advance(10.0)
+    assert run.outputs == {"pay": 7} and run.output_texts == {"pay": "7"}
+    assert status_text(run, run.tree, bench.clock.now()).splitlines()[-1] == "outputs pay: 7"
+
+
 def test_the_status_of_nothing_is_said_in_words(bench):
     assert status_text(None, "", 0.0) == "no mission has run yet"
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
+from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.skills.locate import declaration
 from florence_bt.skills.locate.hotspots import Hotspot, Hotspots
@@ -81,6 +83,22 @@ def test_what_is_not_finite_is_refused(locator: Locator, pose: Pose2) -> None:
     assert locator.set_hotspot("kitchen", pose).code == "bad_input"
     assert locator.why_not_goto_pose(pose)
     assert locator.user is None
+
+
+def test_a_place_in_an_obstacle_of_the_map_is_refused_and_changes_nothing(locator: Locator) -> None:
+    cells = np.zeros((4, 4), np.int8)
+    cells[1, 2], cells[3, 3] = OCCUPIED, UNKNOWN
+    wall = Pose2(1.25, 0.75)
+    assert locator.set_user_position(wall).succeeded, "nothing is known about a place without a map"
+    locator.set_user_position(Pose2(0.25, 0.25))
+    locator.map = OccupancyGrid(0.5, Pose2(), cells)
+    refused = locator.set_user_position(wall)
+    assert refused.code == "bad_input"
+    assert "obstacle at (1.25 m, 0.75 m)" in refused.reason and "free floor" in refused.reason
+    assert locator.user == Pose2(0.25, 0.25)
+    for free in (Pose2(0.75, 0.75), Pose2(1.75, 1.75), Pose2(9.0, -9.0)):
+        assert locator.set_user_position(free).succeeded, "free, unknown, and outside of the map"
+        assert locator.user == free
 
 
 def test_the_initial_room_must_exist() -> None:

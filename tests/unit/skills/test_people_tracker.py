@@ -244,13 +244,45 @@ def tracked(x: float, y: float, user_id: int = 1, distance: float | None = None)
     return TrackedUser(user_id, user_id, x, y, math.hypot(x, y) if distance is None else distance)
 
 
+def see_nobody(look: LookForUser, pictures: int) -> None:
+    for k in range(pictures):
+        look.feed(11.0 + 0.1 * k, [])
+
+
 def test_nobody_is_told_at_the_end_of_the_window(look: LookForUser) -> None:
+    see_nobody(look, 5)
     assert look.deadline == 15.0
     assert look.result(14.9) is None
     result = look.result(15.0)
     assert result is not None and not result.succeeded
-    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 5 s")
+    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 5 s in 5 pictures")
     assert result.code in LOOK_FOR_USER.failures
+
+
+@pytest.mark.parametrize("pictures", [0, 1, 4])
+def test_too_few_pictures_do_not_say_that_nobody_is_there(look: LookForUser, pictures: int) -> None:
+    see_nobody(look, 9)
+    look.start(20.0, 2.0)
+    see_nobody(look, pictures)
+    assert look.pictures == pictures
+    assert look.result(21.9) is None
+    result = look.result(22.0)
+    assert result is not None and result.code == "no_picture"
+    assert result.reason.startswith(f"{pictures} usable pictures within 2 s, 5 would")
+    assert result.code in LOOK_FOR_USER.failures
+
+
+def test_enough_pictures_are_those_in_which_somebody_in_view_is_seen() -> None:
+    """What the tracker takes to confirm a person and the look to count it."""
+    tracker, look = UserTracker(), LookForUser()
+    tracker.start(0.0)
+    look.start(0.0, 5.0)
+    pictures = 0
+    while not look.users_seen or not (result := look.result(5.0)) or not result.succeeded:
+        users = tracker.update(0.5 * pictures, [seen(2.0, 0.0)])
+        look.feed(0.5 * pictures, users)
+        pictures += 1
+    assert pictures == LookParameters().enough_pictures
 
 
 def test_a_person_is_told_when_the_average_settled(look: LookForUser) -> None:

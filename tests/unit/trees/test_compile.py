@@ -48,6 +48,7 @@ def test_keys_flow_from_output_to_input(workshop):
     assert bench.run() is Status.SUCCESS
     assert bench.skills["navigate_to"].calls == [{"goal": Pose2(1, 2, 3), "speed": 0.3}]
     assert bench.tree.outputs() == {"user": Pose2(1, 2, 3)}
+    assert bench.tree.output_texts() == {"user": "{x: 1 m, y: 2 m, yaw: 171.887 deg}"}
 
 
 def test_every_kind_of_value(workshop):

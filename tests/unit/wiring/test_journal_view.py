@@ -22,7 +22,7 @@ def florence():
     return call
 
 
-def record(folder, number, mission="goto_user", status=RunStatus.SUCCEEDED, why=None):
+def record(folder, number, mission="goto_user", status=RunStatus.SUCCEEDED, why=None, outputs=None):
     journal = Journal(folder, date=lambda: f"2024-05-0{number}T10:00:00.000Z")
     run = MissionRun(f"T-{number:03d}-{mission}", Request(mission, {}, "Anna"), {})
     path = f"{mission}/navigate to"
@@ -39,6 +39,7 @@ def record(folder, number, mission="goto_user", status=RunStatus.SUCCEEDED, why=
     happen(100.0, EventKind.NODE, node=path, old="INVALID", new="RUNNING", reason="driving")
     if status is not RunStatus.RUNNING:
         run.status, run.ended, run.why, run.tree = status, 104.5, why, f"[+] {mission}"
+        run.output_texts = outputs or {}
         happen(104.5, EventKind.SKILL_ENDED, node=path, skill="navigate_to", outcome="failed", code="no_path")
         happen(104.5, EventKind.ENDED, status=status.value, code=run.code, reason=run.reason)
     journal.close()
@@ -54,11 +55,24 @@ def runs(tmp_path):
     return folder
 
 
+OUTPUTS = {"pose": "{x: 1 m, y: 2 m, yaw: 90 deg}", "way": "2.5 m"}
+
+
+def test_the_outputs_of_a_run_are_told(florence, tmp_path):
+    run_id = record(tmp_path, 1, outputs=OUTPUTS)
+    told = "pose: {x: 1 m, y: 2 m, yaw: 90 deg}, way: 2.5 m"
+    listed = florence("runs", "--folder", tmp_path).output.splitlines()
+    assert listed[1] == f"2024-05-01 10:00:00  SUCCEEDED  4.5 s  {run_id}  {told}"
+    for events in ([], ["--events"]):
+        shown = florence("status", "--folder", tmp_path, "--run", run_id, *events).output.splitlines()
+        assert f"outputs {told}" in shown
+
+
 def test_runs_are_listed_the_latest_first(florence, runs):
     result = florence("runs", "--folder", runs)
     assert result.exit_code == 0
     assert result.output.splitlines() == [
-        "accepted (UTC)       state      took   run              why",
+        "accepted (UTC)       state      took   run              why, or outputs",
         "2024-05-03 10:00:00  RUNNING    -      T-003-goto_user",
         "2024-05-02 10:00:00  FAILED     4.5 s  T-002-goto_room  no_path: no way there",
         "2024-05-01 10:00:00  SUCCEEDED  4.5 s  T-001-goto_user",

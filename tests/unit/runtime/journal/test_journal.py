@@ -113,7 +113,7 @@ def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
         bench.clock.advance(0.0)
         assert "skill_started" in [event.kind for event in reader.events(run.run_id)]
         bench.clock.advance(10.0)
-        assert reader.run(run.run_id).state == "SUCCEEDED" and reader.run(run.run_id).outputs == {"pay": 7}
+        assert reader.run(run.run_id).state == "SUCCEEDED" and reader.run(run.run_id).outputs == {"pay": "7"}
 
 
 def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
