@@ -16,7 +16,15 @@ from florence_bt.core.errors import FlorenceError
 from florence_bt.core.skill import SkillRun
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import OVERRIDE, Executor
-from florence_bt.runtime.journal import Journal, JournaledEvent, JournaledRun, JournalReader
+from florence_bt.runtime.journal import (
+    Journal,
+    JournalBroken,
+    JournaledEvent,
+    JournaledRun,
+    JournalReader,
+    JournalTooNew,
+)
+from florence_bt.runtime.journal.schema import OWN_FILE
 from florence_bt.runtime.journal.text import with_one_clock
 from florence_bt.runtime.journal.tree_text import tree_from_events
 from florence_bt.runtime.replay import ReplayDiverged, replay, typed
@@ -104,9 +112,14 @@ class Recovery:
         """Read the journal. One that cannot be read may hide anything: then the robot is made safe too."""
         try:
             return self._read()
+        except JournalTooNew as error:
+            self._tell(f"{error}; it is left alone, and runs are kept in {OWN_FILE} beside it")
+        except JournalBroken as error:
+            self._tell(f"runs that went on when the process before died are not taken up: {error}")
+            self._journal.set_aside(str(error))
         except FlorenceError as error:
             self._tell(f"it is not known what the process before left: {error}")
-            return True
+        return True
 
     def _read(self) -> bool:
         if not self._journal.exists():

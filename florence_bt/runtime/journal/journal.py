@@ -19,7 +19,7 @@ from florence_bt.runtime.events import Event, EventKind
 from florence_bt.runtime.journal.keeper import Keeper
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
-from florence_bt.runtime.journal.schema import JOURNAL_FILE
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, OWN_FILE
 from florence_bt.runtime.journal.store import Change, Happened, Job, NewRun, Note, Store
 from florence_bt.runtime.run import MissionRun
 
@@ -142,7 +142,16 @@ class Journal:
 
     def exists(self) -> bool:
         """Whether there is a file already."""
-        return (self.folder / JOURNAL_FILE).is_file()
+        return any((self.folder / name).is_file() for name in (JOURNAL_FILE, OWN_FILE))
+
+    def set_aside(self, broken: str) -> None:
+        """Move a file that cannot be read out of the way and begin a new one; only before the first write.
+
+        Args:
+            broken: What is wrong with the file.
+        """
+        self._keeper.begin_again(broken)
+        self._report()
 
     @contextmanager
     def together(self) -> Iterator[None]:

@@ -6,7 +6,6 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
 from florence_bt.runtime.recovery import Recovery
-from florence_bt.runtime.run import MissionRun, RunIds
+from florence_bt.runtime.run import MissionRun, RunIds, utc_stamp
 from florence_bt.runtime.safety import Safety
 
 
@@ -88,7 +87,7 @@ class MissionNode(FlorenceNode):
             self._skills,
             declarations,
             self.timebase,
-            RunIds(datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")),
+            RunIds(utc_stamp),
             call_soon=self.call_soon,
             log=self._journal,
             stopwatch=time.perf_counter,

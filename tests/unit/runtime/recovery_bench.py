@@ -117,7 +117,8 @@ class Process:
         }
         declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}
         self.skills = {n: ScriptedSkill(d, self.clock, scripts[n]) for n, d in declarations.items()}
-        self.journal = Journal(folder / "runs")
+        self.troubles = []
+        self.journal = Journal(folder / "runs", on_trouble=self.troubles.append)
         missions = MissionFolders.of([folder], declarations, built_in=False)
         clock = self.clock if late is None else Late(self.clock, late)
         self.executor = Executor(missions, self.skills, declarations, clock, RunIds(name), log=self.journal)
