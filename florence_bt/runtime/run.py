@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -139,6 +140,10 @@ class RunIds:
         self._count += 1
         self._latest = max(self._latest, self._stamp if isinstance(self._stamp, str) else self._stamp())
         return f"{self._latest}-{self._count:03d}-{mission}"
+
+
+RUN_ID = re.compile(r"\d{8}T\d{6}Z-\d+-.+")
+"""The ids that begin with :func:`utc_stamp`; no mission has such a name."""
 
 
 def utc_stamp() -> str:

@@ -36,6 +36,9 @@ STATE_KINDS = frozenset(
 """Kinds after which a run stands elsewhere."""
 
 
+WRITTEN = "written"
+"""The note that has the date of the last entry: steady clocks do not outlive the machine."""
+
 HANGING_S = 0.05
 """How long an acknowledgement waits when the disk did not answer the last time."""
 
@@ -75,7 +78,7 @@ class Journal:
         folder: The folder of the runs; made when needed.
         parameters: How it is kept.
         background: Whether a thread of its own writes.
-        date: Gives the date of acceptance of a run as text; that of now in UTC when not given.
+        date: Gives the date of an acceptance and of the last entry as text; now in UTC when not given.
         on_trouble: Told in one sentence that the journal cannot be written, and when it can again.
     """
 
@@ -230,6 +233,8 @@ class Journal:
         if self._closed:
             return
         batch, self._batch = self._batch, []
+        if batch:
+            batch.append(Note(WRITTEN, self._date()))
         self._handed += len(batch)
         if self._writer is not None:
             self._writer.put(batch, try_again=try_again)
