@@ -9,7 +9,7 @@ is a matter of ``steady``, the time of this machine. A simulation that runs fast
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -62,6 +62,9 @@ class GoalChannel(Protocol):
     def send_cancel(self) -> None:
         """Ask for the goal's end, any time after it was sent; the answer comes to ``stop_answered``."""
 
+    def feedback(self) -> str:
+        """The newest that the server told about the goal, for people; empty when there is nothing new."""
+
 
 SEARCH_PERIOD_S = 0.05
 """How often to look for a server that is not there yet: discovery reports nothing by itself."""
@@ -71,14 +74,18 @@ SETTLE_S = 0.25
 its first answer would be lost."""
 
 WATCH_PERIOD_S = 0.25
-"""How often to look whether the server is still there."""
+"""How often to look whether the server is still there, and what it told last."""
 
 STANDING_CLOCK = 4.0
 """A cancel is given up after this many times its deadline in steady time, should the robot's clock stand."""
 
 
 class ActionRun:
-    """A run of a skill that an action server performs."""
+    """A run of a skill that an action server performs.
+
+    Attributes:
+        goal_id: The id of its goal, in hexadecimal.
+    """
 
     def __init__(
         self,
@@ -87,6 +94,8 @@ class ActionRun:
         deadlines: Deadlines,
         label: str,
         steady: Clock | None = None,
+        goal_id: str = "",
+        older: Sequence[ActionRun] = (),
     ) -> None:
         """Begin the run.
 
@@ -96,24 +105,31 @@ class ActionRun:
             deadlines: How long each state may last.
             label: Names the action in reasons, e.g. ``navigate_to_pose (nav2_msgs/action/NavigateToPose)``.
             steady: The time of this machine; ``clock`` when not given.
+            goal_id: The id of the goal, for reasons.
+            older: Runs of the same action that ended while their goals went on: no goal is sent beside those.
         """
         self._clock = clock
         self._steady = steady or clock
         self._channel = channel
         self._deadlines = deadlines
         self._label = label
+        self.goal_id = goal_id
+        self._older = older
         self._state = RunState(f"waiting for {label}")
         self._stop = GoalStop(self._steady, channel.send_cancel)
         self._sent = False
         self._accepted = False
         self._over = False
         self._refused = False
+        self._promised = False
         self._cancel_asked = 0.0
         now = self._steady.now()
         self._deadline: Timer = self._steady.call_at(now + deadlines.accept_s, self._not_accepted)
         self._look: Timer | None = None
         self._seen = now
         self._came_late = False
+        for run in older:
+            run.stop_again()
         self._search()
 
     @property
@@ -132,6 +148,21 @@ class ActionRun:
         if not self._sent or self._over:
             return False
         return self._stop.asking or self._state.phase is not Phase.DONE
+
+    @property
+    def goal_left(self) -> bool:
+        """Whether the run has ended while its goal is not known to be over."""
+        return self._accepted and not self._over and self._state.phase is Phase.DONE
+
+    @property
+    def open_goal(self) -> str:
+        """The goal with its action, for people."""
+        return f"goal {self.goal_id} of {self._label}"
+
+    def stop_again(self) -> None:
+        """Ask once more for the end of a goal that was left: somebody wants to send the next one."""
+        if self.goal_left:
+            self._stop.ask_now()
 
     def poll(self) -> Result | None:
         """The result, or None while the run goes on."""
@@ -187,7 +218,9 @@ class ActionRun:
     def stop_answered(self, answer: StopAnswer) -> None:
         """The server answered the request to stop."""
         self._refused = answer is StopAnswer.REFUSED
-        if answer is StopAnswer.PROMISED:
+        if answer is StopAnswer.PROMISED or (answer is StopAnswer.OVER and self._promised):
+            # rcl calls a goal that is just being cancelled terminated too: its result tells the end.
+            self._promised = True
             self._stop.end()
         elif answer is StopAnswer.OVER:
             self._goal_is_over()
@@ -212,6 +245,8 @@ class ActionRun:
         if not self._channel.server_is_there():
             self._came_late = True
             self._look = self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
+        elif self._left_open():
+            self._look = self._steady.call_at(self._steady.now() + SEARCH_PERIOD_S, self._search)
         elif self._came_late:
             self._came_late = False
             self._look = self._steady.call_at(self._steady.now() + SETTLE_S, self._search)
@@ -220,8 +255,15 @@ class ActionRun:
             self._look = None
             self._channel.send_goal()
 
+    def _left_open(self) -> str:
+        """The goal of an older run that goes on, for people; empty when there is none."""
+        return next((run.open_goal for run in self._older if run.goal_left), "")
+
     def _watch(self) -> None:
         now = self._steady.now()
+        told = self._channel.feedback()
+        if told:
+            self.set_feedback(told)
         if self._channel.goals_server_is_there():
             self._seen = now
         elif now - self._seen >= self._deadlines.lost_s:
@@ -240,6 +282,12 @@ class ActionRun:
 
     def _not_accepted(self) -> None:
         limit = f"within {self._deadlines.accept_s:g} s"
+        if not self._sent and self._channel.server_is_there() and (left := self._left_open()):
+            reason = (
+                f"the {left} is still open although its end was asked for; no second goal was sent {limit}"
+            )
+            self._finish(failure("timed_out", reason))
+            return
         if not self._sent:
             self._finish(
                 failure(
@@ -250,9 +298,12 @@ class ActionRun:
         # Its answer may have got lost: whoever works on the goal all the same is told to stop.
         self._stop.begin()
         if self._cancelling():
-            self._finish(cancelled(f"cancelled; {self._label} did not answer the goal {limit}"))
+            self._finish(cancelled(f"cancelled; {self._no_answer(limit)}"))
         else:
-            self._finish(failure("timed_out", f"{self._label} did not answer the goal {limit}"))
+            self._finish(failure("timed_out", self._no_answer(limit)))
+
+    def _no_answer(self, limit: str) -> str:
+        return f"{self._label} did not answer the goal {limit}; the goal {self.goal_id} may be open"
 
     def _no_result(self) -> None:
         # The phase is ACTIVE here: the server still works, and nobody will look at the goal any more.
@@ -280,8 +331,9 @@ class ActionRun:
 
     def _give_up_cancel(self) -> None:
         answer = "refused to stop" if self._refused else "did not confirm the stop"
+        limit = f"within {self._deadlines.cancel_s:g} s"
         self._finish(
-            cancelled(f"cancelled, but {self._label} {answer} within {self._deadlines.cancel_s:g} s")
+            cancelled(f"cancelled, but {self._label} {answer} {limit}; its goal {self.goal_id} is still open")
         )
 
     def _cancelling(self) -> bool:

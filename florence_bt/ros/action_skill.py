@@ -8,8 +8,6 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
-from rclpy.action import ActionClient
-from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.errors import FlorenceError
@@ -17,6 +15,7 @@ from florence_bt.core.outcome import Outcome, Result, failure
 from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
 from florence_bt.ros._action_run import ActionRun, Deadlines
 from florence_bt.ros._goal_stop import StopAnswer
+from florence_bt.ros.action_client import ActionClient
 from florence_bt.ros.action_server import REFUSED
 from florence_bt.ros.node import FlorenceNode
 
@@ -33,23 +32,6 @@ _STOP_ANSWERS = {
     CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID: StopAnswer.UNKNOWN,
     CancelGoal.Response.ERROR_GOAL_TERMINATED: StopAnswer.OVER,
 }
-
-
-class _Client(ActionClient):
-    """An action client that outlives a second server of the same name.
-
-    Both are sent the goal and both answer; rclpy raises when the second answer comes on the heels of the
-    first one, which ends the process. The first answer counts here; the run tells the other server to stop.
-    """
-
-    async def execute(self, taken_data: dict[str, Any]) -> None:
-        """Serve what has arrived."""
-        if "goal" in taken_data:
-            sequence_number, _ = taken_data["goal"]
-            pending = self._pending_goal_requests.get(sequence_number)
-            if pending is not None and pending.done():
-                del taken_data["goal"]
-        await super().execute(taken_data)
 
 
 class ActionSkill:
@@ -88,13 +70,12 @@ class ActionSkill:
         self._to_result = to_result
         self._to_feedback = to_feedback
         self._deadlines = deadlines or Deadlines()
-        self._runs: dict[bytes, ActionRun] = {}
+        self._runs: list[ActionRun] = []
         self.action = name
-        self._client = _Client(node, action_type, name)
-        self._label = f"action {node.resolve_service_name(name)} ({_type_name(action_type)})"
+        self._client = ActionClient(node, action_type, name)
+        self._label = f"action {self._client.name} ({_type_name(action_type)})"
         node.on_close(self._shut_down)
         node.before_leaving(self._goals_are_over)
-        node.on_destroy(self._client.destroy)
 
     @property
     def label(self) -> str:
@@ -111,18 +92,29 @@ class ActionSkill:
             goal = self._to_goal(inputs)
         except (FlorenceError, KeyError, TypeError, ValueError) as error:
             return FinishedRun(failure("bad_input", f"no goal for {self._label}: {error}"))
-        channel = _Channel(self._node, self._client, goal, self._read_result, self._to_feedback)
-        run = ActionRun(self._node.timebase, channel, self._deadlines, self._label, self._node.steady)
+        channel = _Channel(self._node, self._client, goal, self._read_result, self._feedback_of)
+        self._runs = [one for one in self._runs if one.poll() is None or one.goal_open or one.goal_left]
+        older = [one for one in self._runs if one.goal_left]
+        node = self._node
+        run = ActionRun(
+            node.timebase, channel, self._deadlines, self._label, node.steady, channel.goal_id, older
+        )
         channel.run = run
-        self._runs = {
-            goal_id: one for goal_id, one in self._runs.items() if one.poll() is None or one.goal_open
-        }
-        self._runs[channel.goal_id] = run
+        self._runs.append(run)
         return run
 
-    def goal_ids(self) -> set[bytes]:
+    def goal_ids(self) -> set[str]:
         """The ids of the goals of runs that go on."""
-        return {goal_id for goal_id, run in self._runs.items() if run.poll() is None}
+        return {run.goal_id for run in self._runs if run.poll() is None}
+
+    def _feedback_of(self, goal: UUID) -> str:
+        """What the newest feedback says about a goal; empty when nothing has come since the last question."""
+        told = ""
+        if self._to_feedback is not None:
+            for message in self._client.feedback():
+                if message.goal_id == goal:
+                    told = self._to_feedback(message.feedback)
+        return told
 
     def _read_result(self, response: Any) -> Result:
         outcome = _OUTCOMES.get(response.status)
@@ -136,11 +128,11 @@ class ActionSkill:
         return self._to_result(response.result, outcome)
 
     def _shut_down(self) -> None:
-        for run in self._runs.values():
+        for run in self._runs:
             run.shut_down()
 
     def _goals_are_over(self) -> bool:
-        return not any(run.goal_open for run in self._runs.values())
+        return not any(run.goal_open for run in self._runs)
 
 
 class _Channel:
@@ -152,22 +144,21 @@ class _Channel:
         client: ActionClient,
         goal: Any,
         read_result: Callable[[Any], Result],
-        to_feedback: Callable[[Any], str] | None,
+        read_feedback: Callable[[UUID], str],
     ) -> None:
         self._node = node
         self._client = client
         self._goal = goal
         self._read_result = read_result
-        self._to_feedback = to_feedback
-        self._status_topic = f"{client._action_name}/_action/status"
+        self._read_feedback = read_feedback
         self._id = UUID(uuid=list(uuid.uuid4().bytes))
         self._servers: set[bytes] = set()
-        self._handle: ClientGoalHandle | None = None
         self.run: ActionRun | None = None
 
     @property
-    def goal_id(self) -> bytes:
-        return bytes(self._id.uuid)
+    def goal_id(self) -> str:
+        """The id as tools of ROS show it."""
+        return bytes(self._id.uuid).hex()
 
     def server_is_there(self) -> bool:
         return bool(self._client.server_is_ready())
@@ -175,35 +166,28 @@ class _Channel:
     def goals_server_is_there(self) -> bool:
         if not self._client.server_is_ready():
             return False
-        found = {
-            bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
-        }
+        found = self._client.server_ids()
         self._servers = self._servers or found
         return not self._servers or not self._servers.isdisjoint(found)
 
     def servers(self) -> int:
-        return self._node.count_publishers(self._status_topic)
+        return self._client.servers()
 
     def send_goal(self) -> None:
-        feedback = self._node.guarded(self._on_feedback) if self._to_feedback is not None else None
-        future = self._client.send_goal_async(self._goal, feedback_callback=feedback, goal_uuid=self._id)
+        future = self._client.send_goal(self._id, self._goal)
         future.add_done_callback(self._node.guarded(self._on_answer))
 
     def send_cancel(self) -> None:
-        # rclpy has no handle before the acceptance; the server knows the goal by its id all the same.
-        handle = self._handle or ClientGoalHandle(self._client, self._id, None)
-        future = self._client._cancel_goal_async(handle)
-        future.add_done_callback(self._node.guarded(self._on_cancel_answer))
+        self._client.cancel(self._id).add_done_callback(self._node.guarded(self._on_cancel_answer))
 
     def _on_answer(self, future: Any) -> None:
-        handle = future.result()
-        if handle is None or self.run is None:
+        answer = future.result()
+        if answer is None or self.run is None:
             return
-        if not handle.accepted:
+        if not answer.accepted:
             self.run.rejected()
             return
-        self._handle = handle
-        handle.get_result_async().add_done_callback(self._node.guarded(self._on_result))
+        self._client.ask_result(self._id).add_done_callback(self._node.guarded(self._on_result))
         self.run.accepted()
 
     def _on_result(self, future: Any) -> None:
@@ -216,14 +200,13 @@ class _Channel:
             self.run.stop_answered(self._stop_answer(answer))
 
     def _stop_answer(self, answer: CancelGoal.Response) -> StopAnswer:
-        promised = [bytes(info.goal_id.uuid) for info in answer.goals_canceling]
+        promised = [bytes(info.goal_id.uuid).hex() for info in answer.goals_canceling]
         if answer.return_code == CancelGoal.Response.ERROR_NONE and self.goal_id not in promised:
             return StopAnswer.REFUSED  # as servers of rclpy say it
         return _STOP_ANSWERS.get(answer.return_code, StopAnswer.REFUSED)
 
-    def _on_feedback(self, message: Any) -> None:
-        if self.run is not None and self._to_feedback is not None:
-            self.run.set_feedback(self._to_feedback(message.feedback))
+    def feedback(self) -> str:
+        return self._read_feedback(self._id)
 
 
 def _type_name(action_type: Any) -> str:

@@ -24,15 +24,15 @@ class OpenGoal:
 
     Attributes:
         action: Name of the action.
-        goal_id: Its 16 bytes.
+        goal_id: Its 16 bytes, in hexadecimal.
     """
 
     action: str
-    goal_id: bytes
+    goal_id: str
 
     def __str__(self) -> str:
         """For people: the action and the beginning of the id."""
-        return f"{self.action} (goal {self.goal_id.hex()[:8]})"
+        return f"{self.action} (goal {self.goal_id[:8]})"
 
 
 class OpenGoals:
@@ -45,7 +45,7 @@ class OpenGoals:
 
     def __init__(self, node: FlorenceNode, actions: Iterable[str]) -> None:
         self._node = node
-        self._open: dict[str, tuple[bytes, ...]] = {}
+        self._open: dict[str, tuple[str, ...]] = {}
         self._clients: dict[str, Client] = {}
         for action in actions:
             self._clients[action] = node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
@@ -76,7 +76,7 @@ class OpenGoals:
 
     def cancel(self, goal: OpenGoal) -> None:
         """Ask for the end of one goal."""
-        request = CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=list(goal.goal_id))))
+        request = CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=list(bytes.fromhex(goal.goal_id)))))
         self._clients[goal.action].call_async(request)
 
     def cancel_all(self, action: str, on_answer: Callable[[], None] | None = None) -> None:
@@ -93,7 +93,9 @@ class OpenGoals:
 
     def _on_status(self, action: str, message: GoalStatusArray) -> None:
         self._open[action] = tuple(
-            bytes(status.goal_info.goal_id.uuid) for status in message.status_list if status.status in OPEN
+            bytes(status.goal_info.goal_id.uuid).hex()
+            for status in message.status_list
+            if status.status in OPEN
         )
 
 

@@ -368,6 +368,7 @@ def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
 
 def typed(value: Any, port: Port | None) -> Any:
     """A plain value of the journal as a value of a port's kind."""
-    if port is not None and port.kind is Kind.POSE and isinstance(value, Mapping):
+    is_pose = isinstance(value, Mapping) and value.keys() == {"x", "y", "yaw"}
+    if port is not None and port.kind is Kind.POSE and is_pose:
         return Pose2(**value)
     return value

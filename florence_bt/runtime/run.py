@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
 from florence_bt.behaviours.why import Why
@@ -123,14 +125,29 @@ class MissionRun:
 
 
 class RunIds:
-    """Makes run ids: start time and a counter, so that they sort and never repeat within a process."""
+    """Makes run ids: the time of the trigger and a counter, so that they sort and never repeat in a process.
 
-    def __init__(self, stamp: str) -> None:
-        """Store the time stamp text that the ids of this process begin with."""
+    Args:
+        stamp: What the ids begin with, or a function that gives it for each, e.g. :func:`utc_stamp`.
+            A date that was set back does not count: the latest stamp is used again.
+    """
+
+    def __init__(self, stamp: str | Callable[[], str]) -> None:
         self._stamp = stamp
+        self._latest = ""
         self._count = 0
 
     def next(self, mission: str) -> str:
         """The id of the next run."""
         self._count += 1
-        return f"{self._stamp}-{self._count:03d}-{mission}"
+        self._latest = max(self._latest, self._stamp if isinstance(self._stamp, str) else self._stamp())
+        return f"{self._latest}-{self._count:03d}-{mission}"
+
+
+RUN_ID = re.compile(r"\d{8}T\d{6}Z-\d+-.+")
+"""The ids that begin with :func:`utc_stamp`; no mission has such a name."""
+
+
+def utc_stamp() -> str:
+    """The date and time of now in UTC, such as ``20240501T101500Z``."""
+    return datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")

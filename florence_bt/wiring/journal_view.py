@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError, closest_first
@@ -67,6 +68,35 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
     if events:
         lines += ["", *timeline(happened)]
     return "\n".join(lines)
+
+
+def left_runs(folder: Path) -> list[str]:
+    """The runs without an end in a folder of runs that no system uses now; none when there is no journal.
+
+    One that cannot be read hides them, and the log of the mission server says so.
+    """
+    try:
+        with JournalReader(folder) as reader:
+            return [run.run_id for run in reader.unfinished()]
+    except ConfigError:
+        return []
+
+
+def what_became_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
+    """A line for each of the runs that :func:`left_runs` found before the system started.
+
+    Raises:
+        ConfigError: The journal cannot be read any more.
+    """
+    if not run_ids:
+        return []
+    with JournalReader(folder) as reader:
+        runs = [run for run_id in run_ids if (run := reader.run(run_id)) is not None]
+    return [
+        f"{run.run_id} had not ended when the last system did: now {run.state}"
+        + (f", {run.reason}" if run.reason else "")
+        for run in runs
+    ]
 
 
 def journal_folder(folder: Path | None) -> Path:

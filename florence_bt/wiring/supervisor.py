@@ -19,6 +19,8 @@ from florence_bt.wiring.signals import held_back
 STOP_BUDGET_S = 8.0
 """Wall seconds that a process gets to end by itself after it was asked to."""
 TAIL_LINES = 15
+STARTED_AGAIN = "FLORENCE_STARTED_AGAIN"
+"""The variable that tells a process that it follows one that died; empty for the first one of its group."""
 RESTARTS = 3
 """How often processes that died are started again within :data:`RESTARTS_PERIOD_S`."""
 RESTARTS_PERIOD_S = 600.0
@@ -135,10 +137,10 @@ class Supervisor:
         (index,) = (number for number, child in enumerate(self._children) if child.name == group)
         self._children[index].log.close()
         with held_back():
-            self._children[index] = self._started(group)
+            self._children[index] = self._started(group, again=True)
         return True
 
-    def _started(self, group: str) -> _Child:
+    def _started(self, group: str, *, again: bool = False) -> _Child:
         log_file = self._log_folder / f"{group}.log"
         try:
             self._log_folder.mkdir(parents=True, exist_ok=True)
@@ -154,7 +156,7 @@ class Supervisor:
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, "PYTHONUNBUFFERED": "1", STARTED_AGAIN: "1" if again else ""},
             # A Ctrl-C in the terminal is ours to hand on, in the right order.
             start_new_session=True,
             pass_fds=self._keep_open,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +13,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
 from florence_bt.wiring.config import Parameters, load_config, section
 from florence_bt.wiring.options import BringUp
+from florence_bt.wiring.supervisor import STARTED_AGAIN
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
@@ -202,6 +205,8 @@ def _missions(settings: _Settings) -> list[Factory]:
         "florence_bt",
         runs_folder=str(settings.options.runs),
         mission_folders=settings.options.mission_folders or None,
+        # Its predecessor has just died, and the system has been up all the time.
+        take_up_limit=inf if os.environ.get(STARTED_AGAIN) else None,
     )
     pictures = BackgroundPictures(settings.map_file, settings.hotspots_file)
 

@@ -7,6 +7,7 @@ import os
 from rich.console import Console
 
 from florence_bt.ros.environment import reach_of
+from florence_bt.wiring.journal_view import left_runs, what_became_of
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
 
@@ -26,12 +27,15 @@ def run_up(options: BringUp) -> None:
     def say(line: str) -> None:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
+    left = left_runs(options.runs)
     with System(options) as system:
         reach = reach_of(os.environ)
         if not reach.this_machine:
             say(f"open to {reach.text}")
         seconds = system.wait_ready(say)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
+        for line in what_became_of(options.runs, left):
+            say(line)
         if not system.client.knows_pose():
             say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
         say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")

@@ -13,6 +13,7 @@ from rclpy.action.server import RCLError
 
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.skill import Phase
+from florence_bt.ros._action_run import WATCH_PERIOD_S
 from florence_bt.ros.action_server import PREEMPTED, SHUT_DOWN, SingleGoalServer
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.node import FlorenceNode
@@ -330,3 +331,47 @@ def test_a_bug_in_the_goal_callback_ends_the_server_not_the_client(ros: Any, cli
     with pytest.raises(ZeroDivisionError):
         ros.spin_until(run.poll)
     assert ros.spin_until(run.poll).code == "rejected"
+
+
+def test_a_flood_of_feedback_is_no_work_for_the_executor(ros: Any, client: FlorenceNode) -> None:
+    """1,000 messages a second held a stop back for 39 s: each of them was an event of its own."""
+    spinner = ros.add(Spinner())
+    skill = spin_skill(client)
+    run = skill.start({"angle": 1.0})
+    ros.spin_until(lambda: run.phase is Phase.ACTIVE, what="the goal")
+    flood = spinner.create_publisher(Spin.Impl.FeedbackMessage, "spin/_action/feedback", 10)
+    ros.spin_until(lambda: flood.get_subscription_count() == 1, what="the subscription of the client")
+    changes: list[str] = []
+    run.on_change(lambda: changes.append(run.feedback))
+    message = Spin.Impl.FeedbackMessage(goal_id=run._channel._id)
+    begin = client.steady.now()
+    for number in range(3000):
+        message.feedback.angular_distance_traveled = float(number)
+        flood.publish(message)
+        ros.loop.spin_once(0.0)
+    ros.spin_until(lambda: run.feedback == "turned 2999.0 rad", what="the newest feedback")
+    looks = (client.steady.now() - begin) / WATCH_PERIOD_S
+    assert len(changes) <= looks + 1
+    spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+    ros.spin_until(lambda: run.poll() is not None, what="the result")
+
+
+def test_no_second_goal_beside_one_that_the_server_does_not_end(ros: Any, client: FlorenceNode) -> None:
+    spinner = ros.add(Spinner())
+    spinner.obey = False
+    skill = spin_skill(client, accept_s=1.0, cancel_s=0.2)
+    first = skill.start({"angle": 1.0})
+    ros.spin_until(lambda: first.phase is Phase.ACTIVE, what="the goal")
+    first.cancel()
+    ros.spin_until(lambda: first.poll() is not None, what="the end of the patience")
+    goal = first._channel.goal_id
+    assert f"its goal {goal} is still open" in first.poll().reason
+    second = skill.start({"angle": 2.0})
+    ros.spin_until(lambda: second.poll() is not None, what="the answer to the second one")
+    assert f"goal {goal} of action /spin" in second.poll().reason and spinner.goals == [1.0]
+    spinner.server.finish(Spin.Result(), Outcome.CANCELLED)
+    third = skill.start({"angle": 3.0})
+    ros.spin_until(lambda: spinner.goals == [1.0, 3.0], what="the goal after the end of the first one")
+    third.cancel()
+    spinner.server.finish(Spin.Result(), Outcome.CANCELLED)
+    ros.spin_until(lambda: third.poll() is not None, what="the end")

@@ -1,8 +1,7 @@
 """Attacks a simulated system, and writes what it stood into docs/safety.md.
 
-``python tools/safety_campaign overrides --count 500 --write docs/safety.md``; ``--help`` lists the attacks. Each
-of them brings systems up by itself, in the ROS domain of ROS_DOMAIN_ID, and ends them; all are bounded in time.
-The whole campaign takes about an hour and a half on two cores.
+``python tools/safety_campaign overrides --count 500 --write docs/safety.md``; ``--help`` lists the attacks.
+Each brings systems up by itself, in the ROS domain of ROS_DOMAIN_ID, and ends them. All are bounded in time.
 """
 
 from __future__ import annotations

@@ -6,13 +6,15 @@
 from florence_bt.runtime.journal.journal import Journal, JournalParameters
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
-from florence_bt.runtime.journal.schema import JOURNAL_FILE
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, JournalBroken, JournalTooNew
 
 __all__ = [
     "JOURNAL_FILE",
     "Journal",
+    "JournalBroken",
     "JournalParameters",
     "JournalReader",
+    "JournalTooNew",
     "JournaledEvent",
     "JournaledRun",
 ]

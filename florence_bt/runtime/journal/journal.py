@@ -19,7 +19,7 @@ from florence_bt.runtime.events import Event, EventKind
 from florence_bt.runtime.journal.keeper import Keeper
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
-from florence_bt.runtime.journal.schema import JOURNAL_FILE
+from florence_bt.runtime.journal.schema import JOURNAL_FILE, OWN_FILE
 from florence_bt.runtime.journal.store import Change, Happened, Job, NewRun, Note, Store
 from florence_bt.runtime.run import MissionRun
 
@@ -35,6 +35,9 @@ STATE_KINDS = frozenset(
 )
 """Kinds after which a run stands elsewhere."""
 
+
+WRITTEN = "written"
+"""The note that has the date of the last entry: steady clocks do not outlive the machine."""
 
 HANGING_S = 0.05
 """How long an acknowledgement waits when the disk did not answer the last time."""
@@ -75,7 +78,7 @@ class Journal:
         folder: The folder of the runs; made when needed.
         parameters: How it is kept.
         background: Whether a thread of its own writes.
-        date: Gives the date of acceptance of a run as text; that of now in UTC when not given.
+        date: Gives the date of an acceptance and of the last entry as text; now in UTC when not given.
         on_trouble: Told in one sentence that the journal cannot be written, and when it can again.
     """
 
@@ -142,7 +145,16 @@ class Journal:
 
     def exists(self) -> bool:
         """Whether there is a file already."""
-        return (self.folder / JOURNAL_FILE).is_file()
+        return any((self.folder / name).is_file() for name in (JOURNAL_FILE, OWN_FILE))
+
+    def set_aside(self, broken: str) -> None:
+        """Move a file that cannot be read out of the way and begin a new one; only before the first write.
+
+        Args:
+            broken: What is wrong with the file.
+        """
+        self._keeper.begin_again(broken)
+        self._report()
 
     @contextmanager
     def together(self) -> Iterator[None]:
@@ -221,6 +233,8 @@ class Journal:
         if self._closed:
             return
         batch, self._batch = self._batch, []
+        if batch:
+            batch.append(Note(WRITTEN, self._date()))
         self._handed += len(batch)
         if self._writer is not None:
             self._writer.put(batch, try_again=try_again)

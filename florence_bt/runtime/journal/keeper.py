@@ -8,10 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.runtime.journal.store import Change, Happened, Job, Note, Store
+from florence_bt.runtime.journal.schema import JournalBroken, is_damage
+from florence_bt.runtime.journal.store import Change, Happened, Job, NewRun, Note, Store
 
-MALFORMED = ("malformed", "not a database", "disk image")
-"""What SQLite says about a file that is broken."""
 _NOT_TO_BE_KEPT = (sqlite3.IntegrityError, sqlite3.DataError, sqlite3.ProgrammingError)
 """One of the jobs is wrong, not the disk."""
 
@@ -38,6 +37,8 @@ class Keeper:
         self._max_waiting = max_waiting
         self._waiting: list[Job] = []
         self._lost: Counter[str] = Counter()
+        self._open: dict[str, NewRun] = {}
+        """The runs that began here and have no end yet: a file that begins again needs their rows."""
 
     def put(self, jobs: list[Job], *, try_again: bool) -> None:
         """Write jobs, those first that still wait.
@@ -48,6 +49,9 @@ class Keeper:
         """
         self._waiting += jobs
         self.done += len(jobs)
+        for job in jobs:
+            if isinstance(job, NewRun):
+                self._open[job.run_id] = job
         if not self.trouble or try_again:
             self._write()
         if len(self._waiting) > self._max_waiting:
@@ -64,17 +68,17 @@ class Keeper:
             self._store.apply(self._with_losses())
         except _NOT_TO_BE_KEPT as error:
             self._write_one_by_one(error)
-        except sqlite3.DatabaseError as error:
+        except (sqlite3.DatabaseError, UnicodeDecodeError, JournalBroken) as error:
             self.trouble = f"the journal {self._store.path} cannot be written: {error}"
-            if any(word in str(error) for word in MALFORMED):
-                self._begin_anew(error)
+            if isinstance(error, JournalBroken) or is_damage(error):
+                self.begin_again(str(error))
         except (OSError, FlorenceError) as error:
             self.trouble = f"the journal {self._store.path} cannot be written: {error}"
         except Exception as error:
             # Whatever it is, the thread that writes must live on.
             self._write_one_by_one(error)
         else:
-            self._waiting.clear()
+            self._written()
             self.trouble = ""
             self._tidy()
 
@@ -96,6 +100,12 @@ class Keeper:
         what = f"{type(problem).__name__}: {problem}"
         self.trouble = f"the journal {self._store.path} cannot keep an event: {what}"
 
+    def _written(self) -> None:
+        for job in self._waiting:
+            if isinstance(job, Change) and job.final:
+                self._open.pop(job.run_id, None)
+        self._waiting.clear()
+
     def _tidy(self) -> None:
         try:
             if self._store.drop_old():
@@ -103,14 +113,21 @@ class Keeper:
         except (OSError, sqlite3.Error) as error:
             self.untidy = f"old runs cannot be dropped from {self._store.folder}: {error}"
 
-    def _begin_anew(self, broken: sqlite3.DatabaseError) -> None:
+    def begin_again(self, broken: str) -> None:
+        """Move a damaged file out of the way and begin a new one; says so in :attr:`trouble`.
+
+        Args:
+            broken: What is wrong with the file.
+        """
         try:
             aside = self._store.set_aside()
-            self._store.apply(self._with_losses())
+            waiting = self._with_losses()
+            rows = [row for row in self._open.values() if row not in waiting]
+            self._store.apply([*rows, *waiting])
         except (OSError, sqlite3.Error) as error:
             self.trouble = f"the journal {self._store.path} is broken and cannot be replaced: {error}"
         else:
-            self._waiting.clear()
+            self._written()
             self.trouble = f"the journal was broken ({broken}); it was moved to {aside}, a new one began"
 
     def _make_room(self) -> None:

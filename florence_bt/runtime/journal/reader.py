@@ -17,13 +17,22 @@ from florence_bt.runtime.journal.rows import (
     event_from_row,
     run_from_row,
 )
-from florence_bt.runtime.journal.schema import JOURNAL_FILE, check_version
+from florence_bt.runtime.journal.schema import (
+    JOURNAL_FILE,
+    OWN_FILE,
+    JournalBroken,
+    JournalTooNew,
+    bring_up_to_date,
+    check_version,
+    is_damage,
+)
 from florence_bt.runtime.run import FINAL
 
 T = TypeVar("T")
 
 BUSY_S = 2.0
 """Seconds to wait for a writer."""
+_NOT_WRITABLE = frozenset({sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM})
 
 
 class JournalReader:
@@ -32,21 +41,31 @@ class JournalReader:
     Args:
         folder: The folder of the runs.
 
+    Every method raises :class:`ConfigError` when the file cannot be read, :class:`JournalBroken` when what
+    it reads is damaged.
+
     Raises:
-        ConfigError: The folder has no journal, or it is no journal.
+        JournalTooNew: The journal is of a later version, and there is none of this version beside it.
+        JournalBroken: The file is not a journal, or it is damaged.
+        ConfigError: The folder has no journal, or it is out of reach.
     """
 
     def __init__(self, folder: Path) -> None:
-        path = folder / JOURNAL_FILE
-        if not path.is_file():
+        self.path = folder / JOURNAL_FILE
+        own = folder / OWN_FILE
+        if not self.path.is_file() and own.is_file():
+            self.path = own
+        if not self.path.is_file():
             raise ConfigError(
                 f"there is no journal in {str(folder)!r}", valid=[f"a folder with a file {JOURNAL_FILE}"]
             )
-        self.path = path
         try:
-            self._connection = _open(path)
-        except sqlite3.Error as error:
-            raise _unreadable(path, error) from error
+            self._connection = self._open()
+        except JournalTooNew:
+            if self.path == own or not own.is_file():
+                raise
+            self.path = own
+            self._connection = self._open()
 
     def __enter__(self) -> JournalReader:
         """The reader itself."""
@@ -107,16 +126,28 @@ class JournalReader:
     def _made(self, make: Callable[[Any], T], query: str, values: dict[str, Any]) -> list[T]:
         try:
             return [make(row) for row in self._rows(query, values)]
-        except (ValueError, TypeError) as error:
-            raise ConfigError(
+        except ValueError as error:
+            raise JournalBroken(
                 f"the journal cannot be read: a row is broken: {error}", file=self.path
             ) from error
 
     def _rows(self, query: str, values: dict[str, Any]) -> list[Any]:
         try:
             return self._connection.execute(query, values).fetchall()
-        except sqlite3.Error as error:
-            raise _unreadable(self.path, error) from error
+        except (sqlite3.Error, UnicodeDecodeError) as error:
+            raise self._unreadable(error) from error
+
+    def _open(self) -> sqlite3.Connection:
+        try:
+            return _open(self.path)
+        except (sqlite3.Error, UnicodeDecodeError) as error:
+            raise self._unreadable(error) from error
+
+    def _unreadable(self, error: Exception) -> ConfigError:
+        # Text that is not UTF-8 has no code of SQLite, because Python notices it.
+        damaged = is_damage(error) or not hasattr(error, "sqlite_errorcode")
+        kind = JournalBroken if damaged else ConfigError
+        return kind(f"the journal cannot be read: {error}", file=self.path)
 
 
 def _open(path: Path) -> sqlite3.Connection:
@@ -126,11 +157,14 @@ def _open(path: Path) -> sqlite3.Connection:
         connection = sqlite3.connect(f"{uri}?{option}", uri=True, timeout=BUSY_S, isolation_level=None)
         try:
             check_version(connection)
-            connection.execute("SELECT count(*) FROM runs").fetchone()
-            return connection
-        except sqlite3.OperationalError:
+            if connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                connection.execute("SELECT count(*) FROM runs").fetchone()
+                return connection
             connection.close()
-            if option == "immutable=1":
+            return _empty()
+        except sqlite3.OperationalError as error:
+            connection.close()
+            if option == "immutable=1" or error.sqlite_errorcode & 0xFF not in _NOT_WRITABLE:
                 raise
         except BaseException:
             connection.close()
@@ -138,5 +172,8 @@ def _open(path: Path) -> sqlite3.Connection:
     raise AssertionError("unreachable")
 
 
-def _unreadable(path: Path, error: sqlite3.Error) -> ConfigError:
-    return ConfigError(f"the journal cannot be read: {error}", file=path)
+def _empty() -> sqlite3.Connection:
+    """What is in a file whose writer died before it had made the tables."""
+    connection = sqlite3.connect(":memory:", isolation_level=None)
+    bring_up_to_date(connection)
+    return connection

@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
+from types import NoneType
 from typing import Any
 
+from py_trees.common import Status
+
 from florence_bt.behaviours.why import Why
-from florence_bt.runtime.events import Event, plain
+from florence_bt.runtime.events import Event, EventKind, plain
 from florence_bt.runtime.run import MissionRun, Policy, Request, RunStatus
 
 RUN_COLUMNS = (
@@ -20,6 +24,10 @@ EVENT_COLUMNS = "seq, time, tick, kind, node, old, new, code, reason, skill, inp
 _OWN_COLUMNS = ("node", "old", "new", "code", "reason", "skill")
 _JSON_COLUMNS = ("inputs", "outputs")
 _KNOWN = frozenset({*_OWN_COLUMNS, *_JSON_COLUMNS, "status"})
+_NUMBER, _TEXT_OR_NULL = (int, float, NoneType), (str, NoneType)
+_RUN_TYPES = (str, str, str, str, int, *[str] * 9, _NUMBER, _NUMBER, int, str, int)
+_EVENT_TYPES = (int, (int, float), int, str, *[_TEXT_OR_NULL] * 9)
+_KINDS = frozenset(kind.value for kind in EventKind)
 _ENCODER = json.JSONEncoder(separators=(",", ":"))
 
 
@@ -167,19 +175,50 @@ def event_values(seq: int, event: Event) -> tuple[Any, ...]:
 
 
 def run_from_row(row: Sequence[Any]) -> JournaledRun:
-    """A run from the values of :data:`RUN_COLUMNS`."""
+    """A run from the values of :data:`RUN_COLUMNS`.
+
+    Raises:
+        ValueError: A value is damaged; names its column.
+    """
+    _check_types(RUN_COLUMNS, _RUN_TYPES, row)
     values = list(row)
-    values[5] = json.loads(values[5])
-    values[13] = json.loads(values[13])
+    values[5] = _mapping(values[5])
+    values[13] = _mapping(values[13])
+    RunStatus(values[8])
+    Policy(values[3])
     return JournaledRun(*values)
 
 
 def event_from_row(row: Sequence[Any]) -> JournaledEvent:
-    """An event from the values of :data:`EVENT_COLUMNS`."""
+    """An event from the values of :data:`EVENT_COLUMNS`.
+
+    Raises:
+        ValueError: A value is damaged; names its column.
+    """
+    _check_types(EVENT_COLUMNS, _EVENT_TYPES, row)
     head, texts, tables = row[:4], row[4:10], row[10:]
+    if head[3] not in _KINDS or (head[3] == EventKind.NODE.value and row[6] not in Status.__members__):
+        raise ValueError(f"an event of the kind {head[3]!r:.50} with the status {row[6]!r:.50}")
     return JournaledEvent(
-        *head, *(text or "" for text in texts), *(json.loads(table) if table else {} for table in tables)
+        *head, *(text or "" for text in texts), *(_mapping(table) if table else {} for table in tables)
     )
+
+
+def _check_types(columns: str, types: Sequence[Any], row: Sequence[Any]) -> None:
+    """SQLite keeps a value of any type in any column."""
+    for index, value in enumerate(row):
+        if not isinstance(value, types[index]) or (type(value) is float and not isfinite(value)):
+            raise ValueError(f"{columns.split(', ')[index]} is {value!r:.50}")
+
+
+def _mapping(text: str) -> Mapping[str, Any]:
+    try:
+        value = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("a JSON value is nested too deeply") from error
+    if not isinstance(value, dict):
+        raise ValueError(f"a JSON object was expected, not {text:.50}")
+    return value
 
 
 def _json(value: Any) -> str:

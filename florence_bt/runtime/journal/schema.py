@@ -1,14 +1,14 @@
 """The tables of the journal, and how an older file becomes one of this version.
 
 ``PRAGMA user_version`` holds the version. A change of the tables adds a step to :data:`STEPS`; a file of a
-later version is not touched.
+later version is not touched: this version keeps a file of its own beside it.
 """
 
 from __future__ import annotations
 
 import sqlite3
 
-from florence_bt.core.errors import FlorenceError
+from florence_bt.core.errors import ConfigError
 
 JOURNAL_FILE = "journal.sqlite"
 """The name of the file in a folder of runs."""
@@ -59,10 +59,45 @@ CREATE TABLE notes (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 STEPS: tuple[str, ...] = (_FIRST,)
 """The script that leads from version n to version n + 1."""
 VERSION = len(STEPS)
+OWN_FILE = f"journal-v{VERSION}.sqlite"
+"""The name of the file when :data:`JOURNAL_FILE` is of a later version."""
+
+_UNREACHABLE = frozenset(
+    {
+        sqlite3.SQLITE_AUTH,
+        sqlite3.SQLITE_BUSY,
+        sqlite3.SQLITE_CANTOPEN,
+        sqlite3.SQLITE_FULL,
+        sqlite3.SQLITE_INTERRUPT,
+        sqlite3.SQLITE_IOERR,
+        sqlite3.SQLITE_LOCKED,
+        sqlite3.SQLITE_NOLFS,
+        sqlite3.SQLITE_NOMEM,
+        sqlite3.SQLITE_PERM,
+        sqlite3.SQLITE_PROTOCOL,
+        sqlite3.SQLITE_READONLY,
+    }
+)
+"""What SQLite reports of a disk or a lock; the file may be whole (https://www.sqlite.org/rescode.html)."""
 
 
-class JournalTooNew(FlorenceError):
+class JournalTooNew(ConfigError):
     """The file was written by a later version of this program."""
+
+
+class JournalBroken(ConfigError):
+    """The content of the file is damaged: reading it again does not help."""
+
+
+def is_damage(error: Exception) -> bool:
+    """Whether an error of SQLite means that the file is damaged, not that it is out of reach.
+
+    Text that is not UTF-8 comes as ``UnicodeDecodeError`` when it stands in a message of SQLite itself.
+    """
+    if isinstance(error, UnicodeDecodeError):
+        return True
+    code = getattr(error, "sqlite_errorcode", None)
+    return code is not None and code & 0xFF not in _UNREACHABLE
 
 
 def bring_up_to_date(connection: sqlite3.Connection) -> None:
@@ -83,11 +118,15 @@ def check_version(connection: sqlite3.Connection) -> int:
 
     Raises:
         JournalTooNew: The file is of a later version.
+        JournalBroken: The version is below zero.
         sqlite3.Error: The file cannot be read.
     """
     version = int(connection.execute("PRAGMA user_version").fetchone()[0])
     if version > VERSION:
         raise JournalTooNew(
-            f"the journal has version {version}, this program knows up to {VERSION}; use a newer florence"
+            f"the journal has version {version}, this program knows up to {VERSION}",
+            valid=["a newer florence"],
         )
+    if version < 0:
+        raise JournalBroken(f"the journal has the version {version}")
     return version

@@ -18,8 +18,14 @@ from typing import Any
 
 from florence_bt.runtime.events import Event
 from florence_bt.runtime.journal.rows import CHANGED_COLUMNS, EVENT_COLUMNS, RUN_COLUMNS, event_values
-from florence_bt.runtime.journal.schema import JOURNAL_FILE, bring_up_to_date
-from florence_bt.runtime.run import FINAL
+from florence_bt.runtime.journal.schema import (
+    JOURNAL_FILE,
+    OWN_FILE,
+    JournalTooNew,
+    bring_up_to_date,
+    check_version,
+)
+from florence_bt.runtime.run import FINAL, RunStatus
 
 _NEW_RUN = f"INSERT INTO runs ({RUN_COLUMNS}) VALUES ({', '.join('?' * len(RUN_COLUMNS.split(',')))})"
 _CHANGE = f"UPDATE runs SET {', '.join(f'{name} = ?' for name in CHANGED_COLUMNS)}, lost = ? WHERE run_id = ?"
@@ -39,6 +45,11 @@ class NewRun:
 
     values: tuple[Any, ...]
 
+    @property
+    def run_id(self) -> str:
+        """The run's name."""
+        return str(self.values[0])
+
 
 @dataclass(frozen=True, slots=True)
 class Change:
@@ -46,6 +57,11 @@ class Change:
 
     run_id: str
     values: tuple[Any, ...]
+
+    @property
+    def final(self) -> bool:
+        """Whether the run is over."""
+        return RunStatus(self.values[0]) in FINAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +134,10 @@ class Store:
         """
         self.close()
         number = 1
-        while (target := self.path.with_name(f"{JOURNAL_FILE}.broken-{number}")).exists():
+        while (target := self.path.with_name(f"{self.path.name}.broken-{number}")).exists():
             number += 1
         for suffix in ("", "-wal", "-shm"):
-            file = self.path.with_name(JOURNAL_FILE + suffix)
+            file = self.path.with_name(self.path.name + suffix)
             if file.exists():
                 file.rename(target.with_name(target.name + suffix))
         return target
@@ -138,20 +154,29 @@ class Store:
             self.close()
         if self._connection is None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            connection = sqlite3.connect(
-                self.path, timeout=self._busy_s, isolation_level=None, check_same_thread=False
-            )
+            self._file = self.folder / JOURNAL_FILE
             try:
-                connection.execute("PRAGMA journal_mode = WAL")
-                connection.execute("PRAGMA synchronous = NORMAL")
-                connection.execute("PRAGMA foreign_keys = ON")
-                bring_up_to_date(connection)
-            except BaseException:
-                connection.close()
-                raise
-            self._connection = connection
+                self._connection = self._connect()
+            except JournalTooNew:
+                self._file = self.folder / OWN_FILE
+                self._connection = self._connect()
             self._inode = self.path.stat().st_ino
         return self._connection
+
+    def _connect(self) -> sqlite3.Connection:
+        connection = sqlite3.connect(
+            self.path, timeout=self._busy_s, isolation_level=None, check_same_thread=False
+        )
+        try:
+            check_version(connection)  # a file of a later version stays as it is
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
+            connection.execute("PRAGMA foreign_keys = ON")
+            bring_up_to_date(connection)
+        except BaseException:
+            connection.close()
+            raise
+        return connection
 
     def _in_place(self) -> bool:
         try:

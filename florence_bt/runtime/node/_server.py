@@ -6,7 +6,6 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +28,8 @@ from florence_bt.runtime.node._topics import RunTopics
 from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
-from florence_bt.runtime.recovery import Recovery
-from florence_bt.runtime.run import MissionRun, RunIds
+from florence_bt.runtime.recovery import FRESH_S, Recovery
+from florence_bt.runtime.run import MissionRun, RunIds, utc_stamp
 from florence_bt.runtime.safety import Safety
 
 
@@ -43,12 +42,15 @@ class MissionNodeParameters:
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
         base_frame: The robot's frame whose path is recorded.
         keep_runs: How many runs that ended are kept in the journal, with their folders.
+        take_up_limit: Seconds since the last entry of the journal within which runs that a dead process left
+            are resumed, restarted and queued again.
     """
 
     runs_folder: str = "runs"
     mission_folders: tuple[str, ...] = ()
     base_frame: str = "base_footprint"
     keep_runs: int = 1000
+    take_up_limit: float = FRESH_S
 
 
 class MissionNode(FlorenceNode):
@@ -93,7 +95,7 @@ class MissionNode(FlorenceNode):
             self._skills,
             declarations,
             self.timebase,
-            RunIds(datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")),
+            RunIds(utc_stamp),
             call_soon=self.call_soon,
             log=self._journal,
             stopwatch=time.perf_counter,
@@ -108,7 +110,7 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(recorder.close)
-        self._triggers = Triggers(self, self._missions)
+        self._triggers = Triggers(self, self._missions, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, robot_goals)
@@ -117,9 +119,18 @@ class MissionNode(FlorenceNode):
         self._missions.on_tick = self._after_tick
         self._questions.tell_findings()
         self._recovery = Recovery(
-            self._missions, self._journal, declarations, self.timebase, self.get_logger().warning
+            self._missions,
+            self._journal,
+            declarations,
+            self.timebase,
+            self.get_logger().warning,
+            steady=self.steady,
+            fresh_s=self._settings.take_up_limit,
         )
-        self._recovery.begin(safety.make_safe if safety is not None else None)
+        if safety is None:
+            self._recovery.begin()
+        else:
+            self._recovery.begin(safety.make_safe, self._still_booting)
 
     def _load_missions(self, declarations: Mapping[str, SkillDeclaration]) -> MissionFolders:
         folders = [Path(folder) for folder in self._settings.mission_folders]
@@ -127,9 +138,17 @@ class MissionNode(FlorenceNode):
 
     def missing(self) -> list[str]:
         """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""
+        unseen = self._missing_servers()
+        return [*unseen, "what a crash left"] if self._recovery.going_on else unseen
+
+    def _missing_servers(self) -> list[str]:
         served = [skill for skill in self._skills.values() if isinstance(skill, ServedSkill)]
-        unseen = [skill.label for skill in served if not skill.server_is_there()]
-        return [*unseen, "the robot at a stand after a crash"] if self._recovery.making_safe else unseen
+        return [skill.label for skill in served if not skill.server_is_there()]
+
+    def _still_booting(self) -> list[str]:
+        """What a mission that goes on after a crash needs; the odometry is part of the pose."""
+        missing = self._missing_servers()
+        return missing if self._robot_pose() is not None else [*missing, "the robot's pose"]
 
     def close(self) -> None:
         """Stop what runs; the skills' cancels go out, and their answers are waited for only for a moment."""

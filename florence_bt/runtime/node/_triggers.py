@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from florence_interfaces.action import ExecuteMission
@@ -15,6 +16,7 @@ from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.past_requests import same_again
 from florence_bt.runtime.requests import request_from_texts
 from florence_bt.runtime.run import MissionRun, Policy, RunStatus
 from florence_bt.trees.kinds import IDENTIFIER
@@ -27,11 +29,13 @@ class Triggers:
     Args:
         node: The node that serves them.
         missions: What runs the missions.
+        runs_folder: Where the journal is: the id of an earlier run starts the same mission once more.
     """
 
-    def __init__(self, node: FlorenceNode, missions: Executor) -> None:
+    def __init__(self, node: FlorenceNode, missions: Executor, runs_folder: Path) -> None:
         self._node = node
         self._missions = missions
+        self._runs_folder = runs_folder
         self._run_of_action: str | None = None
         self._replaced: MissionRun | None = None
         self._by_name: dict[str, Any] = {}
@@ -173,9 +177,10 @@ class Triggers:
     ) -> tuple[bool, str, str]:
         """Trigger a mission: (accepted, run id, message). Nothing that a caller sends raises from here."""
         try:
-            run = self._missions.trigger(
-                request_from_texts(mission, names, values, caller=caller, policy=policy, priority=priority)
+            request = request_from_texts(
+                mission, names, values, caller=caller, policy=policy, priority=priority
             )
+            run = self._missions.trigger(same_again(request, self._missions.library, self._runs_folder))
         except FlorenceError as error:
             self._sync_soon()
             self._node.get_logger().warning(

@@ -26,6 +26,7 @@ class FakeServer:
         self.there = there
         self.twins = 1
         self.sent: list[str] = []
+        self.told = ""
 
     def server_is_there(self) -> bool:
         return self.there
@@ -38,6 +39,9 @@ class FakeServer:
 
     def send_goal(self) -> None:
         self.sent.append("goal")
+
+    def feedback(self) -> str:
+        return self.told
 
     def send_cancel(self) -> None:
         self.sent.append("cancel")
@@ -341,3 +345,58 @@ def test_two_servers_of_one_name_are_both_told_to_stop(end: str) -> None:
     assert run.poll() is not None and server.sent == ["goal", "cancel"] and not run.goal_open
     clock.advance(GIVE_UP_S)
     assert server.sent == ["goal", "cancel"]
+
+
+def test_feedback_is_looked_at_now_and_then_however_much_comes() -> None:
+    clock, server, run = begin()
+    run.accepted()
+    changes = []
+    run.on_change(lambda: changes.append(run.feedback))
+    for number in range(3000):
+        server.told = f"{number} m"
+        clock.advance(0.001)
+    assert run.feedback.endswith("m") and len(changes) <= 12
+
+
+def refuse_the_stop() -> tuple[ManualClock, FakeServer, ActionRun]:
+    """A run that has ended while the server still works on its goal."""
+    clock, server = ManualClock(100.0), FakeServer()
+    run = ActionRun(clock, server, DEADLINES, "action /dance", goal_id="c0ffee")
+    run.accepted()
+    run.cancel()
+    run.stop_answered(StopAnswer.REFUSED)
+    clock.advance(4.0)
+    return clock, server, run
+
+
+def test_the_reason_names_the_goal_that_is_still_open() -> None:
+    _clock, _server, run = refuse_the_stop()
+    assert "action /dance refused to stop within 3 s; its goal c0ffee is still open" in ended(run).reason
+    assert run.goal_left
+
+
+def test_no_second_goal_is_sent_beside_one_that_is_still_open() -> None:
+    clock, server, old = refuse_the_stop()
+    second = FakeServer()
+    run = ActionRun(clock, second, DEADLINES, "action /dance", older=[old])
+    asked = server.sent.count("cancel")
+    clock.advance(3.0)
+    assert second.sent == [] and server.sent.count("cancel") >= asked, "the old goal is asked to end again"
+    assert (
+        ended(run).code == "timed_out" and "goal c0ffee of action /dance is still open" in ended(run).reason
+    )
+
+
+@pytest.mark.parametrize("how", ["finished", "over", "unknown"])
+def test_the_goal_is_sent_when_the_older_one_has_ended(how: str) -> None:
+    clock, _server, old = refuse_the_stop()
+    second = FakeServer()
+    run = ActionRun(clock, second, DEADLINES, "action /dance", older=[old])
+    clock.advance(1.0)
+    assert second.sent == []
+    if how == "finished":
+        old.finished(cancelled())
+    else:
+        old.stop_answered(StopAnswer.OVER if how == "over" else StopAnswer.UNKNOWN)
+    clock.advance(0.1)
+    assert second.sent == ["goal"] and run.poll() is None

@@ -55,6 +55,9 @@ class World:
     def send_goal(self) -> None:
         self.goal = "on its way"
 
+    def feedback(self) -> str:
+        return ""
+
     def send_cancel(self) -> None:
         if self.alive and self.in_sight:
             self.stops_waiting += 1

@@ -103,7 +103,9 @@ class Late:
 class Process:
     """A process with an executor; it dies when nobody drives its clock any more."""
 
-    def __init__(self, folder, *, start=0.0, name="A", make_safe=None, drive=None, late=None):
+    def __init__(
+        self, folder, *, start=0.0, name="A", make_safe=None, drive=None, late=None, missing=tuple, **options
+    ):
         self.clock = ManualClock(start)
         scripts = {
             "drive": drive
@@ -117,13 +119,20 @@ class Process:
         }
         declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}
         self.skills = {n: ScriptedSkill(d, self.clock, scripts[n]) for n, d in declarations.items()}
-        self.journal = Journal(folder / "runs")
+        self.troubles = []
+        self.journal = Journal(folder / "runs", on_trouble=self.troubles.append)
         missions = MissionFolders.of([folder], declarations, built_in=False)
         clock = self.clock if late is None else Late(self.clock, late)
         self.executor = Executor(missions, self.skills, declarations, clock, RunIds(name), log=self.journal)
         self.told = []
-        self.recovery = Recovery(self.executor, self.journal, declarations, self.clock, self.told.append)
-        self.recovering = self.recovery.begin(make_safe)
+        self.recovery = Recovery(
+            self.executor, self.journal, declarations, self.clock, self.told.append, **options
+        )
+        self.recovering = (
+            self.recovery.begin(missing=missing)
+            if make_safe is None
+            else self.recovery.begin(make_safe, missing)
+        )
 
     def past(self, run_id):
         with JournalReader(self.journal.folder) as reader:

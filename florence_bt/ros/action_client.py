@@ -1,0 +1,84 @@
+"""The client side of an action: its three services, and its feedback, which is read when somebody looks.
+
+The action client of rclpy 7.1 makes an event for the executor of each feedback message, so a server that
+tells more than Python can read holds every other callback up without bound. It also raises when two servers of
+the same name answer one goal, which ends the process. The protocol is that of
+https://design.ros2.org/articles/actions.html.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from action_msgs.msg import GoalInfo
+from action_msgs.srv import CancelGoal
+from rclpy.task import Future
+from unique_identifier_msgs.msg import UUID
+
+from florence_bt.ros.latest_messages import LatestMessages
+from florence_bt.ros.node import FlorenceNode
+
+FEEDBACK_DEPTH = 10
+"""How many feedback messages are kept for the next look; several goals may share the topic."""
+
+
+class ActionClient:
+    """Talks to the server of an action.
+
+    Args:
+        node: The node that talks.
+        action_type: The action.
+        name: Its name.
+    """
+
+    def __init__(self, node: FlorenceNode, action_type: Any, name: str) -> None:
+        self._node = node
+        self._types = action_type.Impl
+        self._name = node.resolve_service_name(name)
+        self._goals = node.create_client(self._types.SendGoalService, f"{name}/_action/send_goal")
+        self._results = node.create_client(self._types.GetResultService, f"{name}/_action/get_result")
+        self._cancels = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
+        self._feedback = LatestMessages(
+            node, self._types.FeedbackMessage, f"{name}/_action/feedback", FEEDBACK_DEPTH
+        )
+
+    @property
+    def name(self) -> str:
+        """The resolved name of the action."""
+        return self._name
+
+    @property
+    def _status_topic(self) -> str:
+        return f"{self._name}/_action/status"
+
+    def server_is_ready(self) -> bool:
+        """Whether all of a server is in sight."""
+        services = (self._goals, self._results, self._cancels)
+        return all(service.service_is_ready() for service in services) and self.servers() > 0
+
+    def servers(self) -> int:
+        """How many servers of this name are in sight."""
+        return self._node.count_publishers(self._status_topic)
+
+    def server_ids(self) -> set[bytes]:
+        """What tells the servers in sight apart."""
+        return {
+            bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
+        }
+
+    def send_goal(self, goal_id: UUID, goal: Any) -> Future:
+        """Send a goal; the answer has ``accepted``."""
+        return self._goals.call_async(self._types.SendGoalService.Request(goal_id=goal_id, goal=goal))
+
+    def ask_result(self, goal_id: UUID) -> Future:
+        """Ask for the result of a goal, which comes when it has ended: ``status`` and ``result``."""
+        return self._results.call_async(self._types.GetResultService.Request(goal_id=goal_id))
+
+    def cancel(self, goal_id: UUID) -> Future:
+        """Ask for the end of a goal, also before its acceptance; the answer is a ``CancelGoal.Response``."""
+        return self._cancels.call_async(CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id)))
+
+    def feedback(self) -> Iterator[Any]:
+        """The latest feedback messages since the last call, of any goal, the oldest first."""
+        return self._feedback.take()
