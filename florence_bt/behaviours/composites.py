@@ -1,4 +1,4 @@
-"""Composites: py_trees' own, with fresh children at each start or without memory, and one that always cleans up."""
+"""Composites: those of py_trees with fresh children or with watched skills, and one that always cleans up."""
 
 from __future__ import annotations
 

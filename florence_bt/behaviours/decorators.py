@@ -116,8 +116,8 @@ class CallMission(Reactive, PreparedDecorator):
         ports: The inputs that the called mission declares.
         inputs: Values or value sources (in the caller's keys) by input.
         outputs: Output of the called mission -> key of the caller.
-        watched: Whether the call is a condition that is watched: asked again with the same inputs it goes on with
-            the keys that it has.
+        watched: Whether the call is a condition that is watched: with the same inputs it keeps the keys that
+            the called mission has written.
     """
 
     def __init__(

@@ -29,11 +29,11 @@ class _Answer:
 class WatchedSkill(RunSkill):
     """Runs a skill, and keeps the answer until the skill gives another one.
 
-    The first run is that of :class:`RunSkill`. After its end the skill is asked again when it reports a change
-    (:class:`~florence_bt.core.skill.WakingSkill`), else after a period; also when a key that it takes has changed,
-    and when the mission goes on after a pause. It is asked in the background: until the new answer is there the
-    old one stands, so that a later node runs on. A reset by a composite that begins again within the same tick
-    does not end this; a reset that lasts does, and so does :meth:`rest`.
+    The first run is that of :class:`RunSkill`. After its end the skill is asked again when it reports a
+    change (:class:`~florence_bt.core.skill.WakingSkill`), else after a period; also when a key that it takes
+    has changed, and when the mission goes on after a pause. It is asked in the background: until the new
+    answer is there the old one stands, so that a later node runs on. A reset by a composite that begins again
+    within the same tick does not end this; a reset that lasts does, and so does :meth:`rest`.
 
     Args:
         name: The name of the node in dumps.

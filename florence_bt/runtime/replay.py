@@ -281,7 +281,7 @@ class _RecordedSkill:
         return run
 
     def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
-        """As a skill that reports changes, so that no timer asks: the journal tells when it was asked again."""
+        """Like a skill that reports changes: no timer asks it again, but the journal."""
         return lambda: None
 
     def release(self, tick: int) -> None:

@@ -111,11 +111,11 @@ class Builder(LeafBuilder):
             case model.Selector(children=children, memory=True):
                 return Selector(name, True, self._children(children, True))
             case model.Sequence():
-                children, watched = self._watching(node, False)
-                return ReactiveSequence(name, children, watched) if watched else Sequence(name, False, children)
+                parts, watched = self._watching(node, False)
+                return ReactiveSequence(name, parts, watched) if watched else Sequence(name, False, parts)
             case model.Selector():
-                children, watched = self._watching(node, True)
-                return ReactiveSelector(name, children, watched) if watched else Selector(name, False, children)
+                parts, watched = self._watching(node, True)
+                return ReactiveSelector(name, parts, watched) if watched else Selector(name, False, parts)
             case model.Parallel():
                 return self._parallel(node, name)
             case model.If():
