@@ -126,7 +126,9 @@ def test_branches_that_were_left_keep_their_last_result_and_reason(robot):
     robot.mock("turn", 'FAILURE collision_ahead "a chair"')
     play = robot.start(robot.load(LEFT))
     robot.advance("2.5 s")
-    assert play.tree == """\
+    assert (
+        play.tree
+        == """\
 [>] left (sequence)
     [>] selector
         [x] first (sequence)
@@ -141,10 +143,13 @@ def test_branches_that_were_left_keep_their_last_result_and_reason(robot):
         [ ] sequence
             [ ] start tracker
             [ ] wait 1 s"""
+    )
     robot.mock("start_tracker", "SUCCESS once, then running 1 s then SUCCESS")
     robot.advance("2 s")
     # What begins again has not reached what stands below it.
-    assert play.tree == """\
+    assert (
+        play.tree
+        == """\
 [>] left (sequence)
     [+] selector
         [x] first (sequence)
@@ -159,3 +164,4 @@ def test_branches_that_were_left_keep_their_last_result_and_reason(robot):
         [>] sequence
             [>] start tracker
             [ ] wait 1 s"""
+    )
