@@ -9,10 +9,12 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours.composites import rest_all
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import Formula
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Stepping, Steps
+from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.core.outcome import Result, failure
 
 
@@ -70,6 +72,7 @@ class If(_Branching):
         then: What is done when the condition holds.
         otherwise: What is done when it does not; None: nothing, which is a success.
         memory: Whether it is asked only once.
+        watched: The skills in the condition that are asked again as long as the node runs.
     """
 
     def __init__(
@@ -81,6 +84,7 @@ class If(_Branching):
         otherwise: Behaviour | None = None,
         *,
         memory: bool = True,
+        watched: Iterable[WatchedSkill] = (),
     ) -> None:
         asked = [condition] if isinstance(condition, Behaviour) else []
         rest = [otherwise] if otherwise is not None else []
@@ -89,6 +93,7 @@ class If(_Branching):
         self._condition = condition
         self._then = then
         self._otherwise = otherwise
+        self._watched = tuple(watched)
         self._answer: bool | None = None
         self._end_watch: Callable[[], None] | None = None
 
@@ -117,6 +122,7 @@ class If(_Branching):
 
     def terminate(self, new_status: Status) -> None:
         """Watch no more."""
+        rest_all(self._watched)
         if self._end_watch is not None:
             self._end_watch()
             self._end_watch = None

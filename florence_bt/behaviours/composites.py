@@ -1,4 +1,4 @@
-"""Composites: py_trees' own, with fresh children at each start, and one that always cleans up."""
+"""Composites: those of py_trees with fresh children or with watched skills, and one that always cleans up."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Selector as PyTreesSelector
+from py_trees.composites import Sequence
 
 from florence_bt.behaviours.context import OpenRun, TreeContext
 from florence_bt.behaviours.stepping import Stepping, Steps
+from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.behaviours.why import explain, path_of
 from florence_bt.core.outcome import Result, failure, success
 
@@ -30,6 +32,42 @@ class Selector(PyTreesSelector):
     def initialise(self) -> None:
         """Reset the children."""
         reset_all(self.children)
+
+
+class ReactiveSequence(Sequence):
+    """The sequence of py_trees without memory; the skills that it watches rest when it has ended.
+
+    Args:
+        name: The name of the node in dumps.
+        children: What is done, conditions first.
+        watched: The skills below it that are conditions, as long as it runs.
+    """
+
+    def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
+        super().__init__(name, False, children)
+        self._watched = tuple(watched)
+
+    def terminate(self, new_status: Status) -> None:
+        """Watch no more."""
+        rest_all(self._watched)
+
+
+class ReactiveSelector(Selector):
+    """The selector without memory; the skills that it watches rest when it has ended.
+
+    Args:
+        name: The name of the node in dumps.
+        children: What is tried, conditions first.
+        watched: The skills below it that are conditions, as long as it runs.
+    """
+
+    def __init__(self, name: str, children: list[Behaviour], watched: Iterable[WatchedSkill]) -> None:
+        super().__init__(name, False, children)
+        self._watched = tuple(watched)
+
+    def terminate(self, new_status: Status) -> None:
+        """Watch no more."""
+        rest_all(self._watched)
 
 
 class Finally(Stepping):
@@ -148,6 +186,12 @@ class _CleanupRun:
         if self._entry is not None:
             self._context.poll(self._entry)
         self._context.wake()
+
+
+def rest_all(watched: Iterable[WatchedSkill]) -> None:
+    """Watch none of these any more."""
+    for skill in watched:
+        skill.rest()
 
 
 def reset_all(children: Iterable[Behaviour]) -> None:

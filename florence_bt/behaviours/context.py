@@ -93,6 +93,7 @@ class TreeContext:
         pause: Whether the run is paused.
         later: Does what is not urgent: during a tick when it is over, at once otherwise.
         waiting: Called when a run has ended: skills that wait until what they need is free.
+        watching: Called when the run goes on after a pause: skills that are watched as conditions.
     """
 
     clock: Clock
@@ -106,6 +107,7 @@ class TreeContext:
     pause: Pause = field(default_factory=Pause)
     later: Callable[[Callable[[], None]], None] = _at_once
     waiting: list[Callable[[], None]] = field(default_factory=list)
+    watching: list[Callable[[], None]] = field(default_factory=list)
 
     def with_keys(self, keys: KeyStore) -> TreeContext:
         """The same context for a called mission, which has its own keys."""
@@ -194,6 +196,8 @@ class TreeContext:
                 run.on_change(partial(self._on_change, entry, run))
                 self._limit(entry)
                 _tell(entry)
+        for call in tuple(self.watching):
+            call()
 
     def _call_waiting(self) -> None:
         for call in tuple(self.waiting):

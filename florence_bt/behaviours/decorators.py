@@ -116,6 +116,8 @@ class CallMission(Reactive, PreparedDecorator):
         ports: The inputs that the called mission declares.
         inputs: Values or value sources (in the caller's keys) by input.
         outputs: Output of the called mission -> key of the caller.
+        watched: Whether the call is a condition that is watched: with the same inputs it keeps the keys that
+            the called mission has written.
     """
 
     def __init__(
@@ -127,6 +129,8 @@ class CallMission(Reactive, PreparedDecorator):
         ports: Mapping[str, Port],
         inputs: Mapping[str, Any],
         outputs: Mapping[str, str],
+        *,
+        watched: bool = False,
     ) -> None:
         super().__init__(name, child)
         self._context = context
@@ -134,6 +138,8 @@ class CallMission(Reactive, PreparedDecorator):
         self._ports = ports
         self._inputs = dict(inputs)
         self._outputs = dict(outputs)
+        self._watched = watched
+        self._handed: Mapping[str, Any] | None = None
 
     def prepare(self) -> Result | None:
         """Hand the inputs over."""
@@ -146,7 +152,9 @@ class CallMission(Reactive, PreparedDecorator):
         ]
         if problems:
             return failure("bad_input", "; ".join(problems))
-        self.called_keys.reset(values)
+        if not self._watched or self.decorated.status is Status.INVALID or values != self._handed:
+            self.called_keys.reset(values)
+            self._handed = values
         return None
 
     def update(self) -> Status:

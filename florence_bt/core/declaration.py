@@ -110,7 +110,10 @@ class SkillDeclaration:
         failures: Code -> what it means; those of :data:`florence_bt.core.outcome.COMMON_CODES` come on top.
         resources: What only one skill at a time may use, e.g. ``base``.
         deadline_s: Seconds after which a run is ended with the code ``timed_out``.
-        instant: Whether a run is over as soon as it starts (a condition or a look-up).
+        instant: Whether a run is over as soon as it starts (a condition or a look-up). A composite without
+            memory asks such a skill again every second, or as often as the mission says.
+        wakes: Whether the skill reports changes of its answer (:class:`florence_bt.core.skill.WakingSkill`),
+            so that it is asked again then and at no other time.
         deprecated: What missions should use instead, when the skill is on its way out; empty otherwise.
         server_codes: Error number of the skill's ROS server -> one of the codes above or of the common codes.
     """
@@ -123,6 +126,7 @@ class SkillDeclaration:
     resources: frozenset[str] = frozenset()
     deadline_s: float = 60.0
     instant: bool = False
+    wakes: bool = False
     deprecated: str = ""
     server_codes: Mapping[int, str] = field(default_factory=dict)
 

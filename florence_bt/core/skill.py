@@ -41,6 +41,21 @@ class Skill(Protocol):
         """Begin a run. Never blocks; what goes wrong is in the run's result, not raised."""
 
 
+class WakingSkill(Skill, Protocol):
+    """A condition that reports changes of its answer, so that nobody has to ask it again and again."""
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back whenever a run with these inputs may end differently than the last one.
+
+        Args:
+            inputs: The inputs of the runs.
+            callback: Takes nothing; it should be called on the thread that starts the runs.
+
+        Returns:
+            A function that ends the watch.
+        """
+
+
 class Phase(enum.Enum):
     """Where a run stands between its start and its result."""
 

@@ -1,4 +1,4 @@
-"""A skill that is commanded on one topic and tells its end on another, as many drivers and older nodes do."""
+"""Skills over topics: one that is commanded on a topic and tells its end on another, and a condition."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Result, cancelled, failure
 from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
 from florence_bt.ros._action_run import Deadlines
+from florence_bt.ros._message_condition import MessageCondition
 from florence_bt.ros._topic_run import TopicRun
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
@@ -82,6 +83,41 @@ class TopicSkill:
             result = self._to_result(message)
             if result is not None:
                 run.finished(result)
+
+
+class TopicCondition(MessageCondition):
+    """A skill that answers at once from the last message of a topic, and reports changes of the answer.
+
+    Its declaration says ``instant=True, wakes=True``.
+    """
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        source: tuple[Any, str],
+        *,
+        to_result: Callable[[Inputs, Any], Result],
+        max_age_s: float,
+        qos: QoSProfile = RELIABLE,
+    ) -> None:
+        """Make a subscription.
+
+        Args:
+            node: The node that listens.
+            source: Message type and topic.
+            to_result: Judges a message by the inputs, as of :class:`MessageCondition`.
+            max_age_s: Seconds after which a message does not count any more.
+            qos: Of the topic.
+        """
+        self._node = node
+        self._topic = node.resolve_topic_name(source[1])
+        self.label = f"topic {self._topic}"
+        super().__init__(node.timebase, self.label, to_result, max_age_s)
+        node.create_subscription(source[0], source[1], self.take, qos)
+
+    def server_is_there(self) -> bool:
+        """Whether somebody publishes on the topic."""
+        return bool(self._node.count_publishers(self._topic) > 0)
 
 
 class _Channel:

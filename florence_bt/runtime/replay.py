@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Any
 
-from florence_bt.behaviours.why import Why
+from florence_bt.behaviours.watched_skill import WatchedSkill
+from florence_bt.behaviours.why import Why, path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import FlorenceError
@@ -121,6 +122,8 @@ class _Replay:
         announcer.add_listener(lambda run, event: self._done.append(event))
         world = World(library, self._skills, declarations, self._clock, lambda: None, announcer)
         self._tree = TreeRun(run, world, lambda run: None, self._on_over)
+        nodes = self._tree.root.iterate()
+        self._watched = {path_of(node): node for node in nodes if isinstance(node, WatchedSkill)}
 
     def go(self) -> Replayed:
         self._run.status = RunStatus.RUNNING
@@ -197,14 +200,16 @@ class _Replay:
             skill.release(first.tick)
         self._note_starts()
         self._run.ticks = first.tick - 1
-        self._tree.step()
         later = enumerate(self._events[index:], index)
         of_tick = takewhile(lambda each: each[1].tick == first.tick and each[1].kind not in _BETWEEN, later)
-        wanted = [
-            _told(event)
-            for at, event in of_tick
-            if event.kind in _COMPARED and at not in self._between.starts
+        compared = [
+            event for at, event in of_tick if event.kind in _COMPARED and at not in self._between.starts
         ]
+        for event in compared:
+            if event.kind == EventKind.SKILL_STARTED.value and event.node in self._watched:
+                self._watched[event.node].ask_again()
+        self._tree.step()
+        wanted = [_told(event) for event in compared]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
         self._done.clear()
         if (done[: len(wanted)] if not complete else done) != wanted:
@@ -274,6 +279,10 @@ class _RecordedSkill:
         run = _RecordedRun(record, self._mission)
         self._started.append(run)
         return run
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Like a skill that reports changes: no timer asks it again, but the journal."""
+        return lambda: None
 
     def release(self, tick: int) -> None:
         """Tell the runs that ended by this tick."""

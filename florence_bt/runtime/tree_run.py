@@ -270,7 +270,7 @@ class TreeRun:
 
     def rows(self) -> tuple[TreeRow, ...]:
         """The tree as it stands, to be drawn."""
-        return tree_rows(self.root, self._ticks.seconds)
+        return tree_rows(self.root, self._ticks.seconds, self._ticks.left)
 
     def abandon(self) -> None:
         """End at once, without waiting for the ends of the skills: the process goes down."""

@@ -10,6 +10,7 @@ from py_trees.common import Status
 from florence_bt.behaviours.why import Why, explain, path_of, remember_failure
 from florence_bt.core.clock import Clock
 from florence_bt.runtime.ticking import Ticker
+from florence_bt.trees.ascii import Left
 
 MAX_TICKS_AT_ONE_MOMENT = 1000
 """A tree that wakes itself more often without time passing is broken and is failed."""
@@ -33,6 +34,8 @@ class TreeTicks:
         self._clock = clock
         self._times: dict[Behaviour, tuple[float, float | None]] = {}
         self._paths: dict[Behaviour, str] = {}
+        self._last: dict[Behaviour, tuple[int, Left]] = {}
+        self._began: dict[Behaviour, int] = {}
         self.count = 0
         self._moment = -1.0
 
@@ -54,6 +57,7 @@ class TreeTicks:
             why = explain(node, known) if new is Status.FAILURE else None
             if new is not Status.INVALID:
                 remember_failure(node, why)
+            self._note_last(node, old, new, why)
             path = self._paths.get(node)
             if path is None:
                 path = self._paths[node] = path_of(node)
@@ -64,16 +68,42 @@ class TreeTicks:
                 change.update(code=why.code, reason=why.reason, cause=why.path)
             yield change
 
+    def left(self, node: Behaviour) -> Left | None:
+        """Where a node stood that the nodes above it have left; None when they have not reached it.
+
+        A node that begins again has not reached those below it.
+        """
+        last = self._last.get(node)
+        if node.status is not Status.INVALID or last is None:
+            return None
+        tick, left = last
+        above = node.parent
+        while above is not None:
+            if self._began.get(above, 0) > tick:
+                return None
+            above = above.parent
+        return left
+
     def seconds(self, node: Behaviour) -> float | None:
         """How long a node took, or has been running; None when it was not reached."""
-        if node.status is Status.INVALID or node not in self._times:
+        if node not in self._times or (node.status is Status.INVALID and self.left(node) is None):
             return None
         began, ended = self._times[node]
         return (self._clock.now() if ended is None else ended) - began
 
+    def _note_last(self, node: Behaviour, old: Status, new: Status, why: Why | None) -> None:
+        tick = self._ticker.count
+        if new is not Status.INVALID:
+            self._last[node] = tick, Left(new, node.feedback_message, why)
+            if old is not Status.RUNNING:
+                self._began[node] = tick
+        elif old is Status.RUNNING and node in self._last:
+            self._last[node] = self._last[node][0], Left(old, node.feedback_message, None)
+
     def _note_time(self, node: Behaviour, status: Status, now: float) -> None:
         if status is Status.RUNNING:
             self._times[node] = (now, None)
-        elif status is not Status.INVALID:
-            began, ended = self._times.get(node, (now, None))
+            return
+        began, ended = self._times.get(node, (now, None))
+        if status is not Status.INVALID or ended is None:
             self._times[node] = (began if ended is None else now, now)

@@ -16,6 +16,7 @@ from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.titles import Title, give_title
+from florence_bt.behaviours.watched_skill import EVERY_S, WatchedSkill
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees import model
@@ -23,10 +24,11 @@ from florence_bt.trees._facts import Facts, kind_of
 from florence_bt.trees.expressions.building import build_formula
 from florence_bt.trees.expressions.checking import check_kinds
 from florence_bt.trees.kinds import FAILED
-from florence_bt.trees.model import Expression, Literal, Mission, Node, Value, show, values_of
+from florence_bt.trees.model import Expression, Literal, Mission, Node, Value, references, show, values_of
 from florence_bt.trees.quantities import format_value, guess_value
 from florence_bt.trees.source import Position
 from florence_bt.trees.values import literal_value, port_value, tree_value
+from florence_bt.trees.watching import is_condition
 
 
 class LeafBuilder:
@@ -46,6 +48,8 @@ class LeafBuilder:
         self.facts = facts
         self.context = context
         self.callers = callers
+        self.watched: list[WatchedSkill] | None = None
+        """The skills that the composite without memory above watches so far; None: nobody watches here."""
 
     def leaf(self, node: Node, name: str) -> Behaviour:
         """Build a node with nothing below it."""
@@ -76,7 +80,14 @@ class LeafBuilder:
             known = closest_first(node.skill, self.context.declarations)
             raise self.error(node.position, f"unknown skill {node.skill!r}", known)
         inputs = self.inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
-        return RunSkill(name, self.context, node.skill, inputs, targets(node.outputs))
+        outputs = targets(node.outputs)
+        if self.watched is None or not is_condition(node, declaration):
+            return RunSkill(name, self.context, node.skill, inputs, outputs)
+        keys = {each.key for value in values_of(node) for each in references(value)}
+        every = EVERY_S if node.every is None else node.every
+        skill = WatchedSkill(name, self.context, node.skill, inputs, outputs, keys=keys, every=every)
+        self.watched.append(skill)
+        return skill
 
     def titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
         """Let a dump show the value that stands in a title as ``$key``, once it is known."""

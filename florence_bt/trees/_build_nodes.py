@@ -9,7 +9,7 @@ from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.branching import If, Switch
-from florence_bt.behaviours.composites import Finally, Selector
+from florence_bt.behaviours.composites import Finally, ReactiveSelector, ReactiveSequence, Selector
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import CallMission, ForceFailure, ForceSuccess, Invert
 from florence_bt.behaviours.guards import StartGuard, While
@@ -17,6 +17,7 @@ from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.pacing import Delay, Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.restarts import Cooldown, Once
+from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.behaviours.why import Because, give_reason
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import closest_first
@@ -26,6 +27,7 @@ from florence_bt.trees.findings import ERROR
 from florence_bt.trees.model import Node, PolicyKind
 from florence_bt.trees.origin import Origin, give_origin
 from florence_bt.trees.values import template_of
+from florence_bt.trees.watching import guards_of, passes_on
 
 
 class Builder(LeafBuilder):
@@ -104,10 +106,16 @@ class Builder(LeafBuilder):
 
     def _bare(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
         match node:
-            case model.Sequence(children=children, memory=memory):
-                return Sequence(name, memory, self._children(children, False))
-            case model.Selector(children=children, memory=memory):
-                return Selector(name, memory, self._children(children, True))
+            case model.Sequence(children=children, memory=True):
+                return Sequence(name, True, self._children(children, False))
+            case model.Selector(children=children, memory=True):
+                return Selector(name, True, self._children(children, True))
+            case model.Sequence():
+                parts, watched = self._watching(node, False)
+                return ReactiveSequence(name, parts, watched) if watched else Sequence(name, False, parts)
+            case model.Selector():
+                parts, watched = self._watching(node, True)
+                return ReactiveSelector(name, parts, watched) if watched else Selector(name, False, parts)
             case model.Parallel():
                 return self._parallel(node, name)
             case model.If():
@@ -117,12 +125,30 @@ class Builder(LeafBuilder):
             case model.Call():
                 return self._call(node, name)
             case model.Wrapper():
-                return self._wrapper(node, name, self.node(node.child, skipped_fails=skipped_fails))
+                outer = self.watched
+                self.watched = outer if passes_on(node) else None
+                child = self.node(node.child, skipped_fails=skipped_fails)
+                self.watched = outer
+                return self._wrapper(node, name, child)
             case _:
                 return self.leaf(node, name)
 
     def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
         return numbered([self.node(node, skipped_fails=skipped_fails) for node in nodes])
+
+    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[WatchedSkill]]:
+        """Build the children of a node without memory, and tell which skills it is the one to watch.
+
+        Where such nodes stand in each other the outermost of which a skill is a condition watches it.
+        """
+        outer, guards = self.watched, {id(guard) for guard in guards_of(node)}
+        watched: list[WatchedSkill] = []
+        children = []
+        for part in node.parts:
+            self.watched = watched if outer is None and id(part) in guards else outer
+            children.append(self.node(part, skipped_fails=skipped_fails))
+        self.watched = outer
+        return numbered(children), watched
 
     def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
         children = self._children(node.children, False)
@@ -143,9 +169,9 @@ class Builder(LeafBuilder):
         return CountingParallel(name, children, needed, policy.fail)
 
     def _if(self, node: model.If, name: str, skipped_fails: bool) -> Behaviour:
-        parts = self._children(node.parts, skipped_fails)
+        parts, watched = self._watching(node, skipped_fails)
         condition = parts.pop(0) if isinstance(node.condition, Node) else self.condition(node.condition)
-        return If(name, self.context, condition, *parts, memory=node.memory)
+        return If(name, self.context, condition, *parts, memory=node.memory, watched=watched)
 
     def _switch(self, node: model.Switch, name: str, skipped_fails: bool) -> Behaviour:
         branches = self._children(node.parts, skipped_fails)
@@ -203,9 +229,17 @@ class Builder(LeafBuilder):
         keys = KeyStore()
         keys.declare(declared_keys(mission))
         builder = Builder(mission, self.facts, self.context.with_keys(keys), (*self.callers, called))
+        builder.watched = self.watched
         inputs = self.inputs(node.inputs, mission.inputs, f"{called} has no input")
         return CallMission(
-            name, builder.root(), self.context, keys, mission.inputs, inputs, targets(node.outputs)
+            name,
+            builder.root(),
+            self.context,
+            keys,
+            mission.inputs,
+            inputs,
+            targets(node.outputs),
+            watched=self.watched is not None,
         )
 
 

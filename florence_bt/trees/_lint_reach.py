@@ -12,6 +12,7 @@ from florence_bt.trees._notes import Notes
 from florence_bt.trees.kinds import IDENTIFIER
 from florence_bt.trees.model import Expression, Mission, Node, PolicyKind
 from florence_bt.trees.quantities import guess_value
+from florence_bt.trees.watching import is_condition, unwatched
 
 
 class ReachChecks:
@@ -24,12 +25,14 @@ class ReachChecks:
     """
 
     def __init__(self, mission: Mission, facts: Facts, notes: Notes) -> None:
+        self._mission = mission
         self._known = facts.of(mission)
         self._declarations = facts.declarations
         self._notes = notes
 
     def check(self) -> None:
         """Check all nodes."""
+        self._check_watches()
         for node in self._known.all:
             self._check_guards(node)
             self._check_words(node)
@@ -75,13 +78,44 @@ class ReachChecks:
             match child:
                 case model.Use(skill=skill):
                     declaration = self._declarations.get(skill)
-                    lasts = declaration is not None and not declaration.instant
+                    lasts = declaration is not None and not is_condition(child, declaration)
                 case _:
                     lasts = isinstance(child, model.Wait | model.Delay)
             if lasts and not child.guards:
                 message = f"{child.title!r} takes time and begins again whenever a later node runs"
                 valid = ["memory: true", "a condition or a look-up instead of it", f"once: {child.title}"]
+                valid += ["every: 10 s, to watch it as a condition"] if isinstance(child, model.Use) else []
                 self._notes.warning(child.position, message, valid)
+
+    def _check_watches(self) -> None:
+        """A condition that nobody asks again does not guard anything; `every` then has no effect."""
+        tree, skills = self._mission.tree, self._declarations
+        uses = [node for node in self._known.all if isinstance(node, model.Use) and node.skill in skills]
+        # A mission of nothing but conditions may be one where it is called.
+        only_conditions = all(is_condition(node, skills[node.skill]) for node in uses)
+        alone = {id(node): below for node, below in unwatched(tree)} if tree is not None else {}
+        for node in uses:
+            below = alone.get(id(node))
+            if (
+                below is not None
+                and not isinstance(below, model.Once)
+                and is_condition(node, skills[node.skill])
+            ):
+                message = (
+                    f"nobody watches {node.title!r}: below {below.default_title!r} it is not asked again"
+                )
+                valid = [
+                    f"{node.title} without {below.default_title}",
+                    f"once: {node.title}, to ask only once",
+                ]
+                self._notes.warning(node.position, message, valid)
+            elif node.every is not None and skills[node.skill].wakes:
+                message = f"'every' has no effect: {node.skill} reports changes and is asked then"
+                self._notes.warning(node.position, message, [f"{node.skill} without every"])
+            elif node.every is not None and id(node) in alone and not only_conditions:
+                message = f"'every' has no effect: nobody asks {node.title!r} again here"
+                valid = ["memory: false, and a node that runs behind it", f"{node.skill} without every"]
+                self._notes.warning(node.position, message, valid)
 
     def _check_selector(self, children: tuple[Node, ...]) -> None:
         for before, after in pairwise(children):

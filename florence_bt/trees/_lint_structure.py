@@ -10,11 +10,13 @@ from florence_bt.trees._facts import Facts, reachable
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.model import Mission, Node
 from florence_bt.trees.source import Position
+from florence_bt.trees.watching import guards_of, is_condition
 
 MAX_NODES = 50_000
 """How many nodes a mission has at most, those of the missions that it calls counted at every call."""
 MAX_TREE_DEPTH = 150
 """How many nodes stand one above the other at most, those of called missions included."""
+_ASK_ONCE = "memory: true, to ask only once"
 
 
 def check_structure(mission: Mission, facts: Facts, notes: Notes) -> None:
@@ -34,7 +36,19 @@ def check_structure(mission: Mission, facts: Facts, notes: Notes) -> None:
             case model.If(memory=False, condition=Node() as asked):
                 # While a question that takes time is asked again, the branch goes on.
                 for branch in node.parts[1:]:
-                    _check_resources((asked, branch), mission, facts, notes, "memory: true, to ask only once")
+                    _check_resources((asked, branch), mission, facts, notes, _ASK_ONCE)
+            case model.Sequence(memory=False) | model.Selector(memory=False):
+                for asked, later in _asked_beside(node, facts):
+                    _check_resources((asked, later), mission, facts, notes, _ASK_ONCE)
+
+
+def _asked_beside(node: Node, facts: Facts) -> Iterator[tuple[Node, Node]]:
+    """The skills that a node without memory watches, each with the nodes behind it that run meanwhile."""
+    for place, guard in enumerate(guards_of(node), 1):
+        for each in model.walk(guard):
+            declaration = facts.declarations.get(each.skill) if isinstance(each, model.Use) else None
+            if isinstance(each, model.Use) and declaration is not None and is_condition(each, declaration):
+                yield from ((each, later) for later in node.parts[place:])
 
 
 def _check_recursion(mission: Mission, facts: Facts, notes: Notes) -> None:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import re
 
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees._meant import mission_meant
 from florence_bt.trees._parse_common import Maker, Parsing
 from florence_bt.trees.kinds import NEVER_INPUTS
 from florence_bt.trees.model import Call, Condition, Fail, Literal, Node, Set, Use, Value, Wait
+from florence_bt.trees.quantities import read_value
 from florence_bt.trees.source import Source, Table, Text
 
+SHORTEST_S = 0.01
+"""The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
 
@@ -69,8 +74,24 @@ def use(parsing: Parsing, key: Text, value: Source, table: Table) -> Node | None
         table_given=given or (isinstance(value, Text) and value.empty),
         unread=_unread(value, inputs),
         written=value.text if isinstance(value, Text) else "",
+        every=_every(parsing, table.get("every")),
         **parsing.common(key, table),
     )
+
+
+def _every(parsing: Parsing, source: Source | None) -> float | None:
+    """``every`` in seconds."""
+    if source is None:
+        return None
+    try:
+        seconds = float(read_value(source.text, Kind.DURATION)) if isinstance(source, Text) else 0.0
+    except ConfigError as error:
+        parsing.reader.problem(source.position, f"every: {error.problem}", error.valid)
+        return None
+    if seconds < SHORTEST_S:
+        parsing.reader.problem(source.position, "every: at least 10 ms are needed", ["1 s", "100 ms"])
+        return None
+    return seconds
 
 
 def _unread(source: Source | None, inputs: tuple[tuple[Literal, Value], ...]) -> tuple[str, ...]:

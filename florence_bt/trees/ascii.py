@@ -15,10 +15,12 @@ from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.pacing import Delay
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.titles import shown_name
-from florence_bt.behaviours.why import EARLIER, Why, explain, remembered_failure
+from florence_bt.behaviours.why import EARLIER, Why, explain
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}
 """Succeeded, failed, running, not reached."""
+STOPPED = "[-]"
+"""Stopped before its end."""
 
 MIN_SAYS = 12
 """Characters that are left to what a node says, however narrow the text is."""
@@ -41,15 +43,40 @@ _KINDS: tuple[tuple[type[Behaviour], str], ...] = (
 
 
 @dataclass(frozen=True, slots=True)
+class Left:
+    """Where a node stood when the nodes above it went on without it.
+
+    Attributes:
+        status: Its last status; RUNNING when it was stopped before its end.
+        message: What it said.
+        why: Why it failed, or None.
+    """
+
+    status: Status
+    message: str
+    why: Why | None
+
+
+LeftNodes = Callable[[Behaviour], Left | None]
+"""Tells where a node stood that stands at INVALID now; None when it was not reached."""
+
+
+def nothing_left(node: Behaviour) -> Left | None:
+    """Nothing is known of nodes that were left."""
+    return None
+
+
+@dataclass(frozen=True, slots=True)
 class TreeRow:
     """One node of a dump.
 
     Attributes:
         depth: How far below the root, 0 for the root itself.
-        status: Where the node stands.
+        status: Where the node stands, or stood when it was left.
         title: Its name, and the kind of composites.
         says: What it says about itself, on one line; empty when it says nothing.
         seconds: How long it took, or has been running; None when it was not started or nobody knows.
+        left: Whether the nodes above it have gone on without it.
     """
 
     depth: int
@@ -57,6 +84,12 @@ class TreeRow:
     title: str
     says: str
     seconds: float | None = None
+    left: bool = False
+
+    @property
+    def mark(self) -> str:
+        """One of :data:`MARKS`, or :data:`STOPPED`."""
+        return STOPPED if self.left and self.status is Status.RUNNING else MARKS[self.status]
 
 
 def ascii_tree(
@@ -86,7 +119,9 @@ def ascii_tree(
 
 
 def tree_rows(
-    root: Behaviour, durations: Callable[[Behaviour], float | None] | None = None
+    root: Behaviour,
+    durations: Callable[[Behaviour], float | None] | None = None,
+    left: LeftNodes = nothing_left,
 ) -> tuple[TreeRow, ...]:
     """The nodes of a tree as they stand now, in the order of a dump; to be drawn later."""
     rows = []
@@ -96,12 +131,10 @@ def tree_rows(
         node, depth = todo.pop()
         seconds = durations(node) if durations is not None else None
         title = f"{shown_name(node)}{_kind(node)}"
-        left_behind = remembered_failure(node) if node.status is Status.INVALID else None
-        if left_behind is None:
-            rows.append(TreeRow(depth, node.status, title, _says(node, known), seconds))
-        else:
-            says = _one_line(left_behind.reason)
-            rows.append(TreeRow(depth, Status.FAILURE, title, says, seconds))
+        stood = left(node) if node.status is Status.INVALID else None
+        status = node.status if stood is None else stood.status
+        says = _says(node, known, left)
+        rows.append(TreeRow(depth, status, title, says, seconds, left=stood is not None))
         todo.extend((child, depth + 1) for child in reversed(node.children))
     return tuple(rows)
 
@@ -129,7 +162,7 @@ def draw_rows(
 
 
 def _line(row: TreeRow, colour: bool, durations: bool, width: int | None) -> str:
-    mark = MARKS[row.status]
+    mark = row.mark
     took = f" ({row.seconds:.1f} s)" if durations and row.seconds is not None else ""
     indent = "    " * row.depth
     says = row.says
@@ -152,18 +185,23 @@ def _word_for(kind: type[Behaviour]) -> str:
     return next((word for known, word in _KINDS if issubclass(kind, known)), "")
 
 
-def _says(node: Behaviour, known: dict[Behaviour, Why]) -> str:
+def _says(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> str:
     """What a node says; the reason of a failure only where it begins or is told anew."""
-    if node.status is Status.INVALID:
-        return ""
-    if node.status is not Status.FAILURE:
-        return _one_line(node.feedback_message)
-    why = explain(node, known)
-    assert why is not None  # the status is FAILURE
-    told_below = {below.reason for child in node.children if (below := explain(child, known)) is not None}
+    why = _why(node, known, left)
+    if why is None:
+        stood = left(node) if node.status is Status.INVALID else None
+        says = stood.message if stood is not None else node.feedback_message
+        return "" if stood is None and node.status is Status.INVALID else _one_line(says)
+    told_below = {below.reason for child in node.children if (below := _why(child, known, left)) is not None}
     if isinstance(node, (Composite, Decorator)) and _is_told(why.reason, told_below):
         return ""
     return _one_line(why.reason)
+
+
+def _why(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> Why | None:
+    """Why a node failed, also one that was left; None when it has not failed."""
+    stood = left(node) if node.status is Status.INVALID else None
+    return explain(node, known) if stood is None else stood.why
 
 
 def _is_told(reason: str, below: Iterable[str]) -> bool:

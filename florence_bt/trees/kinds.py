@@ -46,10 +46,24 @@ MODIFIERS: dict[str, tuple[str, ...]] = {
     "code": ("fail",),
     "with": ("run",),
     "out": ("run", "a skill"),
+    "every": ("a skill",),
 }
 """Further modifiers -> the kinds that they belong to."""
 
-NEVER_INPUTS = ("out", "because", "finally", "do", "with", "when", "unless", "while", "then", "else", "cases")
+NEVER_INPUTS = (
+    "out",
+    "every",
+    "because",
+    "finally",
+    "do",
+    "with",
+    "when",
+    "unless",
+    "while",
+    "then",
+    "else",
+    "cases",
+)
 """Modifiers that are no good names for inputs: found there, they are indented one step too far."""
 
 RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))

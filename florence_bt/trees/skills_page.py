@@ -21,6 +21,11 @@ _HEAD = """\
 What missions can ask of the robot. This page is written from the declarations of the skills
 (`florence_bt/skills/*/declaration.py`) by `python -m florence_bt.trees.skills_page docs/skills.md`.
 
+A skill that *answers at once* can be a condition: a node without memory asks it again every second while a
+later node runs, or as often as [`every`](missions.md#every-how-conditions-are-watched) says. One that also
+*reports changes* is asked again when it reports one, and at no other time. Other skills are asked again only
+with `every`.
+
 Beside its own codes every skill can fail with:
 """
 
@@ -44,7 +49,7 @@ def _skill(declaration: SkillDeclaration) -> Iterator[str]:
     yield declaration.summary.rstrip(".") + "."
     notes = [f"ended after {declaration.deadline_s:g} s"]
     if declaration.instant:
-        notes.append("answers at once")
+        notes.append("answers at once and reports changes" if declaration.wakes else "answers at once")
     if declaration.resources:
         notes.append("needs the " + " and the ".join(sorted(declaration.resources)) + " for itself")
     yield f"({'; '.join(notes)})"

@@ -13,8 +13,8 @@ def test_a_running_mission(robot):
 [>] goto_user (sequence)
     [+] get user room
     [>] find the user (selector)
-        [x] search from here (sequence) -- the robot is in another room
-            [ ] robot in room
+        [x] search from here (sequence)
+            [x] robot in room -- the robot is in another room
             [ ] run detect_user
                 [ ] search in a circle (finally)
                     [ ] retry up to $looks times
@@ -69,7 +69,7 @@ def test_two_searches_that_fail_alike_tell_it_once_each(robot):
     assert len(play.calls("look_for_user")) == 16
     telling = [line.strip() for line in play.tree.splitlines() if "no user seen in 8 of 8 looks" in line]
     assert telling == [
-        "[x] search from here (sequence) -- no user seen in 8 of 8 looks",
+        "[x] search in a circle (finally) -- no user seen in 8 of 8 looks",
         "[x] search in a circle (finally) -- no user seen in 8 of 8 looks",
     ]
 
@@ -99,3 +99,71 @@ def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill
     searched = skill not in ("get_user_room", "get_hotspot", "navigate_to")
     assert tracker[-1:] == (["stop_tracker"] if searched else [])
     assert all(call.ended is not None for call in play.calls())
+
+
+LEFT = """\
+mission: left
+tree:
+  sequence:
+    - selector:
+        - name: first
+          sequence:
+            - stop_tracker:
+            - turn: {angle: 45 deg}
+        - name: second
+          timeout: 2 s
+          do: {look_for_user: {}}
+        - {name: third, parallel: [{look_for_user: {}}, {wait: 1 s}], policy: any}
+    - repeat: 2
+      do:
+        sequence:
+          - start_tracker:
+          - wait: 1 s
+"""
+
+
+def test_branches_that_were_left_keep_their_last_result_and_reason(robot):
+    # 0: first fails, second; 2: time-out, third; 3: the wait is over; 4: second round of the repeat
+    robot.mock("look_for_user", 'running 10 s saying "looking", then SUCCESS')
+    robot.mock("turn", 'FAILURE collision_ahead "a chair"')
+    play = robot.start(robot.load(LEFT))
+    robot.advance("2.5 s")
+    assert (
+        play.tree
+        == """\
+[>] left (sequence)
+    [>] selector
+        [x] first (sequence)
+            [+] stop tracker
+            [x] turn -- a chair
+        [x] second -- look for user was not done within 2 s (it was at look for user: looking)
+            [-] look for user -- looking
+        [>] third (parallel)
+            [>] look for user -- looking
+            [>] wait 1 s
+    [ ] repeat 2 times
+        [ ] sequence
+            [ ] start tracker
+            [ ] wait 1 s"""
+    )
+    robot.mock("start_tracker", "SUCCESS once, then running 1 s then SUCCESS")
+    robot.advance("2 s")
+    # What begins again has not reached what stands below it.
+    assert (
+        play.tree
+        == """\
+[>] left (sequence)
+    [+] selector
+        [x] first (sequence)
+            [+] stop tracker
+            [x] turn -- a chair
+        [x] second -- look for user was not done within 2 s (it was at look for user: looking)
+            [-] look for user -- looking
+        [+] third (parallel)
+            [-] look for user -- looking
+            [+] wait 1 s
+    [>] repeat 2 times -- round 2 of 2
+        [>] sequence
+            [>] start tracker
+            [ ] wait 1 s"""
+    )

@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal.rows import JournaledEvent
-from florence_bt.trees.ascii import MARKS
+from florence_bt.trees.ascii import MARKS, STOPPED
 
 
 def tree_from_events(events: Iterable[JournaledEvent]) -> str:
@@ -24,14 +24,24 @@ def tree_from_events(events: Iterable[JournaledEvent]) -> str:
         One line per node that was reached: a mark, the name and what it said last; empty without events.
     """
     latest: dict[str, JournaledEvent] = {}
+    stopped: set[str] = set()
     order: dict[str, int] = {}
     for event in events:
         if event.kind == EventKind.NODE.value:
-            latest[event.node] = event
+            _note(event, latest, stopped)
         if event.node:
             order.setdefault(event.node, len(order))
     paths = _parents_first([path for path in order if path in latest], order)
-    return "\n".join(_line(path, latest[path]) for path in paths)
+    return "\n".join(_line(path, latest[path], path in stopped) for path in paths)
+
+
+def _note(event: JournaledEvent, latest: dict[str, JournaledEvent], stopped: set[str]) -> None:
+    """Note the last result of a node, or that it was stopped before its end."""
+    if event.new != Status.INVALID.name:
+        latest[event.node] = event
+        stopped.discard(event.node)
+    elif event.old == Status.RUNNING.name:
+        stopped.add(event.node)
 
 
 def _parents_first(paths: list[str], order: dict[str, int]) -> list[str]:
@@ -58,7 +68,8 @@ def _parent(path: str, known: set[str]) -> str:
     return ""
 
 
-def _line(path: str, event: JournaledEvent) -> str:
+def _line(path: str, event: JournaledEvent, stopped: bool) -> str:
     depth = path.count("/")
     reason = f" -- {' '.join(event.reason.split())}" if event.reason else ""
-    return f"{'    ' * depth}{MARKS[Status[event.new]]} {path.rpartition('/')[2]}{reason}"
+    mark = STOPPED if stopped else MARKS[Status[event.new]]
+    return f"{'    ' * depth}{mark} {path.rpartition('/')[2]}{reason}"

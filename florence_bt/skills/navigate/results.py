@@ -43,11 +43,13 @@ SERVER_CODES = {
 }
 """Our code -> error_code of NavigateToPose (REFERENCE 7.9)."""
 
+NO_SCAN_IN_SPIN = 707
+"""As 107 of NavigateToPose; Nav2 has no number for a Spin without data, and leaves 704 to 709 free."""
 SPIN_SERVER_CODES = {
     "ok": 0,
     "cancelled": 0,
     "bad_input": 700,
-    "no_scan": 700,
+    "no_scan": NO_SCAN_IN_SPIN,
     "time_allowance": 701,
     "timed_out": 701,
     "no_pose": 702,
@@ -65,7 +67,13 @@ NAVIGATE_CODES_BY_NUMBER = {
     205: "blocked",
 }
 """error_code of NavigateToPose, ours or Nav2's -> our code."""
-SPIN_CODES_BY_NUMBER = {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}
+SPIN_CODES_BY_NUMBER = {
+    700: "turn_failed",
+    701: "time_allowance",
+    702: "no_pose",
+    703: "collision_ahead",
+    NO_SCAN_IN_SPIN: "no_scan",
+}
 """error_code of Spin -> our code."""
 
 

@@ -114,6 +114,8 @@ def skill(c: Converter, e: Element) -> Node:
             continue
         _port(c, e, entry, attribute, inputs, outputs)
     result: Node = {entry.name: inputs or None}
+    if every := e.get(f"{MARK}_every"):
+        result["every"] = every
     return result | ({"out": outputs} if outputs else {})
 
 

@@ -22,7 +22,7 @@ from florence_bt.trees.btcpp.written import write_flow
 from florence_bt.trees.btcpp.xml_source import Element
 from florence_bt.trees.loader import MissionLibrary
 from florence_bt.trees.model import Expression, Literal, Mission, Node, PolicyKind, Reference, Value
-from florence_bt.trees.quantities import read_value
+from florence_bt.trees.quantities import format_value, read_value
 
 MAX_CASES = 6
 """Most cases that a ``Switch`` of BehaviorTree.CPP has."""
@@ -288,6 +288,8 @@ class NodeWriter:
         for output, key in node.outputs:
             name = f"out_{output.text}" if output.text in declaration.inputs else output.text
             attributes[name] = f"{{{key.text}}}"
+        if node.every is not None:
+            attributes[f"{MARK}_every"] = format_value(node.every, Kind.DURATION)
         return Element(
             "Condition" if declaration.instant and not declaration.outputs else "Action", attributes
         )

@@ -73,6 +73,7 @@ class Use(Node):
         table_given: Whether the inputs were written as a table, or nothing was.
         unread: Names of inputs whose values could not be read, which was noted there.
         written: What stands there in place of a table.
+        every: How often it is asked again where it is watched as a condition, in seconds; None: not given.
     """
 
     skill: str
@@ -81,6 +82,7 @@ class Use(Node):
     table_given: bool = True
     unread: tuple[str, ...] = ()
     written: str = ""
+    every: float | None = None
 
     @property
     def default_title(self) -> str:

@@ -23,6 +23,7 @@ from florence_bt.trees.schema._values import (
     TEXT,
     Schema,
     given,
+    literal,
     refused,
     table,
     targets,
@@ -72,11 +73,12 @@ MODIFIER_TEXTS: dict[str, str] = {
     "default": "what is done when no case fits",
     "on": "only failures with these codes are worth another attempt",
     "attempt": "the key that receives the number of the attempt",
-    "memory": "false: begins again with every tick, so that earlier conditions are watched",
+    "memory": "false: conditions are watched while a later node runs",
     "policy": "when the parallel is done: all, any, the names of branches, or numbers",
     "code": "the code of the failure",
     "with": "the inputs of the mission",
     "out": "the outputs, each with the key that receives it",
+    "every": "how often a composite without memory asks this condition again, 1 s if not given",
 }
 """Modifier -> what it does."""
 
@@ -189,6 +191,7 @@ class NodeSchemas:
             "code": code,
             "with": {"type": ["object", "null"], **_A_KEY, "additionalProperties": False},
             "out": {"type": ["object", "null"], "propertyNames": NAME},
+            "every": literal(Kind.DURATION),
         }
         return {name: {"description": text, **values[name]} for name, text in MODIFIER_TEXTS.items()}
 
@@ -205,7 +208,7 @@ class NodeSchemas:
             kinds = [
                 kind for owner in owners for kind in ([owner] if owner in NODE_KINDS else self._declarations)
             ]
-            elsewhere: Schema = {"not": {"anyOf": [{"required": [kind]} for kind in kinds]}}
+            elsewhere: Schema = {"not": {"anyOf": [{"required": [kind]} for kind in kinds]}} if kinds else {}
             message = f"{modifier!r} belongs to {' and '.join(owners)}"
             then: Schema = {"properties": {modifier: False}, "errorMessage": message}
             yield {"if": where({"required": [modifier]}, known, elsewhere), "then": then}

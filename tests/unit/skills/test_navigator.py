@@ -317,7 +317,7 @@ def test_result_codes_there_and_back() -> None:
         assert navigate_error_code(result) == number > 0
         back = result_from_navigate(Outcome.FAILED, number, "why")
         assert (back.code, back.reason, back.server_code) == (code, "why", number)
-    for code in ("collision_ahead", "time_allowance", "no_pose"):
+    for code in ("collision_ahead", "time_allowance", "no_pose", "no_scan"):
         number = spin_error_code(Result(Outcome.FAILED, code, "why"))
         assert number == SPIN_SERVER_CODES[code]
         assert result_from_spin(Outcome.FAILED, number, "").code == code

@@ -42,6 +42,7 @@ SKILLS = (
         instant=True,
     ),
     SkillDeclaration("stop_tracker", "Stop"),
+    SkillDeclaration("is_charged", "Ask", failures={"low": "no"}, instant=True, wakes=True),
 )
 DECLARATIONS = {skill.name: skill for skill in SKILLS}
 HEAD = "mission: {name}\n"

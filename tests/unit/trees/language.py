@@ -70,10 +70,12 @@ class Play:
             for name, declaration in DECLARATIONS.items()
             if name != "measure" or name in scripts
         }
+        self._held = None
         self.context = make_context(
             self.clock,
             self.skills,
             DECLARATIONS,
+            later=self._after_tick,
             on_skill_started=lambda path, skill, inputs: self.started.append((self.clock.now(), skill)),
             on_skill_ended=lambda path, skill, result: self.ended.append(
                 (self.clock.now(), skill, result.code)
@@ -105,10 +107,20 @@ class Play:
         for _ in range(100):
             if self.root.status in (Status.SUCCESS, Status.FAILURE):
                 return
+            self._held = []
             self.root.tick_once()
+            held, self._held = self._held, None
+            for callback in held:
+                callback()
             if not self.context.wake.take():
                 return
         raise AssertionError("the tree wakes itself for ever")
+
+    def _after_tick(self, callback):
+        if self._held is None:
+            callback()
+        else:
+            self._held.append(callback)
 
     @property
     def why(self):

@@ -5,11 +5,12 @@ import pytest
 from florence_bt.trees.lint import check
 
 TURN = "{turn: {angle: 5 deg}}"
+HOTSPOT = "{get_hotspot: {label: plant}}"
 
 
 def place_of(tree, at):
     """The line and column at which a text stands for the last time."""
-    line = f"tree: {tree.replace('TURN', TURN)}"
+    line = f"tree: {tree.replace('TURN', TURN).replace('HOTSPOT', HOTSPOT)}"
     return f"2:{line.rindex(at) + 1}"
 
 
@@ -101,12 +102,77 @@ def test_errors(workshop, tree, at, problem):
         ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and begins again"),
         ("{sequence: [{wait: 2 s}, TURN], memory: false}", "wait", "'wait 2 s' takes time and begins again"),
         ("{fail: x, because: {no_path: y}}", "no_path", "because: 'fail' cannot fail with 'no_path'"),
+        (
+            "{sequence: [{retry: 2, do: HOTSPOT}, TURN], memory: false}",
+            "get_hotspot",
+            "nobody watches 'get hotspot': below 'retry up to 2 times' it is not asked",
+        ),
+        (
+            "{sequence: [{get_hotspot: {label: a}, every: 2 s}, TURN]}",
+            "get_hotspot",
+            "'every' has no effect: nobody asks 'get hotspot' again here",
+        ),
+        (
+            "{sequence: [TURN, {turn: {angle: 9 deg}, every: 2 s}], memory: false}",
+            "turn",
+            "'every' has no effect: nobody asks 'turn' again here",
+        ),
+        (
+            "{sequence: [{is_charged: , every: 2 s}, TURN], memory: false}",
+            "is_charged",
+            "'every' has no effect: is_charged reports changes",
+        ),
     ],
 )
 def test_warnings(workshop, tree, at, problem):
-    found = workshop.lines(f"tree: {tree.replace('TURN', TURN)}\n")
+    found = workshop.lines(f"tree: {tree.replace('TURN', TURN).replace('HOTSPOT', HOTSPOT)}\n")
     (line,) = [line for line in found if problem in line]
     assert line.startswith(f"{place_of(tree, at)} warning ")
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        "{sequence: [HOTSPOT, TURN], memory: false}",
+        "{sequence: [{once: HOTSPOT}, TURN], memory: false}",
+        "{sequence: [{look_for_user: , every: 10 s}, TURN], memory: false}",
+        "{selector: [{invert: {sequence: [HOTSPOT, {if: $b, then: HOTSPOT}]}}, TURN], memory: false}",
+        "{if: {look_for_user: , every: 10 s}, then: TURN, memory: false}",
+        "{sequence: [{is_charged: }, {retry: 2, do: TURN}], memory: false}",
+        "{look_for_user: , every: 10 s}",  # perhaps a condition where this mission is called
+    ],
+)
+def test_conditions_that_are_watched_are_no_problem(workshop, tree):
+    head = "inputs: {b: {type: boolean}}\n"
+    tree = tree.replace("TURN", TURN).replace("HOTSPOT", HOTSPOT)
+    assert [line for line in workshop.lines(f"tree: {tree}\n" + head) if "input 'b'" not in line] == []
+
+
+@pytest.mark.parametrize("kind", ["sequence", "selector"])
+def test_a_condition_cannot_need_what_a_later_node_uses(workshop, kind):
+    tree = (
+        f"{{{kind}: [{{navigate_to: {{goal: $g}}, every: 5 s}}, {{stop_tracker: }}, {TURN}], memory: false}}"
+    )
+    head = "inputs: {g: {type: pose}}\n"
+    (line,) = [line for line in workshop.lines(f"tree: {tree}\n" + head) if " error " in line]
+    assert "'navigate to' and 'turn' both need the base at the same time" in line
+
+
+@pytest.mark.parametrize(
+    ("every", "problem"),
+    [
+        ("5", "every: a duration needs a unit: '5'"),
+        ("0 s", "every: at least 10 ms are needed"),
+        ("$t", "every: "),
+        ("[1 s]", "every: at least 10 ms are needed"),
+        ("2 m", "every: 'm' is no unit of a duration"),
+    ],
+)
+def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
+    (line,) = workshop.lines(
+        f"tree: {{sequence: [{{look_for_user: , every: {every}}}, {TURN}], memory: false}}\n"
+    )
+    assert " error " in line and problem in line
 
 
 @pytest.mark.parametrize(

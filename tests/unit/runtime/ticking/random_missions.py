@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ DECLARATIONS = {
         SkillDeclaration(
             "count", "Count", outputs={"n": Port(Kind.INTEGER, "n")}, failures={"broken": "it broke"}
         ),
+        SkillDeclaration("ask", "Ask", failures={"broken": "it broke"}, instant=True),
     )
 }
 SUB = """mission: sub
@@ -41,16 +43,25 @@ Node = dict[str, Any]
 
 
 class Author:
-    """Writes the mission of a seed."""
+    """Writes the mission of a seed.
 
-    def __init__(self, seed: int) -> None:
+    Args:
+        seed: The seed.
+        asks: Whether some leaves are skills that are watched as conditions.
+    """
+
+    def __init__(self, seed: int, *, asks: bool = False) -> None:
         self.random = random.Random(seed)
+        self._asks = asks
         self._names = 0
         self._left = self.random.choice((6, 12, 25, 40))
 
     def file(self) -> str:
         keys = {key: {"type": "integer", "default": 1, "description": key} for key in KEYS}
         tree = self.node(self.random.choice((2, 3, 4, 5)))
+        if self._asks:
+            kind = self.random.choice(("sequence", "selector"))
+            tree = {kind: [{"ask": None}, self.node(2), tree, {"wait": "3 s"}], "memory": False}
         return f"mission: m\nkeys: {json.dumps(keys)}\ntree: {json.dumps(tree)}\n"
 
     def node(self, depth: int) -> Node:
@@ -64,6 +75,15 @@ class Author:
 
     def leaf(self) -> Node:
         key, dice = self.random.choice(KEYS), self.random.random()
+        if self._asks and self.random.random() < 0.5:
+            asked: Node = self.random.choice(
+                [
+                    {"ask": None},
+                    {"ask": None, "every": "0.7 s"},
+                    {"count": None, "out": {"n": key}, "every": "1.5 s"},
+                ]
+            )
+            return {**asked, "name": self.name()}
         if dice < 0.4:
             node: Node = {"condition": self.formula()}
         elif dice < 0.75:
@@ -131,10 +151,10 @@ class Author:
         return f"n{self._names}"
 
 
-def write(seed: int, folder: Path) -> MissionLibrary:
+def write(seed: int, folder: Path, *, asks: bool = False) -> MissionLibrary:
     """The library with the mission of a seed, which is called ``m``."""
     (folder / "sub.yaml").write_text(SUB)
-    (folder / "m.yaml").write_text(Author(seed).file())
+    (folder / "m.yaml").write_text(Author(seed, asks=asks).file())
     return MissionLibrary.load([folder], built_in=False)
 
 
@@ -158,12 +178,28 @@ class Stage:
                 for _ in range(chance.randint(1, 6))
             ]
             skills[name] = ScriptedSkill(declaration, self.clock, steps)
+        self._held: list[Callable[[], None]] | None = None
         self.context = make_context(
             self.clock,
             skills,
             DECLARATIONS,
+            later=self._after_tick,
             on_skill_started=lambda path, skill, inputs: self.log.append(("starts", path, skill)),
             on_skill_ended=lambda path, skill, result: self.log.append(("ends", path, result.code)),
         )
         mission = library.get("m")
         self.root = compile_mission(mission, library, parse_inputs(mission, {}), self.context).root
+
+    def tick(self, tick: Callable[[], object]) -> None:
+        """Tick, then do what was put off."""
+        self._held = []
+        tick()
+        held, self._held = self._held, None
+        for callback in held:
+            callback()
+
+    def _after_tick(self, callback: Callable[[], None]) -> None:
+        if self._held is None:
+            callback()
+        else:
+            self._held.append(callback)

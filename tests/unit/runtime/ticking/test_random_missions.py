@@ -48,7 +48,7 @@ def play(stage: Stage, seed: int, make: Callable[[Behaviour], Ticks]) -> list[An
     tick, stop = make(stage.root)
     chance = random.Random(seed + 2)
     woken = stage.context.wake.take
-    tick()
+    stage.tick(tick)
     story = [look(stage)]
     for _ in range(STEPS):
         for _ in range(chance.choice((0, 1, 1, 2))):
@@ -64,7 +64,7 @@ def play(stage: Stage, seed: int, make: Callable[[Behaviour], Ticks]) -> list[An
         story.append([asked])
         # Ticked when asked for, as an executor does, and sometimes when nothing is new.
         for _ in range(TICKS_AT_ONE_MOMENT if asked or chance.random() < 0.3 else 0):
-            tick()
+            stage.tick(tick)
             story.append(look(stage))
             if not woken():
                 break
@@ -75,5 +75,13 @@ def play(stage: Stage, seed: int, make: Callable[[Behaviour], Ticks]) -> list[An
 def test_random_missions(first, tmp_path: Path):
     for seed in range(first, first + CHUNK):
         library = write(seed, tmp_path)
+        stock = play(Stage(library, seed), seed, by_py_trees)
+        assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"
+
+
+@pytest.mark.parametrize("first", range(0, 120, CHUNK))
+def test_random_missions_with_watched_skills(first, tmp_path: Path):
+    for seed in range(first, first + CHUNK):
+        library = write(seed, tmp_path, asks=True)
         stock = play(Stage(library, seed), seed, by_py_trees)
         assert play(Stage(library, seed), seed, by_us) == stock, f"seed {seed}"

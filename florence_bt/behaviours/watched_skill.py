@@ -1,0 +1,170 @@
+"""A skill as a condition in a composite without memory: asked again while a later node runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from py_trees.common import Status
+
+from florence_bt.behaviours._alarm import Alarm
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.run_skill import RunSkill
+from florence_bt.core.outcome import Result
+
+EVERY_S = 1.0
+"""How often a condition that does not report changes is asked again, unless the mission says otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """How a run of the skill ended."""
+
+    status: Status
+    result: Result | None
+    message: str
+
+
+class WatchedSkill(RunSkill):
+    """Runs a skill, and keeps the answer until the skill gives another one.
+
+    The first run is that of :class:`RunSkill`. After its end the skill is asked again when it reports a
+    change (:class:`~florence_bt.core.skill.WakingSkill`), else after a period; also when a key that it takes
+    has changed, and when the mission goes on after a pause. It is asked in the background: until the new
+    answer is there the old one stands, so that a later node runs on. A reset by a composite that begins again
+    within the same tick does not end this; a reset that lasts does, and so does :meth:`rest`.
+
+    Args:
+        name: The name of the node in dumps.
+        context: What the tree shares.
+        skill: The name of the skill, one of the context's declarations.
+        inputs: Values in SI units or value sources, by input name.
+        outputs: Output name -> key that receives it.
+        keys: The keys that the inputs are made of.
+        every: Seconds between an answer and the next question, for a skill that does not report changes.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: TreeContext,
+        skill: str,
+        inputs: Mapping[str, Any] | None = None,
+        outputs: Mapping[str, str] | None = None,
+        *,
+        keys: Collection[str] = (),
+        every: float = EVERY_S,
+    ) -> None:
+        super().__init__(name, context, skill, inputs, outputs)
+        self._keys = frozenset(keys).difference(self.outputs.values())
+        self._every = every
+        self._answer: _Answer | None = None
+        self._due = self._asking = self._left = False
+        self._alarm = Alarm(context, self.ask_again)
+        self._end_source: Callable[[], None] | None = None
+        self._end_keys: Callable[[], None] | None = None
+
+    def settled(self) -> bool:
+        """Also while an answer is kept: what may change it touches the node."""
+        if self._answer is None:
+            return super().settled()
+        return self._asking or not self._due
+
+    def ask_again(self) -> None:
+        """Ask with the next tick; the answer of before stands until the new one is there."""
+        self._due = True
+        self.touch()
+
+    def initialise(self) -> None:
+        """Start the skill, unless an answer is kept."""
+        self._left = False
+        if self._answer is None:
+            self._due = False
+            super().initialise()
+
+    def update(self) -> Status:
+        """The answer that is kept; RUNNING before the first one."""
+        if self._answer is None:
+            status = super().update()
+            if status is not Status.RUNNING:
+                self._begin_watch()
+                self._keep(status)
+            return status
+        if self._due and not self._asking:
+            self._due, self._asking = False, True
+            super().initialise()
+        if self._asking:
+            status = super().update()
+            if status is not Status.RUNNING:
+                self._asking = False
+                self._keep(status)
+        return self._show(self._answer)
+
+    def terminate(self, new_status: Status) -> None:
+        """Leave no run behind, except the one that asks again in the background."""
+        if new_status is Status.INVALID and self._answer is not None:
+            self._left = True
+            self._context.later(self._rest_if_left)
+        elif not self._asking:
+            super().terminate(new_status)
+
+    def rest(self) -> None:
+        """Forget the answer and ask no more, until the node starts again."""
+        if self._answer is None:
+            return
+        self._answer, self._asking = None, False
+        self._end_source_watch()
+        if self._end_keys is not None:
+            self._end_keys()
+            self._end_keys = None
+        self._context.watching.remove(self.ask_again)
+        super().terminate(Status.INVALID)
+
+    def _rest_if_left(self) -> None:
+        if self._left:
+            self.rest()
+
+    def _show(self, answer: _Answer) -> Status:
+        """Show the answer that stands, with its outputs where somebody has reset the keys of the mission."""
+        self.result, self.feedback_message = answer.result, answer.message
+        if answer.status is Status.SUCCESS and answer.result is not None:
+            for output, key in self.outputs.items():
+                if key not in self._context.keys:
+                    self._context.keys.write(key, answer.result.outputs[output])
+        return answer.status
+
+    def _keep(self, status: Status) -> None:
+        """Keep the answer of the run that has just ended, and see to it that the skill is asked again."""
+        self._answer = _Answer(status, self.result, self.feedback_message)
+        self._end_source_watch()
+        inputs = self._entry.inputs if self._entry is not None else None
+        if inputs is not None:
+            watch = getattr(self._context.skills[self.skill], "watch", None)
+            if watch is not None:
+                self._end_source = watch(inputs, self._on_source)
+            else:
+                self._alarm.set(self._every)
+        if self._due:
+            self._context.wake()
+
+    def _begin_watch(self) -> None:
+        context = self._context
+        self._end_keys = context.keys.watch((*self._keys, *self.outputs.values()), self._on_key)
+        context.watching.append(self.ask_again)
+
+    def _end_source_watch(self) -> None:
+        self._alarm.clear()
+        if self._end_source is not None:
+            self._end_source()
+            self._end_source = None
+
+    def _on_source(self) -> None:
+        self.ask_again()
+        self._context.wake()
+
+    def _on_key(self, key: str) -> None:
+        if key in self._keys:
+            self._on_source()
+        elif key not in self._context.keys:
+            self.touch()

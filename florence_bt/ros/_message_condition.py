@@ -1,0 +1,96 @@
+"""A condition that is answered from the last message of some source: no ROS in here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from florence_bt.core.clock import Clock, Timer
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.outcome import Result, failure
+from florence_bt.core.skill import FinishedRun, Inputs
+
+
+@dataclass(eq=False, slots=True)
+class _Watch:
+    inputs: Inputs
+    callback: Callable[[], None]
+    answer: Result
+
+
+class MessageCondition:
+    """Judges the last message, and reports when the judgement changes (``WakingSkill``).
+
+    Args:
+        clock: The time of the robot.
+        label: Names the source in reasons.
+        to_result: Judges a message by the inputs; raises FlorenceError, KeyError, TypeError or ValueError
+            when it cannot.
+        max_age_s: Seconds after which a message does not count any more: the answer is ``server_lost`` then.
+    """
+
+    def __init__(
+        self, clock: Clock, label: str, to_result: Callable[[Inputs, Any], Result], max_age_s: float
+    ) -> None:
+        self._clock = clock
+        self._label = label
+        self._to_result = to_result
+        self._max_age_s = max_age_s
+        self._message: Any = None
+        self._came = float("-inf")
+        self._watches: list[_Watch] = []
+        self._silence: Timer | None = None
+
+    def start(self, inputs: Inputs) -> FinishedRun:
+        """Judge the last message."""
+        return FinishedRun(self._judge(inputs))
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back when the judgement changes: by a message, or because none comes."""
+        watch = _Watch(inputs, callback, self._judge(inputs))
+        self._watches.append(watch)
+        self._limit_silence()
+
+        def end() -> None:
+            if watch in self._watches:
+                self._watches.remove(watch)
+                self._limit_silence()
+
+        return end
+
+    def take(self, message: Any) -> None:
+        """Take a message."""
+        self._message, self._came = message, self._clock.now()
+        self._limit_silence()
+        self._judge_again()
+
+    def _judge(self, inputs: Inputs) -> Result:
+        if self._message is None:
+            return failure("server_lost", f"nothing has come from {self._label} yet")
+        if self._clock.now() - self._came >= self._max_age_s:
+            return failure("server_lost", f"nothing has come from {self._label} for {self._max_age_s:g} s")
+        try:
+            return self._to_result(inputs, self._message)
+        except (FlorenceError, KeyError, TypeError, ValueError) as error:
+            return failure("bad_input", f"a message from {self._label} cannot be judged: {error}")
+
+    def _judge_again(self) -> None:
+        for watch in tuple(self._watches):
+            before, watch.answer = watch.answer, self._judge(watch.inputs)
+            if _differ(before, watch.answer):
+                watch.callback()
+
+    def _limit_silence(self) -> None:
+        """Have a timer only while somebody watches and a message counts."""
+        if self._silence is not None:
+            self._silence.cancel()
+            self._silence = None
+        when = self._came + self._max_age_s
+        if self._watches and when > self._clock.now():
+            self._silence = self._clock.call_at(when, self._judge_again)
+
+
+def _differ(one: Result, other: Result) -> bool:
+    """Whether two answers differ in more than their words."""
+    return (one.code, one.outputs) != (other.code, other.outputs)

@@ -1,0 +1,67 @@
+"""A condition over a topic, watched by a mission: the drive stops with the message that says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+from sensor_msgs.msg import BatteryState
+
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import failure, success
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.run import Request, RunIds, RunStatus
+from florence_bt.testing.mocks import ScriptedSkill, Step
+from florence_bt.trees.loader import MissionLibrary
+
+pytestmark = pytest.mark.ros
+
+DECLARATIONS = {
+    "battery_above": SkillDeclaration(
+        "battery_above",
+        "Check that the battery is not low",
+        inputs={"charge": Port(Kind.NUMBER, "the least fraction")},
+        failures={"battery_low": "it is low"},
+        instant=True,
+        wakes=True,
+    ),
+    "drive": SkillDeclaration("drive", "Drive for ever", deadline_s=1e6),
+}
+MISSION = "mission: m\ntree: {sequence: [{battery_above: {charge: 0.3}}, drive: ], memory: false}\n"
+
+
+def judge(inputs: Any, message: Any) -> Any:
+    low = message.percentage < inputs["charge"]
+    return failure("battery_low", f"{message.percentage:.0%} are left") if low else success()
+
+
+def test_a_message_stops_the_drive(ros: Any, tmp_path: Path) -> None:
+    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.ros.qos import RELIABLE
+    from florence_bt.ros.topic_skill import TopicCondition
+
+    (tmp_path / "m.yaml").write_text(MISSION)
+    robot, server = ros.add(FlorenceNode("robot")), ros.add(FlorenceNode("missions"))
+    publisher = robot.create_publisher(BatteryState, "battery_state", RELIABLE)
+    battery = TopicCondition(server, (BatteryState, "battery_state"), to_result=judge, max_age_s=1e6)
+    drive = ScriptedSkill(DECLARATIONS["drive"], server.timebase, [Step(after=1e6)])
+    executor = Executor(
+        MissionLibrary.load([tmp_path], built_in=False),
+        {"battery_above": battery, "drive": drive},
+        DECLARATIONS,
+        server.timebase,
+        RunIds("T"),
+    )
+    ros.spin_until(lambda: publisher.get_subscription_count() == 1 and battery.server_is_there())
+    publisher.publish(BatteryState(percentage=0.8))
+    ros.spin_until(lambda: battery.start({"charge": 0.3}).poll().succeeded)
+    run = executor.trigger(Request("m"))
+    ros.spin_until(lambda: drive.active == 1)
+    publisher.publish(BatteryState(percentage=0.5))
+    publisher.publish(BatteryState(percentage=0.2))
+    ros.spin_until(lambda: run.status.final)
+    assert (run.status, run.why.code, run.why.reason) == (RunStatus.FAILED, "battery_low", "20% are left")
+    assert drive.active == 0 and len(drive.runs) == 1
