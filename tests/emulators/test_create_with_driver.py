@@ -206,6 +206,21 @@ def test_contact_in_full_mode_holds_forward_motion_only(
     assert base.wheels == (0.2, 0.2)
 
 
+def test_a_blocked_wheel_holds_the_base_and_is_named(base: Any) -> None:
+    bench = ready(base)
+    bench.run(0.5, Twist2(0.2, 0.0))
+    bench.create.faults.overcurrents = 16
+    bench.run(0.3, Twist2(0.2, 0.0))
+    assert bench.latest.stop_reason is None
+    bench.run(0.4, Twist2(0.2, 0.0))
+    assert bench.latest.stop_reason is StopReason.OVERCURRENT
+    assert bench.latest.stop_text.startswith("the left wheel draws too much current")
+    assert base.wheels == (0.0, 0.0)
+    bench.create.faults.overcurrents = 0
+    bench.run(1.5, Twist2(0.2, 0.0))
+    assert base.wheels == (0.2, 0.2)
+
+
 def test_bumpers_may_be_ignored(base: Any) -> None:
     bench = ready(base, stop_motors_on_bump=False)
     bench.create.faults.left_bumper = True

@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("florence_interfaces")
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import TurtlebotSensorState
+from florence_interfaces.msg import StopReason, TurtlebotSensorState
 from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -23,7 +23,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.drivers.turtlebot.report import Pace
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
@@ -118,6 +118,10 @@ class Listener(FlorenceNode):
         ):
             self.seen[topic] = []
             self.create_subscription(kind, topic, self.seen[topic].append, RELIABLE)
+        self.stops: list[tuple[str, str]] = []
+        self.create_subscription(
+            StopReason, "turtlebot_node/stop_reason", lambda m: self.stops.append((m.code, m.text)), LATCHED
+        )
         self.transforms = TransformListener(self)
         self.command = self.create_publisher(Twist, "cmd_vel", RELIABLE)
 
@@ -243,10 +247,27 @@ def test_the_plug_is_pulled_and_put_back(ros: Any, device: Device, tmp_path: Pat
     first = next(status for status in told() if status.level == b"\x02")
     assert "went away" in first.message  # told at once, not with the next second
     ros.spin_until(lambda: "no such port" in told()[-1].message)
+    ros.spin_until(lambda: listener.stops[-1][0] == "no_response" and "no such port" in listener.stops[-1][1])
     device.plug_in()
     count = len(listener.seen["odom"])
     ros.spin_until(lambda: len(listener.seen["odom"]) > count + 5)
     ros.spin_until(lambda: told()[-1].message == "RUNNING")
+    ros.spin_until(lambda: listener.stops[-1] == ("", ""))
+
+
+def test_what_holds_the_base_is_latched_with_the_sensors_name(
+    ros: Any, device: Device, tmp_path: Path
+) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.stops == [("", "")])
+    device.create.faults.left_bumper = True
+    pressed = ("bumper", "the left bumper is pressed: forward motion is held")
+    ros.spin_until(lambda: listener.stops[-1] == pressed)
+    late = ros.add(Listener())
+    ros.spin_until(lambda: late.stops == [pressed], what="the latched message")
+    device.create.faults.left_bumper = False
+    ros.spin_until(lambda: listener.stops[-1] == ("", ""))
+    assert len(listener.stops) == 3
 
 
 def test_silence_opens_the_port_again(ros: Any, device: Device, tmp_path: Path) -> None:

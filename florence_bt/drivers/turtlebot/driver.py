@@ -25,7 +25,7 @@ from florence_bt.drivers.turtlebot.drive_control import DriveControl
 from florence_bt.drivers.turtlebot.encoders import EncoderTravel
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading
 from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
-from florence_bt.drivers.turtlebot.hazards import StopReason, contact, lost_mode
+from florence_bt.drivers.turtlebot.hazards import OvercurrentWatch, StopReason, contact, describe, lost_mode
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import OPERATION_MODES, TurtlebotParameters
 from florence_bt.drivers.turtlebot.sequences import (
@@ -65,6 +65,11 @@ class Reading:
     at_rest: bool
     stop_reason: StopReason | None
 
+    @property
+    def stop_text(self) -> str:
+        """The stop reason as a sentence that names the sensor; empty without one."""
+        return "" if self.stop_reason is None else describe(self.stop_reason, self.state)
+
 
 class TurtlebotDriver:
     """Drives one iRobot Create over its Open Interface.
@@ -101,6 +106,7 @@ class TurtlebotDriver:
         self._charge_watch = ChargeWatch()
         self._gyro_watch = GyroWatch(self.parameters.max_gyro_disagreement)
         self._gyro_lost = False
+        self._overcurrent = OvercurrentWatch()
         self._script = Script()
         self._open = False
         self._pending = b""
@@ -343,7 +349,8 @@ class TurtlebotDriver:
             self._drive.stop()
             self._touched = self._stop_reason = StopReason.GYRO
 
-    def _objection(self, state: SensorState) -> StopReason | None:
+    def _objection(self, state: SensorState, stamp: float) -> StopReason | None:
+        overcurrent = self._overcurrent.look(state, stamp)
         touched = contact(
             state,
             heed_bumps=self.parameters.stop_motors_on_bump,
@@ -351,7 +358,9 @@ class TurtlebotDriver:
             lowest_charge=self.parameters.lowest_charge,
         )
         if self.parameters.check_obedience and self._drive.obedience.lost:
-            return StopReason.DEAF
+            return StopReason.NO_RESPONSE
+        if overcurrent:
+            return StopReason.OVERCURRENT
         return touched or (StopReason.GYRO if self._gyro_lost else None)
 
     def _measure(self, values: dict[int, int]) -> SensorState:
@@ -366,7 +375,7 @@ class TurtlebotDriver:
     def _judge(self, state: SensorState, stamp: float) -> None:
         """Find out what holds the base, and when it may return to its mode."""
         lost = None if self._script.busy else lost_mode(state, self.wanted_mode)
-        touched = self._objection(state)
+        touched = self._objection(state, stamp)
         # What begins stops the base, whatever it does; a new command may then lead away from it.
         if (lost is not None and not self._mode_lost) or (
             touched is not None and touched is not self._touched

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import StopReason as StopReasonMsg
 from florence_interfaces.msg import TurtlebotSensorState
 from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
@@ -30,7 +31,7 @@ from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import RELIABLE
+from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
 
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -42,8 +43,8 @@ STATE_FIELDS = tuple(name for name in TurtlebotSensorState.get_fields_and_field_
 class TurtlebotNode(FlorenceNode):
     """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
 
-    Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``joint_states``, ``battery_state``,
-    ``diagnostics`` and the transform of the base; serves ``~/set_digital_outputs`` and
+    Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``~/stop_reason``, ``joint_states``,
+    ``battery_state``, ``diagnostics`` and the transform of the base; serves ``~/set_digital_outputs`` and
     ``~/set_operation_mode``.
     Parameters: the fields of :class:`TurtlebotParameters` and :class:`TurtlebotNodeParameters`.
 
@@ -74,6 +75,7 @@ class TurtlebotNode(FlorenceNode):
         self._silent = False
         self._reading: Reading | None = None
         self._stop_reason: StopReason | None = None
+        self._told_stop: tuple[str, str] | None = None
         self._state_report = StateReport()
         self._joints = wheel_joints.WheelJoints(
             self._settings.wheel_radius, parameters_of_driver.wheels().wheel_separation
@@ -110,6 +112,7 @@ class TurtlebotNode(FlorenceNode):
         self._imu_topic = self.create_publisher(Imu, "imu/data", RELIABLE)
         self._raw_imu_topic = self.create_publisher(Imu, "imu/raw", RELIABLE)
         self._state_topic = self.create_publisher(TurtlebotSensorState, "~/sensor_state", RELIABLE)
+        self._stop_topic = self.create_publisher(StopReasonMsg, "~/stop_reason", LATCHED)
         self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
         self._battery_topic = self.create_publisher(BatteryState, "battery_state", RELIABLE)
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
@@ -140,6 +143,7 @@ class TurtlebotNode(FlorenceNode):
 
     def _on_problem(self, problem: str) -> None:
         self.get_logger().error(problem)
+        self._publish_stop(StopReason.NO_RESPONSE.code, problem)
         self._publish_diagnostics()
 
     def _receive(self, data: bytes, arrived: float) -> None:
@@ -206,7 +210,8 @@ class TurtlebotNode(FlorenceNode):
         if news:
             self._stop_reason = reading.stop_reason
             if self._stop_reason is not None:
-                self.get_logger().warning(self._stop_reason.value)
+                self.get_logger().warning(reading.stop_text)
+        self._publish_stop("" if reading.stop_reason is None else reading.stop_reason.code, reading.stop_text)
         if self._odometry_pace.is_due(reading.stamp):
             self._publish_motion(reading)
         if self._joint_pace.is_due(reading.stamp):
@@ -215,6 +220,15 @@ class TurtlebotNode(FlorenceNode):
             self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
         if news:
             self._publish_diagnostics()
+
+    def _publish_stop(self, code: str, text: str) -> None:
+        """Say what holds the base, once for each change."""
+        if self._told_stop == (code, text):
+            return
+        self._told_stop = (code, text)
+        message = StopReasonMsg(code=code, text=text)
+        message.header.stamp = stamp_to_ros(self.timebase.now())
+        self._stop_topic.publish(message)
 
     def _publish_motion(self, reading: Reading) -> None:
         settings, matrix = self._settings, covariance(reading.at_rest)
