@@ -66,7 +66,7 @@ class Moment:
     twist: Twist2
     map_from_odom: Pose2
     clearance: Clearance
-    stop: BaseStop = BaseStop()
+    stop: BaseStop
 
     @property
     def map_pose(self) -> Pose2:
