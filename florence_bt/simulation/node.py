@@ -25,10 +25,11 @@ from florence_bt.simulation.server import STEP_S, HardwareServer
 from florence_bt.simulation.slowest_reader import SlowestReader
 
 CLOCK_PERIOD_S = 0.01
-RESTING_CLOCK_PERIOD_S = 0.05
+RESTING_CLOCK_PERIOD_S = 0.03
 """Simulated seconds between two messages on ``/clock``, while something moves and while nothing does.
 
-Each message wakes every process.
+Each message wakes every process; with fewer than 30 a second the odometry, which is stamped by them, would
+be slower too.
 """
 LONGEST_BURST_S = 0.02
 """Simulated seconds that are stepped at once; then, and after each message, the wall clock is waited for."""
@@ -52,9 +53,11 @@ class SimulatorParameters:
 
     Attributes:
         speed: Simulated seconds per wall second aimed at; fewer where the drivers cannot follow.
+        catch_up: Make up for all missed time, for drivers that follow the wall clock and not ``/clock``.
     """
 
     speed: float = 1.0
+    catch_up: bool = False
 
     def __post_init__(self) -> None:
         """Check the value."""
@@ -74,7 +77,7 @@ class SimulatorNode(FlorenceNode):
         self, make_server: Callable[[], HardwareServer], *, parameters: Mapping[str, Any] | None = None
     ) -> None:
         super().__init__("simulator", parameters=parameters)
-        self._speed = self.read_parameters(SimulatorParameters).speed
+        self._settings = self.read_parameters(SimulatorParameters)
         self._make_server = make_server
         self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
@@ -107,11 +110,12 @@ class SimulatorNode(FlorenceNode):
 
     def _pace(self, server: HardwareServer) -> None:
         """Step the world at ``speed`` times the wall clock, or as fast as it and the drivers go."""
+        settings = self._settings
         due = time.monotonic()
         next_clock = next_truth = paced = server.time
         while not self._stop.is_set():
             server.step()
-            due += STEP_S / self._speed
+            due += STEP_S / settings.speed
             # Half a step of tolerance: these are sums of floating-point numbers.
             now = server.time + STEP_S / 2
             if now < next_clock and now < paced + LONGEST_BURST_S:
@@ -126,7 +130,7 @@ class SimulatorNode(FlorenceNode):
             wait = due - time.monotonic()
             if wait > 0.0:
                 select.select([], [], [], wait)
-            elif wait < -MAX_BACKLOG_S:
+            elif wait < -MAX_BACKLOG_S and not settings.catch_up:
                 due = time.monotonic() - MAX_BACKLOG_S
             if self._drivers.is_behind(server.laser_spoke_at, time.monotonic()):
                 self._wait_for_drivers(server)

@@ -306,7 +306,9 @@ def test_what_the_base_says_is_the_failure_of_the_drive_and_of_the_turn(scene: S
     publisher.publish(StopReason(code="wheel_drop", text=dropped))
     for answer in (
         scene.result_of(handle),
-        scene.result_of(scene.send(scene.spins, Spin.Goal(target_yaw=0.8))),
+        scene.result_of(
+            scene.send(scene.spins, Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(9.0)))
+        ),
     ):
         assert (answer.status, answer.result.error_code) == (6, SERVER_CODES["wheel_drop"])
         assert answer.result.error_msg == dropped
@@ -332,7 +334,7 @@ def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:
     first = scene.send(scene.poses, to(Pose2(3.0, 2.4)))
     scene.play_until(lambda: scene.robot.world.twist.linear > 0.1)
     before = scene.robot.world.pose.yaw
-    spin = Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(10.0))
+    spin = Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(9.0))
     second = scene.send(scene.spins, spin)
     replaced = scene.result_of(first)
     assert (replaced.status, replaced.result.error_msg) == (6, "preempted by a newer goal")
@@ -351,6 +353,20 @@ def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:
     scene.play_until(
         lambda: scene.robot.world.pose.distance_to(goal) < 0.06 and scene.robot.world.twist.is_zero()
     )
+
+
+def test_the_initial_pose_counts_before_the_first_scan(scene: Scene) -> None:
+    scene.add(MapServerNode(parameters={"map_file": str(scene.map_file), **SIMULATED}))
+    scene.add(LocaliserNode(parameters={"initial_x": 6.0, "initial_y": 4.0, **SIMULATED}))
+
+    def believed() -> bool:
+        scene.robot.world.advance(0.1)
+        scene.robot.tell_pose()
+        scene.robot.tell_time()
+        return scene.robot.frames.buffer.latest_stamp("odom") is not None
+
+    scene.ros.spin_until(believed)
+    assert scene.estimate().distance_to(Pose2(6.0, 4.0)) < 0.01
 
 
 def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:

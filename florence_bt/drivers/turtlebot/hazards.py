@@ -42,6 +42,7 @@ class StopReason(enum.Enum):
     GYRO = "the gyro turned while the wheels went straight: the base stands still to calibrate it"
     OVERCURRENT = "a wheel draws too much current: see what blocks it"
     NO_RESPONSE = "the base does not do what it is told: check the wire to it"
+    DOCKING = "the base drives to its dock by itself: a velocity command ends that"
     MODE_LOST = "the base left its drive mode: it returns to it with the next velocity command"
 
     @property

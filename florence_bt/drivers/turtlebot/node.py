@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
 from florence_interfaces.msg import StopReason as StopReasonMsg
-from florence_interfaces.msg import TurtlebotSensorState
 from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -27,6 +27,7 @@ from florence_bt.drivers.turtlebot.hazards import StopReason
 from florence_bt.drivers.turtlebot.odometry import covariance
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.drivers.turtlebot.report import Pace, StateReport
+from florence_bt.drivers.turtlebot.services.node import BaseServices
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
@@ -36,7 +37,10 @@ from florence_bt.ros.tf import TransformBroadcaster
 
 DIAGNOSTICS_PERIOD_S = 1.0
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
-STATE_FIELDS = tuple(name for name in TurtlebotSensorState.get_fields_and_field_types() if name != "header")
+STATE_FIELDS, CREATE_2_FIELDS = (
+    tuple(name for name in message.get_fields_and_field_types() if name != "header")
+    for message in (TurtlebotSensorState, Create2Sensors)
+)
 """They have the same names in :class:`SensorState`."""
 
 
@@ -44,8 +48,8 @@ class TurtlebotNode(FlorenceNode):
     """Drives the base by ``cmd_vel`` and publishes what it senses. Opens the port again whenever it is lost.
 
     Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``~/stop_reason``, ``joint_states``,
-    ``battery_state``, ``diagnostics`` and the transform of the base; serves ``~/set_digital_outputs`` and
-    ``~/set_operation_mode``.
+    ``battery_state``, ``diagnostics``, of a Create 2 ``~/create2_sensors``, and the transform of the base;
+    serves ``~/set_digital_outputs``, ``~/set_operation_mode`` and the services of :class:`BaseServices`.
     Parameters: the fields of :class:`TurtlebotParameters` and :class:`TurtlebotNodeParameters`.
 
     Source: document, section 2.3; REFERENCE 2.1.
@@ -120,6 +124,12 @@ class TurtlebotNode(FlorenceNode):
         self.create_subscription(Twist, "cmd_vel", self._on_command, RELIABLE)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
         self.create_service(SetTurtlebotMode, "~/set_operation_mode", self._on_set_mode)
+        self._create_2_topic = (
+            None
+            if self._driver.parameters.model.metres_per_tick is None
+            else self.create_publisher(Create2Sensors, "~/create2_sensors", RELIABLE)
+        )
+        BaseServices(self, self._driver, lambda: self._port, lambda: "")
 
     # ---- port -------------------------------------------------------------------------------------------
 
@@ -218,8 +228,15 @@ class TurtlebotNode(FlorenceNode):
             self._publish_joints(reading)
         if self._state_pace.is_due(reading.stamp) or news:
             self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
+            self._publish_create_2(reading)
         if news:
             self._publish_diagnostics()
+
+    def _publish_create_2(self, reading: Reading) -> None:
+        if self._create_2_topic is not None:
+            message = Create2Sensors(**{name: getattr(reading.state, name) for name in CREATE_2_FIELDS})
+            message.header.stamp = stamp_to_ros(reading.stamp)
+            self._create_2_topic.publish(message)
 
     def _publish_stop(self, code: str, text: str) -> None:
         """Say what holds the base, once for each change."""
