@@ -53,7 +53,7 @@ class SimulatorParameters:
 
     Attributes:
         speed: Simulated seconds per wall second aimed at; fewer where the drivers cannot follow.
-        catch_up: Make up for all missed time, for drivers that follow the wall clock and not ``/clock``.
+        catch_up: Make up for all missed time and publish no ``/clock``, for drivers that follow the wall clock.
     """
 
     speed: float = 1.0
@@ -79,7 +79,9 @@ class SimulatorNode(FlorenceNode):
         super().__init__("simulator", parameters=parameters)
         self._settings = self.read_parameters(SimulatorParameters)
         self._make_server = make_server
-        self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
+        self._clock_topic = (
+            None if self._settings.catch_up else self.create_publisher(ClockMessage, "/clock", RELIABLE)
+        )
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
         self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
         self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
@@ -123,7 +125,8 @@ class SimulatorNode(FlorenceNode):
             paced = server.time
             if now >= next_clock:
                 next_clock += RESTING_CLOCK_PERIOD_S if server.world.resting else CLOCK_PERIOD_S
-                self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
+                if self._clock_topic is not None:
+                    self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
             if now >= next_truth:
                 next_truth += TRUTH_PERIOD_S
                 self._truth_topic.publish(String(data=json.dumps(server.truth())))
