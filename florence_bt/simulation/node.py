@@ -53,7 +53,7 @@ class SimulatorParameters:
 
     Attributes:
         speed: Simulated seconds per wall second aimed at; fewer where the drivers cannot follow.
-        catch_up: Make up for all missed time and publish no ``/clock``, for drivers that follow the wall clock.
+        catch_up: Make up for all missed time, and publish no ``/clock``: the drivers follow the wall clock.
     """
 
     speed: float = 1.0
