@@ -56,6 +56,10 @@ def up(
     robot: Annotated[
         Path | None, typer.Option(metavar="CONFIG", help="Drive the robot that this file configures.")
     ] = None,
+    emulate: Annotated[
+        bool,
+        typer.Option("--emulate", help="With --robot: a rehearsal, on emulated devices in the flat."),
+    ] = False,
     map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
     config: Annotated[
@@ -77,8 +81,10 @@ def up(
     with errors_to_exit_codes():
         if sim == (robot is not None):
             raise ConfigError("say what to bring up", valid=["--sim", "--robot CONFIG"])
-        if robot and (config or start):
+        if robot and (config or (start and not emulate)):
             raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
+        if emulate and (sim or speed != 1.0):
+            raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
         from florence_bt.wiring.options import BringUp, parse_start
         from florence_bt.wiring.up import run_up
 
@@ -88,6 +94,7 @@ def up(
             BringUp(
                 folder=str(out.absolute()),
                 simulated=sim,
+                emulated=emulate,
                 config_file=str(parameters.absolute()) if parameters else None,
                 map_file=str(map_file.absolute()) if map_file else None,
                 hotspots_file=str(hotspots.absolute()) if hotspots else None,

@@ -8,11 +8,18 @@ from typing import Any
 import numpy as np
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, LaserEcho, MultiEchoLaserScan
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 
 from florence_bt.core.errors import FrameError
-from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, LaserScan, OccupancyGrid
+from florence_bt.core.sensing import (
+    CameraModel,
+    ColourImage,
+    DepthImage,
+    FloatArray,
+    LaserScan,
+    OccupancyGrid,
+)
 from florence_bt.ros._convert_geometry import (
     frame_from_ros,
     header_to_ros,
@@ -53,6 +60,32 @@ def scan_from_ros(message: LaserScanMsg) -> LaserScan:
         scan_time=message.scan_time,
         intensities=np.frombuffer(message.intensities, np.float32),
     )
+
+
+def echoes_to_ros(scan: LaserScan, echoes: FloatArray, intensities: FloatArray) -> MultiEchoLaserScan:
+    """A laser scan with every echo of each beam.
+
+    Args:
+        scan: The scan that the echoes belong to, n beams.
+        echoes: Shape (n, k), metres, NaN from a beam's last echo on.
+        intensities: Shape (n, k) likewise, or (n, 0) without intensities.
+    """
+    return MultiEchoLaserScan(
+        header=header_to_ros(scan.frame_id, scan.stamp),
+        angle_min=float(scan.angle_min),
+        angle_max=float(scan.angle_max),
+        angle_increment=float(scan.angle_increment),
+        time_increment=float(scan.time_increment),
+        scan_time=float(scan.scan_time),
+        range_min=float(scan.range_min),
+        range_max=float(scan.range_max),
+        ranges=_to_echoes(echoes),
+        intensities=_to_echoes(intensities) if intensities.size else [],
+    )
+
+
+def _to_echoes(beams: FloatArray) -> list[LaserEcho]:
+    return [LaserEcho(echoes=_to_array("f", beam[~np.isnan(beam)], np.float32)) for beam in beams]
 
 
 def depth_to_ros(image: DepthImage) -> Image:

@@ -27,10 +27,11 @@ from florence_bt.simulation.server import STEP_S, HardwareServer
 from florence_bt.simulation.slowest_reader import SlowestReader
 
 CLOCK_PERIOD_S = 0.01
-RESTING_CLOCK_PERIOD_S = 0.05
+RESTING_CLOCK_PERIOD_S = 0.03
 """Simulated seconds between two messages on ``/clock``, while something moves and while nothing does.
 
-Each message wakes every process.
+Each message wakes every process; with fewer than 30 a second the odometry, which is stamped by them, would
+be slower too.
 """
 LONGEST_BURST_S = 0.02
 """Simulated seconds that are stepped at once; then, and after each message, the wall clock is waited for."""
@@ -58,9 +59,11 @@ class SimulatorParameters:
 
     Attributes:
         speed: Simulated seconds per wall second aimed at; fewer where the drivers cannot follow.
+        catch_up: Make up for all missed time, and publish no ``/clock``: the drivers follow the wall clock.
     """
 
     speed: float = 1.0
+    catch_up: bool = False
 
     def __post_init__(self) -> None:
         """Check the value."""
@@ -80,9 +83,11 @@ class SimulatorNode(FlorenceNode):
         self, make_server: Callable[[], HardwareServer], *, parameters: Mapping[str, Any] | None = None
     ) -> None:
         super().__init__("simulator", parameters=parameters)
-        self._speed = self.read_parameters(SimulatorParameters).speed
+        self._settings = self.read_parameters(SimulatorParameters)
         self._make_server = make_server
-        self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
+        self._clock_topic = (
+            None if self._settings.catch_up else self.create_publisher(ClockMessage, "/clock", RELIABLE)
+        )
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
         self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
         self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
@@ -120,12 +125,13 @@ class SimulatorNode(FlorenceNode):
 
     def _pace(self, server: HardwareServer) -> None:
         """Step the world at ``speed`` times the wall clock, or as fast as it and the drivers go."""
+        settings = self._settings
         due = time.monotonic()
         next_clock = next_truth = paced = server.time
         motion = server.motion
         while not self._stop.is_set():
             server.step()
-            due += STEP_S / self._speed
+            due += STEP_S / settings.speed
             # Half a step of tolerance: these are sums of floating-point numbers.
             now = server.time + STEP_S / 2
             if now < next_clock and now < paced + LONGEST_BURST_S:
@@ -133,7 +139,8 @@ class SimulatorNode(FlorenceNode):
             paced = server.time
             if now >= next_clock:
                 next_clock += RESTING_CLOCK_PERIOD_S if server.world.resting else CLOCK_PERIOD_S
-                self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
+                if self._clock_topic is not None:
+                    self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
             if now >= next_truth or server.motion != motion:
                 next_truth = server.time + TRUTH_PERIOD_S
                 motion = server.motion
@@ -142,7 +149,7 @@ class SimulatorNode(FlorenceNode):
             wait = due - time.monotonic()
             if wait > 0.0:
                 select.select([], [], [], wait)
-            elif wait < -MAX_BACKLOG_S:
+            elif wait < -MAX_BACKLOG_S and not settings.catch_up:
                 due = time.monotonic() - MAX_BACKLOG_S
             if self._readers_are_behind(server):
                 self._wait_for_readers(server)

@@ -32,6 +32,7 @@ from florence_bt.simulation.rig_skills import (
 from florence_bt.simulation.world import World
 from florence_bt.skills.locate.hotspots import Hotspots
 from florence_bt.skills.locate.locator import Locator
+from florence_bt.skills.navigate.base_stop import BaseStop
 from florence_bt.skills.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigate.navigator import Navigator
 from florence_bt.skills.navigate.step import NavigatorParameters
@@ -203,6 +204,7 @@ class _BaseSkills:
     def _step(self) -> None:
         if not self._navigator.active:
             return
+        self._navigator.base_stop = BaseStop(*self._robot.stop)
         step = self._navigator.step(self._clock.now(), self._robot.odometry, self._robot.map_from_odom)
         if step.command is not None:
             self._robot.command(step.command)

@@ -17,7 +17,9 @@ from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, Odome
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
-from florence_bt.drivers.turtlebot.hazards import StopReason, hold_forward
+from florence_bt.drivers.turtlebot.codec.packets import BUMP_LEFT, BUMP_RIGHT
+from florence_bt.drivers.turtlebot.codec.state import SensorState
+from florence_bt.drivers.turtlebot.hazards import StopReason, describe, hold_forward
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
@@ -128,13 +130,22 @@ class RigRobot:
         """Where the robot believes to be in the map frame."""
         return self.map_from_odom @ self.odometry.pose
 
+    @property
+    def stop(self) -> tuple[str, str]:
+        """What holds the base: its code and its sentence, both empty when nothing does."""
+        bits = sum(bit for bit, on in zip((BUMP_LEFT, BUMP_RIGHT), self.world.bumpers(), strict=True) if on)
+        if not bits or not self._stop_on_bump:
+            return "", ""
+        bumper = StopReason.BUMPER
+        return bumper.code, describe(bumper, SensorState(bumps_wheeldrops=bits))
+
     def command(self, twist: Twist2) -> None:
         """Take a velocity command, as the topic cmd_vel does."""
         self.velocity.command(twist)
 
     def _drive(self, twist: Twist2) -> None:
         self._twist = twist
-        bumped = StopReason.BUMPER if self._stop_on_bump and any(self.world.bumpers()) else None
+        bumped = StopReason.BUMPER if self.stop[0] else None
         wheels = hold_forward(wheels_from_twist(twist, self._wheels), bumped)
         self.world.set_wheels(wheels.left_mmps / 1000.0, wheels.right_mmps / 1000.0)
 

@@ -49,7 +49,7 @@ def stop_base(options: BringUp, open_port: Callable[[str, int], BytePort] = Seri
 def _reader(options: BringUp) -> Callable[[str, Any], Any]:
     """Gives the parameters of the base's node, as its process was given them: null leaves one out."""
     config = load_config(Path(options.config_file) if options.config_file else None)
-    port = str(hardware_settings(options).base_port) if options.simulated else None
+    port = str(hardware_settings(options).base_port) if options.in_flat else None
     given = section(config, "turtlebot_node", port=port)
 
     def read(name: str, default: Any) -> Any:

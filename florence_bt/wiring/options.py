@@ -21,6 +21,8 @@ class BringUp:
     Attributes:
         folder: Holds the logs, the simulated ports and the runs of this bring-up.
         simulated: Whether the hardware is the simulated flat; otherwise the ports of the configuration.
+        emulated: Whether a robot's bring-up drives emulated devices in place of its own, as a rehearsal:
+            base and sensors of the simulated flat, in real time.
         config_file: The robot's configuration, None for the one of the package.
         map_file: Map of the flat, None for the one of the package.
         hotspots_file: Hotspots of the flat, None for the one of the package.
@@ -35,6 +37,7 @@ class BringUp:
 
     folder: str
     simulated: bool = True
+    emulated: bool = False
     config_file: str | None = None
     map_file: str | None = None
     hotspots_file: str | None = None
@@ -52,6 +55,11 @@ class BringUp:
             raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
         if self.seed < 0:
             raise ConfigError(f"seed is {self.seed}", valid=["0 or a positive whole number"])
+
+    @property
+    def in_flat(self) -> bool:
+        """Whether the devices are those of the simulated flat."""
+        return self.simulated or self.emulated
 
     @property
     def runs(self) -> Path:

@@ -28,5 +28,5 @@ def check_options(options: BringUp) -> None:
     load_map(options.map_file or find_data("maps", "flat.yaml"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
     load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
-    if options.simulated:
+    if options.in_flat:
         people_at_home(load_flat(), options)

@@ -75,7 +75,7 @@ def people_at_home(flat: Flat, options: BringUp) -> list[PersonSpec]:
 
 def start_of(options: BringUp) -> Pose2 | None:
     """Where the robot starts, None when a real robot has to be told."""
-    if options.start_pose is not None or not options.simulated:
+    if options.start_pose is not None or not options.in_flat:
         return options.start_pose
     return load_flat().start
 
@@ -86,7 +86,7 @@ def user_room(options: BringUp) -> str | None:
     In the simulated flat it is the room the person is in, as presence sensors would tell; with nobody at
     home it is the flat's first room.
     """
-    if options.user_room is not None or not options.simulated:
+    if options.user_room is not None or not options.in_flat:
         return options.user_room
     flat = load_flat()
     people = people_at_home(flat, options)

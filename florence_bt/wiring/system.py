@@ -12,6 +12,7 @@ from types import TracebackType
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.wiring.client import ACTIONS, ACTIVE_STATES, MissionClient
+from florence_bt.wiring.device_report import DeviceReport, tell_missing
 from florence_bt.wiring.locks import lock_domain, lock_folder
 from florence_bt.wiring.make_safe import BaseSafety
 from florence_bt.wiring.make_safe_port import stop_base
@@ -25,6 +26,8 @@ from florence_bt.wiring.topology import BASE, MISSIONS, groups
 
 READY_BUDGET_S = 90.0
 """Wall seconds that all nodes get to start; the first start compiles the hot loops."""
+DEVICES_S = 6.0
+"""Wall seconds that the devices of a robot get to answer, and the robot to know its pose, before "ready"."""
 LAST_RUN_S = 2.0
 """Wall seconds that the run gets to end in when a process died on it."""
 
@@ -49,7 +52,7 @@ class System:
             locks = [
                 stack.enter_context(closing(lock())) for lock in (partial(lock_folder, folder), lock_domain)
             ]
-            if options.simulated:
+            if options.in_flat:
                 clear_ports(options)
             self._supervisor = Supervisor(
                 options.write(),
@@ -58,6 +61,7 @@ class System:
                 after_death=self._after_death,
             )
             self.client = MissionClient()
+            self._devices = DeviceReport(self.client.node)
             self._safety: BaseSafety | None = None
             self._starting_again = ""
             self._going_down = False
@@ -106,6 +110,9 @@ class System:
                 f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
                 f"see the logs in {self.options.folder}/logs"
             )
+        if not self.options.simulated:
+            self.client.spin_until(self._devices_answer, DEVICES_S, watch=self._check_start)
+            tell_missing(self._devices, report)
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
@@ -150,6 +157,9 @@ class System:
         if self._not_up() or self.client.missing():
             return False
         return not self.options.simulated or self.client.knows_pose()
+
+    def _devices_answer(self) -> bool:
+        return not self._devices.missing() and self.client.knows_pose()
 
     def _not_up(self) -> list[str]:
         """The groups whose process has not all its nodes yet; an earlier bring-up left other ids."""
@@ -206,7 +216,7 @@ class System:
                 self.client.node.get_logger().error(
                     f"the process {name!r} did not end in time and was killed"
                 )
-            if self.options.simulated:
+            if self.options.in_flat:
                 clear_ports(self.options)
             self.client.close()
             self._locks.close()

@@ -53,7 +53,7 @@ Factory = Callable[[], "FlorenceNode"]
 
 def groups(options: BringUp) -> list[str]:
     """The processes of a bring-up in the order of their start."""
-    return [group for group in NODES if options.simulated or group != "simulator"]
+    return [group for group in NODES if options.in_flat or group != "simulator"]
 
 
 def factories(group: str, options: BringUp) -> list[Factory]:
@@ -107,7 +107,8 @@ def _simulator(settings: _Settings) -> list[Factory]:
     from florence_bt.simulation.node import SimulatorNode
 
     options = settings.options
-    return [partial(SimulatorNode, partial(_make_server, options), parameters={"speed": options.speed})]
+    parameters = {"speed": options.speed, "catch_up": options.emulated}
+    return [partial(SimulatorNode, partial(_make_server, options), parameters=parameters)]
 
 
 def _make_server(options: BringUp) -> HardwareServer:
@@ -137,7 +138,7 @@ def _hardware(settings: _Settings) -> list[Factory]:
 
     motor: dict[str, Any] = {}
     ports: dict[str, str | None] = {"base": None, "laser": None, "kinect": None}
-    if settings.options.simulated:
+    if settings.options.in_flat:
         from florence_bt.wiring.simulated import hardware_settings, simulated_motor
 
         simulated = hardware_settings(settings.options)

@@ -290,7 +290,7 @@ def test_a_firmware_that_reports_no_speeds_drives_when_nobody_checks_them(make: 
         assert drives(bench)
         fault(bench, deaf=True)  # what it reports stays the same, whatever it is told
         bench.run(3.0, BACK)
-        assert ("DEAF" in bench.reasons) is checked
+        assert ("NO_RESPONSE" in bench.reasons) is checked
 
 
 def test_quick_changes_of_speed_are_no_disobedience(make: MakeBench) -> None:

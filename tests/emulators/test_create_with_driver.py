@@ -103,7 +103,9 @@ def test_silence_is_found_and_a_new_start_recovers(base: Any) -> None:
     silent_from = bench.now
     with pytest.raises(DeviceTimeout, match="no good frame"):
         bench.run(5.0, Twist2(0.2, 0.0))
-    assert bench.now - silent_from == pytest.approx(1.0, abs=0.03)
+    parameters = TurtlebotParameters()
+    assert bench.now - silent_from == pytest.approx(parameters.data_timeout, abs=0.03)
+    assert parameters.data_timeout <= parameters.cmd_vel_timeout
     bench.create.faults.silent = False
     bench.driver.start(bench.now)
     readings = bench.run(1.5)
@@ -206,6 +208,21 @@ def test_contact_in_full_mode_holds_forward_motion_only(
     assert base.wheels == (0.2, 0.2)
 
 
+def test_a_blocked_wheel_holds_the_base_and_is_named(base: Any) -> None:
+    bench = ready(base)
+    bench.run(0.5, Twist2(0.2, 0.0))
+    bench.create.faults.overcurrents = 16
+    bench.run(0.3, Twist2(0.2, 0.0))
+    assert bench.latest.stop_reason is None
+    bench.run(0.4, Twist2(0.2, 0.0))
+    assert bench.latest.stop_reason is StopReason.OVERCURRENT
+    assert bench.latest.stop_text.startswith("the left wheel draws too much current")
+    assert base.wheels == (0.0, 0.0)
+    bench.create.faults.overcurrents = 0
+    bench.run(1.5, Twist2(0.2, 0.0))
+    assert base.wheels == (0.2, 0.2)
+
+
 def test_bumpers_may_be_ignored(base: Any) -> None:
     bench = ready(base, stop_motors_on_bump=False)
     bench.create.faults.left_bumper = True
@@ -297,7 +314,7 @@ def test_outputs_that_the_base_ignores_are_refused(base: Any) -> None:
     bench = ready(base, operation_mode=2)
     bench.create.faults.charger = True
     bench.run(0.1)
-    with pytest.raises(ConfigError, match="cannot switch its digital outputs now: the charger"):
+    with pytest.raises(ConfigError, match="not in its drive mode now: the charger"):
         bench.driver.set_digital_outputs(3)
     assert bench.driver.digital_outputs == 1
 
@@ -349,3 +366,93 @@ def test_a_base_that_is_carried_follows_its_gyro(base: Any) -> None:
     assert bench.latest.gyro is not None
     assert bench.latest.gyro.offset == before.offset
     assert bench.latest.odometry.pose.yaw == pytest.approx(1.0, abs=0.03)
+
+
+# -- lights, songs, docking ----------------------------------------------------------------------------------
+
+
+def test_lights_and_songs(base: Any) -> None:
+    bench = ready(base)
+    bench.driver.set_leds(2, 255, 128)
+    bench.driver.play_song([69, 0, 72], [0.5, 0.25, 1.0])
+    bench.run(0.1)
+    assert bench.create.leds == (2, 255, 128)
+    assert bench.create.songs.playing
+
+
+@pytest.mark.parametrize(
+    ("notes", "durations", "why"),
+    [
+        ([60], [], "0 durations"),
+        ([60], [4.0], "too long"),
+        ([60], [float("nan")], "not a number"),
+        ([], [], "16"),
+    ],
+)
+def test_songs_that_cannot_be_played(base: Any, notes: list[int], durations: list[float], why: str) -> None:
+    bench = ready(base)
+    with pytest.raises(ConfigError, match=why):
+        bench.driver.play_song(notes, durations)
+
+
+def test_what_needs_a_drive_mode_is_refused_without_one(base: Any) -> None:
+    bench = ready(base, operation_mode=1)
+    for act in (
+        lambda: bench.driver.set_leds(0, 0, 0),
+        lambda: bench.driver.play_song([60], [1.0]),
+        lambda: bench.driver.dock(bench.now),
+    ):
+        with pytest.raises(ConfigError, match="drive mode"):
+            act()
+
+
+def docking(base: Any, **how: Any) -> Any:
+    bench = ready(base, **how)
+    bench.driver.dock(bench.now)
+    bench.run(0.5)
+    assert bench.latest.stop_reason is StopReason.DOCKING
+    assert bench.create.mode is Mode.PASSIVE
+    assert base.wheels != (0.0, 0.0)
+    return bench
+
+
+def test_the_firmware_docks_and_charges(base: Any) -> None:
+    bench = docking(base)
+    bench.create.faults.dock = True
+    bench.run(1.0)
+    assert base.wheels == (0.0, 0.0)
+    assert bench.latest.stop_reason is StopReason.MODE_LOST
+    bench.run(4.0, Twist2(-0.1, 0.0))  # the way off the dock
+    assert base.wheels == (-0.1, -0.1)
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+@pytest.mark.parametrize("twist", [Twist2(0.0, 0.0), Twist2(0.2, 0.0)])
+def test_any_velocity_command_ends_the_docking_at_once(base: Any, mode: int, twist: Twist2) -> None:
+    bench = docking(base, operation_mode=mode)
+    bench.driver.command(twist, bench.now)
+    bench.run(0.05)
+    assert base.wheels == (0.0, 0.0)
+    bench.run(1.0, twist)
+    assert bench.create.mode == mode
+    assert bench.latest.stop_reason is None
+    assert base.wheels == (twist.linear, twist.linear)
+
+
+def test_the_end_of_the_driver_ends_the_docking(base: Any) -> None:
+    bench = docking(base)
+    bench.create.receive(bench.driver.shutdown(), bench.now)
+    bench.create.poll(bench.now + 0.1)
+    assert base.wheels == (0.0, 0.0)
+
+
+def test_a_base_that_is_driven_or_held_does_not_dock(base: Any) -> None:
+    bench = ready(base)
+    bench.run(0.3, Twist2(0.2, 0.0))
+    with pytest.raises(ConfigError, match="being driven"):
+        bench.driver.dock(bench.now)
+    bench.run(1.0)
+    bench.create.faults.left_bumper = True
+    bench.run(0.1)
+    with pytest.raises(ConfigError, match="bumper"):
+        bench.driver.dock(bench.now)

@@ -2,12 +2,22 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
+from florence_bt.drivers.hokuyo.driver import Phase
+from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.simulation.emulators.scip import ScipFaults
+from florence_bt.simulation.emulators.scip import (
+    MODELS,
+    UST_10LX,
+    UTM_30LX,
+    UTM_30LX_EW,
+    ScannerModel,
+    ScipFaults,
+)
 from tests.emulators.scip_bench import Bench, started
 
 
@@ -243,3 +253,57 @@ def test_diagnosis_follows_the_scanner() -> None:
     found = diagnose(bench.driver, HokuyoParameters(), "", "", bench.now)
     assert found.level is Level.ERROR
     assert found.values["Scan Thread Lost Count"] == "1"
+
+
+@pytest.mark.parametrize("model", [UTM_30LX_EW, UST_10LX])
+def test_a_sensor_that_streams_already_is_stopped_and_started(model: ScannerModel) -> None:
+    bench = Bench(model=model)
+    assert bench.scanner.receive(b"MD0000108001000\n", 0.0).startswith(b"MD0000108001000\n00P")
+    bench.run(0.3)
+    assert bench.scanner.receive(b"TM2\n", bench.now).startswith(b"TM2\n10")
+    bench.driver.start(bench.now)
+    assert len(bench.run(2.0)) > 30
+    assert bench.driver.status.phase is Phase.MEASURING
+    assert bench.problems == []
+
+
+def test_a_sensor_that_was_left_in_time_mode_is_started() -> None:
+    bench = Bench(model=UTM_30LX_EW)
+    bench.scanner.receive(b"TM0\n", 0.0)
+    assert bench.scanner.receive(b"QT\n", 0.0).startswith(b"QT\n10")
+    bench.driver.start(0.0)
+    assert bench.run(2.0)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
+def test_every_model_is_healthy_and_measures(model: ScannerModel) -> None:
+    bench = started(model=model, parameters=HokuyoParameters(calibrate_time=True), seconds=8.0)
+    assert bench.driver.status.device_status == model.healthy
+    assert bench.driver.calibrated
+    assert bench.scans
+    assert bench.problems == []
+
+
+@pytest.mark.parametrize("intensity", [False, True])
+def test_every_echo_is_told_where_the_sensor_has_them(intensity: bool) -> None:
+    parameters = HokuyoParameters(
+        calibrate_time=False, multi_echo=True, intensity=intensity, allow_unsafe_settings=True
+    )
+    bench = started(model=UTM_30LX_EW, parameters=parameters)
+    scan = bench.scans[-1]
+    assert isinstance(scan, MultiEchoScan)
+    assert scan.echoes.shape == (len(scan.ranges), 2)
+    assert np.array_equal(scan.echoes[:, 0], scan.ranges)
+    glass = scan.echoes[::10]
+    assert np.allclose(glass[:, 1] - glass[:, 0], 0.5)
+    assert np.isnan(scan.echoes[1:10, 1]).all()
+    assert scan.echo_intensities.shape == (len(scan.ranges), 2 if intensity else 0)
+    assert len(scan.intensities) == (len(scan.ranges) if intensity else 0)
+
+
+def test_a_sensor_of_one_echo_measures_without_the_others() -> None:
+    parameters = HokuyoParameters(calibrate_time=False, multi_echo=True, intensity=True)
+    bench = started(model=UTM_30LX, parameters=parameters)
+    assert not isinstance(bench.scans[-1], MultiEchoScan)
+    assert len(bench.scans[-1].intensities)
+    assert "this sensor tells one echo of a beam only: multi_echo is left out" in bench.problems

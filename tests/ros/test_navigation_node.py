@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
+from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
@@ -42,6 +43,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.localise.node import LocaliserNode
 from florence_bt.skills.navigate.node import NavigationNode
+from florence_bt.skills.navigate.results import SERVER_CODES
 from florence_bt.skills.serve_map.map_file import load_map, save_map
 from florence_bt.skills.serve_map.node import MapServerNode
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
@@ -296,6 +298,27 @@ def test_bad_goals(scene: Scene) -> None:
     assert all((command.linear.x, command.angular.z) == (0.0, 0.0) for command in scene.robot.commands)
 
 
+def test_what_the_base_says_is_the_failure_of_the_drive_and_of_the_turn(scene: Scene) -> None:
+    scene.add_navigation()
+    publisher = scene.client.create_publisher(StopReason, "turtlebot_node/stop_reason", LATCHED)
+    scene.ros.spin_until(publisher.get_subscription_count)
+    handle = scene.send(scene.poses, to(Pose2(3.0, 2.4)))
+    scene.play_until(lambda: scene.robot.world.twist.linear > 0.2)
+    dropped = "the left wheel hangs in the air: put the base on the floor"
+    publisher.publish(StopReason(code="wheel_drop", text=dropped))
+    for answer in (
+        scene.result_of(handle),
+        scene.result_of(
+            scene.send(scene.spins, Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(9.0)))
+        ),
+    ):
+        assert (answer.status, answer.result.error_code) == (6, SERVER_CODES["wheel_drop"])
+        assert answer.result.error_msg == dropped
+    publisher.publish(StopReason())
+    scene.ros.spin_until(lambda: not scene.navigation._base_stop.code)
+    assert scene.result_of(scene.send(scene.poses, to(Pose2(2.0, 2.4)))).status == 4
+
+
 def test_a_goal_in_another_frame_and_a_cancel(scene: Scene) -> None:
     scene.add_navigation()
     handle = scene.send(scene.poses, to(Pose2(1.5, 0.0), "base_footprint"))
@@ -313,7 +336,7 @@ def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:
     first = scene.send(scene.poses, to(Pose2(3.0, 2.4)))
     scene.play_until(lambda: scene.robot.world.twist.linear > 0.1)
     before = scene.robot.world.pose.yaw
-    spin = Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(10.0))
+    spin = Spin.Goal(target_yaw=0.8, time_allowance=duration_to_ros(9.0))
     second = scene.send(scene.spins, spin)
     replaced = scene.result_of(first)
     assert (replaced.status, replaced.result.error_msg) == (6, "preempted by a newer goal")
@@ -360,6 +383,20 @@ def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> 
     scene.play_until(lambda: scene.robot.world.twist.linear > 0.2)
     goals.cancel(*goals.open())
     scene.play_until(lambda: scene.robot.world.twist.is_zero() and not goals.open())
+
+
+def test_the_initial_pose_counts_before_the_first_scan(scene: Scene) -> None:
+    scene.add(MapServerNode(parameters={"map_file": str(scene.map_file), **SIMULATED}))
+    scene.add(LocaliserNode(parameters={"initial_x": 6.0, "initial_y": 4.0, **SIMULATED}))
+
+    def believed() -> bool:
+        scene.robot.world.advance(0.1)
+        scene.robot.tell_pose()
+        scene.robot.tell_time()
+        return scene.robot.frames.buffer.latest_stamp("odom") is not None
+
+    scene.ros.spin_until(believed)
+    assert scene.estimate().distance_to(Pose2(6.0, 4.0)) < 0.01
 
 
 def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:

@@ -146,6 +146,17 @@ def test_scans() -> None:
     assert empty.ranges.shape == (0,)
 
 
+def test_every_echo() -> None:
+    nan, first = np.nan, np.array([1.0, 2.0], np.float32)
+    echoes = np.array([[1.0, nan], [2.0, 2.5]], np.float32)
+    scan = LaserScan(3.0, "laser", -0.5, 1.0, 0.02, 30.0, first)
+    message = c.echoes_to_ros(scan, echoes, np.empty((2, 0), np.float32))
+    assert [list(beam.echoes) for beam in message.ranges] == [[1.0], [2.0, 2.5]]
+    assert (message.header.frame_id, message.angle_max, message.intensities) == ("laser", 0.5, [])
+    both = c.echoes_to_ros(scan, echoes, echoes)
+    assert [list(beam.echoes) for beam in both.intensities] == [[1.0], [2.0, 2.5]]
+
+
 def test_scans_from_other_kinds_of_arrays() -> None:
     strided = np.linspace(0.0, 5.0, 20)[::2]
     assert list(c.scan_to_ros(LaserScan(0.0, "laser", 0, 1, 0, 9, strided)).ranges) == pytest.approx(strided)

@@ -14,12 +14,13 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("florence_interfaces")
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import TurtlebotSensorState
-from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
+from florence_interfaces.msg import Create2Sensors, StopReason, TurtlebotSensorState
+from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, JointState
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.drivers.turtlebot.report import Pace
@@ -115,10 +116,15 @@ class Listener(FlorenceNode):
             (JointState, "joint_states"),
             (BatteryState, "battery_state"),
             (TurtlebotSensorState, "turtlebot_node/sensor_state"),
+            (Create2Sensors, "turtlebot_node/create2_sensors"),
             (DiagnosticArray, "diagnostics"),
         ):
             self.seen[topic] = []
             self.create_subscription(kind, topic, self.seen[topic].append, RELIABLE)
+        self.stops: list[tuple[str, str]] = []
+        self.create_subscription(
+            StopReason, "turtlebot_node/stop_reason", lambda m: self.stops.append((m.code, m.text)), LATCHED
+        )
         self.transforms = TransformListener(self)
         self.command = self.create_publisher(Twist, "cmd_vel", RELIABLE)
         self.manual = self.create_publisher(Twist, "manual_cmd_vel", RELIABLE)
@@ -140,7 +146,7 @@ class Listener(FlorenceNode):
         (self.manual if by_hand else self.command).publish(message)
 
 
-def call(ros: Any, listener: Listener, kind: Any, name: str, **fields: int) -> Any:
+def call(ros: Any, listener: Listener, kind: Any, name: str, **fields: Any) -> Any:
     client = listener.create_client(kind, f"turtlebot_node/{name}")
     ros.spin_until(client.service_is_ready)
     future = client.call_async(kind.Request(**fields))
@@ -231,6 +237,38 @@ def test_services(ros: Any, device: Device, tmp_path: Path) -> None:
     ros.spin_until(lambda: device.create.digital_outputs == 4)
 
 
+def test_lights_songs_and_the_dock(ros: Any, device: Device, tmp_path: Path) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.newest("odom"))
+    lights = {"leds": SetLeds.Request.PLAY, "power_colour": 255, "power_intensity": 128}
+    assert call(ros, listener, SetLeds, "set_leds", **lights).success
+    ros.spin_until(lambda: device.create.leds == (2, 255, 128))
+    assert call(ros, listener, PlaySong, "play_song", notes=[69], durations=[0.5]).success
+    refused = call(ros, listener, PlaySong, "play_song", notes=[69], durations=[])
+    assert (refused.success, "one duration for each note" in refused.message) == (False, True)
+    assert call(ros, listener, SetBool, "dock", data=True).success
+    ros.spin_until(lambda: device.create.mode is Mode.PASSIVE and listener.stops[-1][0] == "docking")
+    assert "drive mode" in call(ros, listener, SetLeds, "set_leds", **lights).message
+    assert call(ros, listener, SetBool, "dock", data=False).success
+    ros.spin_until(lambda: device.create.mode is Mode.FULL and device.wheels == (0.0, 0.0))
+    assert listener.newest("turtlebot_node/create2_sensors") is None
+
+
+def test_light_bumpers_and_encoders_of_a_create_2(ros: Any, device: Device, tmp_path: Path) -> None:
+    device.use(model="create2")
+    device.create.faults.light_bumps = (0, 0, 4000, 0, 0, 0)
+    _, listener = start(ros, tmp_path, robot_type="create2")
+
+    def rolls() -> bool:
+        listener.drive(0.2, 0.0)
+        sensors = listener.newest("turtlebot_node/create2_sensors")
+        return sensors is not None and sensors.left_encoder > 100
+
+    ros.spin_until(rolls)
+    sensors = listener.newest("turtlebot_node/create2_sensors")
+    assert (sensors.light_bumper, sensors.light_bump_center_left_signal) == (4, 4000)
+
+
 def test_bad_commands_stop(ros: Any, device: Device, tmp_path: Path) -> None:
     _, listener = start(ros, tmp_path)
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
@@ -299,10 +337,27 @@ def test_the_plug_is_pulled_and_put_back(ros: Any, device: Device, tmp_path: Pat
     first = next(status for status in told() if status.level == b"\x02")
     assert "went away" in first.message  # told at once, not with the next second
     ros.spin_until(lambda: "no such port" in told()[-1].message)
+    ros.spin_until(lambda: listener.stops[-1][0] == "no_response" and "no such port" in listener.stops[-1][1])
     device.plug_in()
     count = len(listener.seen["odom"])
     ros.spin_until(lambda: len(listener.seen["odom"]) > count + 5)
     ros.spin_until(lambda: told()[-1].message == "RUNNING")
+    ros.spin_until(lambda: listener.stops[-1] == ("", ""))
+
+
+def test_what_holds_the_base_is_latched_with_the_sensors_name(
+    ros: Any, device: Device, tmp_path: Path
+) -> None:
+    _, listener = start(ros, tmp_path)
+    ros.spin_until(lambda: listener.stops == [("", "")])
+    device.create.faults.left_bumper = True
+    pressed = ("bumper", "the left bumper is pressed: forward motion is held")
+    ros.spin_until(lambda: listener.stops[-1] == pressed)
+    late = ros.add(Listener())
+    ros.spin_until(lambda: late.stops == [pressed], what="the latched message")
+    device.create.faults.left_bumper = False
+    ros.spin_until(lambda: listener.stops[-1] == ("", ""))
+    assert len(listener.stops) == 3
 
 
 def test_silence_opens_the_port_again(ros: Any, device: Device, tmp_path: Path) -> None:

@@ -68,6 +68,15 @@ def test_with_nobody_at_home_it_looks_all_round_fails_and_stands_still():
     assert rig.world.contacts == []
 
 
+def test_a_bumper_that_stays_pressed_is_the_failure_of_the_mission(monkeypatch):
+    rig = make_rig(seed=3, person="absent")
+    monkeypatch.setattr(rig.world, "bumpers", lambda: (rig.clock.now() > 6.0, False))
+    run = rig.run("goto_room", {"room": "kitchen"})
+    assert (run.status, run.code) == (RunStatus.FAILED, "bumper")
+    assert "the left bumper is pressed" in run.reason
+    assert run.ended < 9.0
+
+
 def test_it_drives_through_every_door_and_touches_nothing():
     rig = make_rig(seed=3, person="absent")
     for room in (*ROOMS, *reversed(ROOMS)):

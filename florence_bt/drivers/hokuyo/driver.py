@@ -17,7 +17,7 @@ from florence_bt.drivers.frequency import FrequencyMeter
 from florence_bt.drivers.hokuyo.codec import Measurement, Reply, ReplyParser, ScanReply, decode_scan, request
 from florence_bt.drivers.hokuyo.conversation import Conversation, Script
 from florence_bt.drivers.hokuyo.driver_status import DriverStatus, Phase
-from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances
+from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances, with_echoes
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.patience import Patience
 from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
@@ -239,7 +239,7 @@ class HokuyoDriver:
         self._last_rate = self.bit_rate
         self._status.device, self._status.device_status = sensor.version, sensor.stat
         if not sensor.healthy:
-            self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY!r}")
+            self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY[0]!r}")
             return
         wanted, complaints = plan_measurement(self._parameters, sensor)
         self._complain(complaints)
@@ -320,7 +320,7 @@ class HokuyoDriver:
         ranges = None
         if wanted.use_rep_117:
             ranges = without_codes(scan.distances_mm, geometry.minimum_mm, self._errors(sensor))
-        return scan_from_distances(
+        found = scan_from_distances(
             scan.distances_mm,
             scan.first_step,
             scan.cluster,
@@ -331,6 +331,7 @@ class HokuyoDriver:
             intensities=scan.intensities,
             ranges=ranges,
         )
+        return found if scan.echoes_mm is None else with_echoes(found, scan.echoes_mm, scan.echo_intensities)
 
     def _errors(self, sensor: Sensor) -> Mapping[int, str]:
         return range_errors(sensor.parameters.get("MODL", ""), sensor.geometry.maximum_mm)

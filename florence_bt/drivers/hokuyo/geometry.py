@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import FrameError
-from florence_bt.core.sensing import LaserScan
+from florence_bt.core.sensing import FloatArray, LaserScan
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,3 +138,32 @@ def scan_from_distances(
         scan_time=geometry.scan_period * (skip + 1),
         intensities=np.asarray(() if intensities is None else intensities, np.float32),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class MultiEchoScan(LaserScan):
+    """A laser scan of the first echoes, with all echoes of each beam; the first is the nearest.
+
+    Attributes:
+        echoes: Shape (n, k), metres; NaN from a beam's last echo on.
+        echo_intensities: Shape (n, k) likewise, device units; (n, 0) without intensities.
+    """
+
+    echoes: FloatArray = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    echo_intensities: FloatArray = field(default_factory=lambda: np.empty((0, 0), np.float32))
+
+
+def with_echoes(
+    scan: LaserScan, echoes_mm: NDArray[np.int32], intensities: NDArray[np.int32]
+) -> MultiEchoScan:
+    """Add all echoes to the scan of the first ones.
+
+    Args:
+        scan: Of the first echoes, n beams.
+        echoes_mm: Shape (n, k), millimetres, -1 where there is none.
+        intensities: Shape (n, k) likewise, or (n, 0).
+    """
+    metres = np.where(echoes_mm < 0, np.nan, echoes_mm / 1000.0).astype(np.float32)
+    strengths = np.where(intensities < 0, np.nan, intensities).astype(np.float32)
+    known = {part.name: getattr(scan, part.name) for part in fields(scan)}
+    return MultiEchoScan(**known, echoes=metres, echo_intensities=strengths)

@@ -11,6 +11,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.context import Context
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan as LaserScanMsg
+from sensor_msgs.msg import MultiEchoLaserScan
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import DeviceError, DeviceTimeout
@@ -18,11 +19,12 @@ from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
+from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
-from florence_bt.ros.conversions import scan_to_ros
+from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
@@ -32,7 +34,9 @@ DIAGNOSTICS_PERIOD_S = 1.0
 
 
 class HokuyoNode(FlorenceNode):
-    """Publishes ``scan`` and ``diagnostics``; serves ``~/self_test``; opens the port again when it is lost.
+    """Publishes ``scan``, ``diagnostics`` and, with ``multi_echo``, ``echoes``; serves ``~/self_test``.
+
+    It opens the port again when it is lost.
 
     Parameters: the fields of :class:`HokuyoParameters` and :class:`HokuyoPortParameters`. Once the sensor has
     told them, the parameters ``min_ang_limit``, ``max_ang_limit``, ``min_range`` and ``max_range`` hold what
@@ -68,6 +72,7 @@ class HokuyoNode(FlorenceNode):
         self._open_port, self._open_tcp = open_port, open_tcp
         self._told_limits: tuple[float, ...] = ()
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
+        self._echoes = self.create_publisher(MultiEchoLaserScan, "echoes", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         allow_deferred(self.create_service(SelfTest, "~/self_test", self._on_self_test))
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
@@ -107,6 +112,8 @@ class HokuyoNode(FlorenceNode):
     def _receive(self, data: bytes, arrived: float) -> None:
         for scan in self._driver.receive(data, arrived):
             self._scans.publish(scan_to_ros(scan))
+            if isinstance(scan, MultiEchoScan):
+                self._echoes.publish(echoes_to_ros(scan, scan.echoes, scan.echo_intensities))
             self._port.works()
             self._tell_limits()
         self._port.pump()

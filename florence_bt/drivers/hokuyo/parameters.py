@@ -22,6 +22,8 @@ class HokuyoParameters:
             whole window of the URG-04LX; hokuyo_node had -pi/2.
         max_ang: Last angle in radians, min_ang..pi, clipped likewise.
         intensity: Measure intensities too (ME instead of MD), where the sensor can.
+        multi_echo: Measure every echo of a beam, such as a glass door's and that of what is behind it (ND
+            instead of MD), where the sensor can; ``scan`` has the first echoes, ``echoes`` all of them.
         allow_unsafe_settings: Let a UTM-30LX send intensities of any window; with more than 95 degrees a
             cluster it may crash.
         cluster: Neighbouring steps that are joined into one value, 0..99 (0 and 1: none).
@@ -50,6 +52,7 @@ class HokuyoParameters:
     min_ang: float = -2.086214
     max_ang: float = 2.092350
     intensity: bool = False
+    multi_echo: bool = False
     allow_unsafe_settings: bool = False
     cluster: int = 1
     skip: int = 0

@@ -12,13 +12,13 @@ from florence_bt.drivers.hokuyo.conversation import Ask, Retune, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
 from florence_bt.drivers.hokuyo.status import ACCEPTED
 
-HEALTHY = "Sensor works well."
-"""The text of STAT that hokuyo_node insists on (REFERENCE 4.5)."""
+HEALTHY = ("Sensor works well.", "Stable 000 no error.", "sensor is working normally")
+"""The texts of STAT of a sensor that is well: URG (REFERENCE 4.5), UTM, UST; urg_node knows these three."""
 
 STABLE = "Stable"
-"""How STAT begins on newer sensors that are well (urg_library)."""
+"""How STAT begins on any UTM that is well (urg_library)."""
 
-ANY = tuple(f"0{letter}" for letter in "0123456789ABCDEFGHI")
+ANY = (*(f"0{letter}" for letter in "0123456789ABCDEFGHI"), "10")
 POWER_ON_RATE = 19200
 """What a sensor on a real serial line has after power on and after ``RS`` (REFERENCE 4.2, 4.6)."""
 
@@ -66,7 +66,7 @@ class Sensor:
 
 def is_healthy(stat: str) -> bool:
     """Whether the text of STAT is that of a sensor that is well."""
-    return stat == HEALTHY or stat.startswith(STABLE)
+    return stat in HEALTHY or stat.startswith(STABLE)
 
 
 def rates_to_try(wanted: int | None, last: int | None, misses: int) -> tuple[int, ...]:
@@ -131,8 +131,9 @@ def _greet(attempts: int) -> Script:
     with suppress(DeviceTimeout):
         # Old firmware wakes up in SCIP 1.1; a sensor that speaks 2.0 already answers 0E, or nothing.
         yield Ask("SCIP2.0", ANY, 1)
-    # In time mode everything else is refused.
-    return (yield Ask("TM2", (ACCEPTED, "03"), attempts))
+    # In time mode everything else is refused. Any answer will do, as with hokuyo_node: a UTM-30LX-EW that
+    # streams refuses TM2 with 10, and QT and RS, which follow, end the stream.
+    return (yield Ask("TM2", ANY, attempts))
 
 
 def _ask_parameters(attempts: int) -> Script:

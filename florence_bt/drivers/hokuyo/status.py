@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from florence_bt.drivers.hokuyo.codec import KINDS
+
 ACCEPTED = "00"
 SCAN_FOLLOWS = "99"
 RESUMED = "98"
@@ -88,7 +90,7 @@ def describe_status(command: str, status: str) -> str:
     if status == ACCEPTED:
         return "accepted"
     letters = command[:2]
-    known = _MEASUREMENT if letters in ("MD", "MS", "ME", "GD", "GS", "GE") else _OTHERS.get(letters, {})
+    known = _MEASUREMENT if letters in KINDS else _OTHERS.get(letters, {})
     if status in known:
         return known[status]
     if known is _MEASUREMENT and status.isdecimal():

@@ -52,7 +52,7 @@ def plan_measurement(wanted: HokuyoParameters, sensor: Sensor) -> tuple[Measurem
                 f"max_ang was lowered to {geometry.angle_of(last):.4f}: with intensities this sensor is safe "
                 f"up to {degrees:g} degrees a cluster; allow_unsafe_settings lifts that",
             )
-    kind = "ME" if wanted.intensity else "MD"
+    kind = ("N" if wanted.multi_echo else "M") + ("E" if wanted.intensity else "D")
     return Measurement(kind, first, last, wanted.cluster, wanted.skip, 0), complaints
 
 
@@ -68,7 +68,10 @@ def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
     """
     complaints: list[str] = []
     latency_s: float | None = None
-    if wanted.kind == "ME" and not (yield from _measures_intensity(wanted)):
+    if wanted.kind[0] == "N" and not (yield from _can_measure(wanted)):
+        wanted = replace(wanted, kind=f"M{wanted.kind[1]}")
+        complaints.append("this sensor tells one echo of a beam only: multi_echo is left out")
+    if wanted.kind == "ME" and not (yield from _can_measure(wanted)):
         wanted = replace(wanted, kind="MD")
         complaints.append("this sensor measures no intensities: they are left out")
     if calibrate:
@@ -83,9 +86,9 @@ def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
     return Stream(wanted, latency_s, tuple(complaints))
 
 
-def _measures_intensity(wanted: Measurement) -> Script:
-    """Whether one beam comes with its intensity."""
-    beam = Measurement("ME", wanted.first_step, wanted.first_step, 1, 0, 1)
+def _can_measure(wanted: Measurement) -> Script:
+    """Whether the sensor measures one beam in this way."""
+    beam = Measurement(wanted.kind, wanted.first_step, wanted.first_step, 1, 0, 1)
     try:
         yield Ask(beam.command, attempts=1)
         answer = yield Listen(beam.head)

@@ -68,8 +68,8 @@ def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, por
         return Diagnosis(Level.ERROR, port_problem, values)
     if driver.starting or reading is None:
         return Diagnosis(Level.WARN, "STARTING", values)
-    if reading.stop_reason is StopReason.DEAF:
-        return Diagnosis(Level.ERROR, StopReason.DEAF.value, values)
+    if reading.stop_reason is StopReason.NO_RESPONSE:
+        return Diagnosis(Level.ERROR, StopReason.NO_RESPONSE.value, values)
     return Diagnosis(Level.OK, "RUNNING", values)
 
 
@@ -81,7 +81,7 @@ def _operating_mode(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
     if not known:
         return Diagnosis(Level.ERROR, name, values)
     if reading.stop_reason is not None:
-        return Diagnosis(Level.WARN, f"{name}: {reading.stop_reason.value}", values)
+        return Diagnosis(Level.WARN, f"{name}: {reading.stop_text}", values)
     return Diagnosis(Level.OK, name, values)
 
 

@@ -19,13 +19,13 @@ from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot import codec
 from florence_bt.drivers.turtlebot._script import Script, Step
 from florence_bt.drivers.turtlebot.charging import ChargeWatch
-from florence_bt.drivers.turtlebot.codec.packets import WHEEL_DROPS, OiMode
+from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
 from florence_bt.drivers.turtlebot.encoders import EncoderTravel
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading
 from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
-from florence_bt.drivers.turtlebot.hazards import StopReason, contact, lost_mode
+from florence_bt.drivers.turtlebot.hazards import OvercurrentWatch, StopReason, contact, describe, lost_mode
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import OPERATION_MODES, TurtlebotParameters
 from florence_bt.drivers.turtlebot.sequences import (
@@ -37,7 +37,7 @@ from florence_bt.drivers.turtlebot.sequences import (
     reset,
     streamed_packets,
 )
-from florence_bt.drivers.turtlebot.tune import play_tune
+from florence_bt.drivers.turtlebot.tune import play_notes, play_tune
 
 STREAM_PERIOD_S = 0.015
 RECOVERY_PERIOD_S = 2.0
@@ -64,6 +64,11 @@ class Reading:
     gyro: GyroReading | None
     at_rest: bool
     stop_reason: StopReason | None
+
+    @property
+    def stop_text(self) -> str:
+        """The stop reason as a sentence that names the sensor; empty without one."""
+        return "" if self.stop_reason is None else describe(self.stop_reason, self.state)
 
 
 class TurtlebotDriver:
@@ -103,6 +108,7 @@ class TurtlebotDriver:
         self._charge_watch = ChargeWatch()
         self._gyro_watch = GyroWatch(self.parameters.max_gyro_disagreement)
         self._gyro_lost = False
+        self._overcurrent = OvercurrentWatch()
         self._script = Script()
         self._open = False
         self._pending = b""
@@ -113,7 +119,7 @@ class TurtlebotDriver:
         self._state: SensorState | None = None
         self._stop_reason: StopReason | None = None
         self._touched: StopReason | None = None
-        self._mode_lost = False
+        self._mode_lost = self._docking = False
         self._recover_at = math.inf
 
     @property
@@ -183,16 +189,62 @@ class TurtlebotDriver:
         """
         if not self.parameters.model.cargo_bay:
             raise ConfigError(f"{self.parameters.model.name} has no digital outputs")
-        if self.wanted_mode < OiMode.SAFE:
-            raise ConfigError("the digital outputs need a drive mode", valid=("mode 2 or 3 first",))
-        if self._mode_lost:
-            raise ConfigError(f"the base cannot switch its digital outputs now: {self._why_lost()}")
+        self._need_drive_mode("the digital outputs")
         self._pending += codec.digital_outputs(bits)
         self._outputs = self._outputs_on = bits
 
-    def set_manual_override(self, on: bool) -> None:
+    def set_leds(self, bits: int, power_colour: int, power_intensity: int) -> None:
+        """Set the lights, see :func:`codec.leds`.
+
+        Raises:
+            ConfigError: A number is out of range, or the base is not in a mode that sets them.
+        """
+        self._need_drive_mode("the lights")
+        self._pending += codec.leds(bits, power_colour=power_colour, power_intensity=power_intensity)
+
+    def play_song(self, notes: Sequence[int], durations_s: Sequence[float]) -> None:
+        """Store a song and play it.
+
+        Args:
+            notes: 1 to 16 MIDI numbers, 31 to 127; anything else is a rest.
+            durations_s: Seconds, one for each note, 0 to 3.98.
+
+        Raises:
+            ConfigError: The song cannot be played, or the base is not in a mode that plays it.
+        """
+        self._need_drive_mode("songs")
+        self._pending += play_notes(notes, durations_s, self.parameters.model)
+
+    def dock(self, now: float) -> None:
+        """Let the firmware look for the home base and drive onto it; any velocity command ends that.
+
+        Raises:
+            ConfigError: The base cannot do that now.
+        """
+        self._need_drive_mode("docking")
+        if self.manual_override:
+            raise ConfigError("the base does not dock: the manual override is on; release it first")
+        if self._stop_reason is not None and self._stop_reason is not StopReason.BATTERY:
+            raise ConfigError(f"the base cannot dock now: {self._why_lost()}")
+        if self._drive.wants_motion(now):
+            raise ConfigError("the base is being driven: stop it first, then let it dock")
+        self._drive.stop()
+        self._docking = True
+        self._pending += codec.cover_and_dock()
+
+    def end_docking(self, now: float) -> None:
+        """Stop a base that docks, and return to its mode; of no effect on any other."""
+        if not self._docking:
+            return
+        self._docking = False
+        self._pending = b""
+        stop = ENTER_MODE[self.wanted_mode] + codec.drive_direct(0, 0)
+        self._script.begin([Step(stop, MODE_WAIT_S), Step(self._output_bytes())], now)
+
+    def set_manual_override(self, on: bool, now: float) -> None:
         """Give the base to a person, or back. It stops at once, without a ramp, and forgets its command."""
         self.manual_override = on
+        self.end_docking(now)
         self._drive.stop()
 
     def command(self, twist: Twist2, now: float, *, manual: bool = False) -> None:
@@ -205,6 +257,7 @@ class TurtlebotDriver:
                 on, and nothing else counts then.
         """
         if manual is self.manual_override:
+            self.end_docking(now)
             self._drive.command(twist, now)
 
     def receive(self, data: bytes, now: float) -> list[Reading]:
@@ -273,7 +326,15 @@ class TurtlebotDriver:
         """
         self._open = False
         self._drive.stop()
-        return codec.drive_direct(0, 0) + codec.pause_stream()
+        leave, self._docking = ENTER_MODE[self.wanted_mode] if self._docking else b"", False
+        return leave + codec.drive_direct(0, 0) + codec.pause_stream()
+
+    def _need_drive_mode(self, what: str) -> None:
+        if self.wanted_mode < OiMode.SAFE:
+            verb = "needs" if what == "docking" else "need"
+            raise ConfigError(f"{what} {verb} a drive mode", valid=("mode 2 or 3 first",))
+        if self._mode_lost:
+            raise ConfigError(f"the base is not in its drive mode now: {self._why_lost()}")
 
     def _why_lost(self) -> str:
         return (self._stop_reason or StopReason.MODE_LOST).value
@@ -300,7 +361,7 @@ class TurtlebotDriver:
         self._drive.stop()
         self._drive.obedience.clear()
         self._heard = None
-        self._mode_lost = False
+        self._mode_lost = self._docking = False
         self._stop_reason = None
         self._recover_at = math.inf
 
@@ -358,7 +419,14 @@ class TurtlebotDriver:
             self._drive.stop()
             self._touched = self._stop_reason = StopReason.GYRO
 
-    def _objection(self, state: SensorState) -> StopReason | None:
+    def _lost_mode(self, state: SensorState) -> StopReason | None:
+        lost = lost_mode(state, self.wanted_mode)
+        if state.charging_sources_available & HOME_BASE:
+            self._docking = False  # it has arrived
+        return StopReason.DOCKING if self._docking and lost is StopReason.MODE_LOST else lost
+
+    def _objection(self, state: SensorState, stamp: float) -> StopReason | None:
+        overcurrent = self._overcurrent.look(state, stamp)
         touched = contact(
             state,
             heed_bumps=self.parameters.stop_motors_on_bump,
@@ -366,7 +434,9 @@ class TurtlebotDriver:
             lowest_charge=self.parameters.lowest_charge,
         )
         if self.parameters.check_obedience and self._drive.obedience.lost:
-            return StopReason.DEAF
+            return StopReason.NO_RESPONSE
+        if overcurrent:
+            return StopReason.OVERCURRENT
         return touched or (StopReason.GYRO if self._gyro_lost else None)
 
     def _measure(self, values: dict[int, int]) -> SensorState:
@@ -380,8 +450,8 @@ class TurtlebotDriver:
 
     def _judge(self, state: SensorState, stamp: float) -> None:
         """Find out what holds the base, and when it may return to its mode."""
-        lost = None if self._script.busy else lost_mode(state, self.wanted_mode)
-        touched = self._objection(state)
+        lost = None if self._script.busy else self._lost_mode(state)
+        touched = self._objection(state, stamp)
         # What begins stops the base, whatever it does; a new command may then lead away from it.
         if (lost is not None and not self._mode_lost) or (
             touched is not None and touched is not self._touched

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 import enum
+import math
 
 from florence_bt.drivers.turtlebot.codec.packets import (
+    BUMP_LEFT,
+    BUMP_RIGHT,
     BUMPS,
+    DROP_CASTER,
+    DROP_LEFT,
+    DROP_RIGHT,
     HOME_BASE,
     INTERNAL_CHARGER,
+    LEFT_WHEEL_OVERCURRENT,
+    RIGHT_WHEEL_OVERCURRENT,
     WHEEL_DROPS,
+    WHEEL_OVERCURRENTS,
     OiMode,
 )
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.wheels import STOPPED, WheelSpeeds
 
+OVERCURRENT_PATIENCE_S = 0.5
+"""A start, or the edge of a carpet, draws too much current for a moment only."""
+
+OVERCURRENT_REST_S = 1.0
+"""A blocked motor is given this rest; its current ends with the motion, so the flag alone says nothing."""
+
 
 class StopReason(enum.Enum):
-    """Why the base is held; the value is the sentence for people."""
+    """Why the base is held; the value is the sentence for people, :func:`describe` also names the sensor."""
 
     BUMPER = "a bumper is pressed: forward motion is held"
     WHEEL_DROP = "a wheel hangs in the air: put the base on the floor"
@@ -25,12 +40,93 @@ class StopReason(enum.Enum):
     DOCK = "the base stands on its dock: forward motion is held"
     BATTERY = "the battery is empty: bring the base to its charger"
     GYRO = "the gyro turned while the wheels went straight: the base stands still to calibrate it"
-    DEAF = "the base does not do what it is told: check the wire to it"
+    OVERCURRENT = "a wheel draws too much current: see what blocks it"
+    NO_RESPONSE = "the base does not do what it is told: check the wire to it"
+    DOCKING = "the base drives to its dock by itself: a velocity command ends that"
     MODE_LOST = "the base left its drive mode: it returns to it with the next velocity command"
 
+    @property
+    def code(self) -> str:
+        """One word for programs, the ``code`` of florence_interfaces/StopReason."""
+        return self.name.lower()
 
-HOLDS_ALL = frozenset({StopReason.CHARGER, StopReason.BATTERY, StopReason.GYRO, StopReason.DEAF})
+
+HOLDS_ALL = frozenset(
+    {
+        StopReason.CHARGER,
+        StopReason.BATTERY,
+        StopReason.GYRO,
+        StopReason.OVERCURRENT,
+        StopReason.NO_RESPONSE,
+    }
+)
 """What holds every motion; the others leave the way back and turns on the spot."""
+
+
+_VERBS = {
+    StopReason.BUMPER: (" is ", " are "),
+    StopReason.WHEEL_DROP: (" hangs ", " hang "),
+    StopReason.CLIFF: (" misses ", " miss "),
+    StopReason.OVERCURRENT: (" draws ", " draw "),
+}
+"""The verb of a reason's sentence, for one sensor and for several."""
+
+
+def describe(reason: StopReason, state: SensorState) -> str:
+    """The sentence of a reason, with the names of the sensors that gave it.
+
+    Args:
+        reason: Why the base is held.
+        state: All sensors.
+    """
+    sensors = _sensors(reason, state)
+    if not sensors:
+        return reason.value
+    singular, plural = _VERBS[reason]
+    rest = reason.value.partition(singular)[2]
+    return " and ".join(sensors) + (singular if len(sensors) == 1 else plural) + rest
+
+
+def _sensors(reason: StopReason, state: SensorState) -> list[str]:
+    """The sensors behind a reason; none for one that does not come from a single sensor."""
+    bits, currents = state.bumps_wheeldrops, state.motor_overcurrents
+    of_reason: dict[StopReason, dict[str, int]] = {
+        StopReason.BUMPER: {"left bumper": bits & BUMP_LEFT, "right bumper": bits & BUMP_RIGHT},
+        StopReason.WHEEL_DROP: {
+            "left wheel": bits & DROP_LEFT,
+            "right wheel": bits & DROP_RIGHT,
+            "caster": bits & DROP_CASTER,
+        },
+        StopReason.CLIFF: {
+            "left cliff sensor": state.cliff_left,
+            "front left cliff sensor": state.cliff_front_left,
+            "front right cliff sensor": state.cliff_front_right,
+            "right cliff sensor": state.cliff_right,
+        },
+        StopReason.OVERCURRENT: {
+            "left wheel": currents & LEFT_WHEEL_OVERCURRENT,
+            "right wheel": currents & RIGHT_WHEEL_OVERCURRENT,
+        },
+    }
+    return [f"the {name}" for name, seen in of_reason.get(reason, {}).items() if seen]
+
+
+class OvercurrentWatch:
+    """Whether a wheel motor is blocked, by the overcurrent flags of packet 14."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+        self._blocked_at = -math.inf
+
+    def look(self, state: SensorState, now: float) -> bool:
+        """Take all sensors; True from half a second of overcurrent on until the motor has rested."""
+        if not state.motor_overcurrents & WHEEL_OVERCURRENTS:
+            self._since = None
+        elif self._since is None or now < self._since:
+            self._since = now
+        elif now - self._since >= OVERCURRENT_PATIENCE_S:
+            self._blocked_at = now
+        return 0.0 <= now - self._blocked_at < OVERCURRENT_REST_S
 
 
 def contact(

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from florence_interfaces.msg import TurtlebotSensorState
+from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
+from florence_interfaces.msg import StopReason as StopReasonMsg
 from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -29,6 +30,7 @@ from florence_bt.drivers.turtlebot.odometry import covariance
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.drivers.turtlebot.report import Pace, StateReport
+from florence_bt.drivers.turtlebot.services.node import BaseServices
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
@@ -39,7 +41,10 @@ from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
 DIAGNOSTICS_PERIOD_S = 1.0
 CHARGING = (ChargingState.RECOVERY, ChargingState.CHARGING, ChargingState.TRICKLE)
-STATE_FIELDS = tuple(name for name in TurtlebotSensorState.get_fields_and_field_types() if name != "header")
+STATE_FIELDS, CREATE_2_FIELDS = (
+    tuple(name for name in message.get_fields_and_field_types() if name != "header")
+    for message in (TurtlebotSensorState, Create2Sensors)
+)
 """They have the same names in :class:`SensorState`."""
 
 
@@ -50,9 +55,9 @@ class TurtlebotNode(FlorenceNode):
     ``manual_cmd_vel`` only. This node alone says on ``manual_override`` (latched) whether it is on: it acts
     where the wheels are, needs no other process, and is kept over restarts.
 
-    Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``joint_states``, ``battery_state``,
-    ``diagnostics`` and the transform of the base; serves ``~/set_digital_outputs`` and
-    ``~/set_operation_mode``.
+    Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``~/stop_reason``, ``joint_states``,
+    ``battery_state``, ``diagnostics``, of a Create 2 ``~/create2_sensors``, and the transform of the base;
+    serves ``~/set_digital_outputs``, ``~/set_operation_mode`` and the services of :class:`BaseServices`.
     Parameters: the fields of :class:`TurtlebotParameters` and :class:`TurtlebotNodeParameters`.
 
     Source: document, section 2.3; REFERENCE 2.1.
@@ -80,11 +85,12 @@ class TurtlebotNode(FlorenceNode):
         self._driver = TurtlebotDriver(parameters_of_driver)
         file = self._settings.override_file
         self._override_file = OverrideFile(Path(file) if file else None)
-        self._driver.set_manual_override(self._override_file.is_on())
+        self._driver.manual_override = self._override_file.is_on()
         self._rts: bool | None = None
         self._silent = False
         self._reading: Reading | None = None
         self._stop_reason: StopReason | None = None
+        self._told_stop: tuple[str, str] | None = None
         self._state_report = StateReport()
         self._joints = wheel_joints.WheelJoints(
             self._settings.wheel_radius, parameters_of_driver.wheels().wheel_separation
@@ -121,6 +127,7 @@ class TurtlebotNode(FlorenceNode):
         self._imu_topic = self.create_publisher(Imu, "imu/data", RELIABLE)
         self._raw_imu_topic = self.create_publisher(Imu, "imu/raw", RELIABLE)
         self._state_topic = self.create_publisher(TurtlebotSensorState, "~/sensor_state", RELIABLE)
+        self._stop_topic = self.create_publisher(StopReasonMsg, "~/stop_reason", LATCHED)
         self._joint_topic = self.create_publisher(JointState, "joint_states", RELIABLE)
         self._battery_topic = self.create_publisher(BatteryState, "battery_state", RELIABLE)
         self._diagnostics_topic = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
@@ -132,6 +139,12 @@ class TurtlebotNode(FlorenceNode):
         self.create_subscription(Twist, "manual_cmd_vel", self._on_manual_command, COMMAND)
         self.create_service(SetDigitalOutputs, "~/set_digital_outputs", self._on_set_outputs)
         self.create_service(SetTurtlebotMode, "~/set_operation_mode", self._on_set_mode)
+        self._create_2_topic = (
+            None
+            if self._driver.parameters.model.metres_per_tick is None
+            else self.create_publisher(Create2Sensors, "~/create2_sensors", RELIABLE)
+        )
+        BaseServices(self, self._driver, lambda: self._port)
 
     # ---- port -------------------------------------------------------------------------------------------
 
@@ -155,6 +168,7 @@ class TurtlebotNode(FlorenceNode):
 
     def _on_problem(self, problem: str) -> None:
         self.get_logger().error(problem)
+        self._publish_stop(StopReason.NO_RESPONSE.code, problem)
         self._publish_diagnostics()
 
     def _receive(self, data: bytes, arrived: float) -> None:
@@ -181,7 +195,7 @@ class TurtlebotNode(FlorenceNode):
         on = bool(message.data)
         news = on is not self._driver.manual_override
         if on or news:
-            self._driver.set_manual_override(on)
+            self._driver.set_manual_override(on, self.timebase.now())
             self._port.pump()
         # Each message is answered: who sent it, or has just come, wants to know.
         self._publish_override()
@@ -250,15 +264,32 @@ class TurtlebotNode(FlorenceNode):
         if news:
             self._stop_reason = reading.stop_reason
             if self._stop_reason is not None:
-                self.get_logger().warning(self._stop_reason.value)
+                self.get_logger().warning(reading.stop_text)
+        self._publish_stop("" if reading.stop_reason is None else reading.stop_reason.code, reading.stop_text)
         if self._odometry_pace.is_due(reading.stamp):
             self._publish_motion(reading)
         if self._joint_pace.is_due(reading.stamp):
             self._publish_joints(reading)
         if self._state_pace.is_due(reading.stamp) or news:
             self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
+            self._publish_create_2(reading)
         if news:
             self._publish_diagnostics()
+
+    def _publish_create_2(self, reading: Reading) -> None:
+        if self._create_2_topic is not None:
+            message = Create2Sensors(**{name: getattr(reading.state, name) for name in CREATE_2_FIELDS})
+            message.header.stamp = stamp_to_ros(reading.stamp)
+            self._create_2_topic.publish(message)
+
+    def _publish_stop(self, code: str, text: str) -> None:
+        """Say what holds the base, once for each change."""
+        if self._told_stop == (code, text):
+            return
+        self._told_stop = (code, text)
+        message = StopReasonMsg(code=code, text=text)
+        message.header.stamp = stamp_to_ros(self.timebase.now())
+        self._stop_topic.publish(message)
 
     def _publish_motion(self, reading: Reading) -> None:
         settings, matrix = self._settings, covariance(reading.at_rest)

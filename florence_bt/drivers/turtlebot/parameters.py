@@ -44,7 +44,8 @@ class TurtlebotParameters:
         check_obedience: Hold a base that reports, for a second, other wheel speeds than it was sent. Off for
             a firmware that does not report them.
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
-        data_timeout: Seconds of silence after which the base counts as lost.
+        data_timeout: Seconds of silence after which the base counts as lost; not longer than cmd_vel_timeout,
+            or a base that is heard no more would be driven for longer than one that nobody commands.
         lowest_charge: Charge, as a fraction of the capacity, below which the base stands still; 0 for never.
         max_gyro_disagreement: rad/s that the gyro may tell while the wheels go straight; a base whose gyro
             tells more stops and calibrates it. 0 for any.
@@ -71,7 +72,7 @@ class TurtlebotParameters:
     stop_on_cliff: bool = True
     check_obedience: bool = True
     recovery_delay: float = 1.0
-    data_timeout: float = 1.0
+    data_timeout: float = 0.5
     lowest_charge: float = 0.02
     max_gyro_disagreement: float = 0.2
     charge_reset: bool = True

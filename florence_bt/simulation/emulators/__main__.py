@@ -155,7 +155,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_scip(devices: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     scip = devices.add_parser(
         "scip",
-        help="a Hokuyo URG-04LX or UTM-30LX on a pseudo-terminal or a TCP port",
+        help="a Hokuyo URG, UTM or UST on a pseudo-terminal or a TCP port",
         description="A Hokuyo scanner that speaks SCIP 2.0, standing in a room with a pillar.",
         epilog=SCIP_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,

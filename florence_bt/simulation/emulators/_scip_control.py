@@ -55,7 +55,7 @@ class ScipControl(FaultLines):
             "scan_status": lambda words: setattr(self._faults, "scan_status", _status(words)),
             "every_scan_status": self._every_scan_status,
             "status_of": self._status_of,
-            "stat": lambda words: setattr(self._faults, "stat", " ".join(words) or ScipFaults().stat),
+            "stat": lambda words: setattr(self._faults, "stat", " ".join(words) or None),
             "freeze_timer": self._freeze_timer,
             "delay": lambda words: setattr(self._faults, "delay_s", number(words, 0.0, 60.0)),
             "speed": self._speed,

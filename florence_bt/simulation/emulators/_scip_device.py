@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 ARGUMENT_LENGTHS = {
     "VV": 0,
@@ -27,6 +27,10 @@ ARGUMENT_LENGTHS = {
     "GD": 10,
     "GS": 10,
     "GE": 10,
+    "ND": 13,
+    "NE": 13,
+    "HD": 10,
+    "HE": 10,
 }
 """Characters that follow the letters of a command (REFERENCE 4.6, 4.7)."""
 
@@ -49,6 +53,8 @@ class ScannerModel:
         outermost_step: The last step that a command may name.
         commands: What it understands.
         no_measurement: The code of a step that it cannot see (REFERENCE 4.8).
+        healthy: STAT while it is well.
+        denies_time_mode: While it measures, TM is refused with 10, and in time mode QT is too; RS ends both.
     """
 
     name: str
@@ -57,6 +63,8 @@ class ScannerModel:
     outermost_step: int
     commands: frozenset[str]
     no_measurement: int
+    healthy: str = "Sensor works well."
+    denies_time_mode: bool = False
 
     def number(self, tag: str) -> int:
         """A numeric field of PP."""
@@ -110,10 +118,46 @@ UTM_30LX = ScannerModel(
     1080,
     COMMON | {"ME", "GE", "RT", "%SL", "%ST"},
     5,
+    "Stable 000 no error.",
 )
-"""Source: REFERENCE 4.1. Its firmware text and its serial number are made up in the usual form."""
+"""Source: REFERENCE 4.1; STAT as urg_node knows it. Its firmware and its serial number are made up."""
 
-MODELS = {model.name: model for model in (URG_04LX, UTM_30LX)}
+UTM_30LX_EW = replace(
+    UTM_30LX,
+    name="utm-30lx-ew",
+    version={**UTM_30LX.version, "PROD": "UTM-30LX-EW", "FIRM": "1.1.0(30/Sep./2011)", "PROT": "SCIP 2.2"},
+    parameters={**UTM_30LX.parameters, "MODL": "UTM-30LX-EW"},
+    commands=UTM_30LX.commands | {"ND", "NE", "HD", "HE"},
+    denies_time_mode=True,
+)
+"""The UTM-30LX with Ethernet. Source: the simulator of urg_stamped; for every echo, urg_library."""
+
+UST_10LX = ScannerModel(
+    "ust-10lx",
+    {
+        "VEND": "Hokuyo Automatic Co., Ltd.",
+        "PROD": "UST-10LX",
+        "FIRM": "1.0.0(2014-01-31)",
+        "PROT": "SCIP 2.2",
+        "SERI": "H1400001",
+    },
+    {**UTM_30LX.parameters, "MODL": "UST-10LX", "DMIN": "20", "DMAX": "30000"},
+    1080,
+    UTM_30LX.commands - {"MS", "GS", "SS", "HS", "DB"},
+    65533,
+    "sensor is working normally",
+    True,
+)
+"""Source: the simulator of urg_stamped, and scans of urg_node; nobody has held one against it."""
+
+UST_20LX = replace(
+    UST_10LX,
+    name="ust-20lx",
+    version={**UST_10LX.version, "PROD": "UST-20LX"},
+    parameters={**UST_10LX.parameters, "MODL": "UST-20LX", "DMAX": "60000"},
+)
+
+MODELS = {model.name: model for model in (URG_04LX, UTM_30LX, UTM_30LX_EW, UST_10LX, UST_20LX)}
 
 
 @dataclass(slots=True)
@@ -130,7 +174,7 @@ class ScipFaults:
         cut_scan_at: The next scan ends after so many bytes, without its blank line.
         frozen_timer_ms: Every time stamp reads this.
         laser_broken: BM is refused with 01, and measuring ends with 50.
-        stat: The text of STAT.
+        stat: The text of STAT; None for the model's healthy one.
         statuses: Commands by their letters (``PP``), and the status that they are answered with instead.
         bad_replies: So many of the next answers to commands have a wrong check sum.
         delay_s: Everything leaves so much later.
@@ -146,7 +190,7 @@ class ScipFaults:
     cut_scan_at: int | None = None
     frozen_timer_ms: int | None = None
     laser_broken: bool = False
-    stat: str = "Sensor works well."
+    stat: str | None = None
     statuses: dict[str, str] = field(default_factory=dict)
     bad_replies: int = 0
     delay_s: float = 0.0
@@ -155,7 +199,7 @@ class ScipFaults:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """What MD, MS, ME, GD, GS or GE asks for.
+    """What a measurement command asks for.
 
     Attributes:
         first: First step.
@@ -165,6 +209,7 @@ class Measurement:
         intensity: Whether each distance is followed by its intensity.
         skip: Turns left out between two scans.
         count: Scans, None for an endless stream.
+        every_echo: Whether a beam is answered with each of its echoes.
     """
 
     first: int
@@ -174,6 +219,7 @@ class Measurement:
     intensity: bool = False
     skip: int = 0
     count: int | None = 1
+    every_echo: bool = False
 
 
 def parse_measurement(command: str, arguments: str, outermost_step: int) -> Measurement | str:
@@ -194,6 +240,6 @@ def parse_measurement(command: str, arguments: str, outermost_step: int) -> Meas
     if last < first:
         return "05"
     width, intensity = 2 if command[1] == "S" else 3, command[1] == "E"
-    if command[0] == "G":
-        return Measurement(first, last, cluster, width, intensity)
-    return Measurement(first, last, cluster, width, intensity, int(parts[3]), int(parts[4]) or None)
+    every_echo = command[0] in "HN"
+    skip, count = (0, 1) if command[0] in "GH" else (int(parts[3]), int(parts[4]) or None)
+    return Measurement(first, last, cluster, width, intensity, skip, count, every_echo)

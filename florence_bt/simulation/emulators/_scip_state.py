@@ -109,9 +109,12 @@ class ScipState:
             return "04"
         if not known or length is None or len(arguments) > length:
             return "0E"
-        if self._time_mode and letters not in ALLOWED_IN_TIME_MODE:
-            return "0E"
+        if self._time_mode and letters not in ALLOWED_IN_TIME_MODE and not self._leaves_time_mode(letters):
+            return "10" if self._model.denies_time_mode else "0E"
         return "0C" if len(arguments) < length else None
+
+    def _leaves_time_mode(self, letters: str) -> bool:
+        return self._model.denies_time_mode and letters == "RS"
 
     def answer(self, letters: str, arguments: str, measuring: bool, now: float) -> Answer:
         """Carry a command out that measures nothing; the caller has stopped what must be stopped.
@@ -179,8 +182,12 @@ class ScipState:
             else "IDLE",
             "SBPS": rate + BY_DEFAULT if self._bit_rate == BIT_RATES[0] else rate,
             "TIME": f"{self.timer(now):06X}",
-            "STAT": f"Simulated error {self.pretended.mode}." if trouble else self._faults().stat,
+            "STAT": f"Simulated error {self.pretended.mode}." if trouble else self._healthy(),
         }
+
+    def _healthy(self) -> str:
+        stat = self._faults().stat
+        return self._model.healthy if stat is None else stat
 
     def _speed(self) -> str:
         """SCSP: the usual speed, or how much slower it is; hosts such as hokuyoaist read both."""

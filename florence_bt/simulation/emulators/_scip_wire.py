@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 DATA_LINE = 64
+SECOND_ECHO_MM = 500
 
 
 def summed(line: str) -> str:
@@ -37,9 +38,29 @@ def information_lines(fields: Mapping[str, str]) -> list[str]:
     return [f"{text};{summed(text)[-1]}" for text in (f"{tag}:{value}" for tag, value in fields.items())]
 
 
-def scan_lines(timestamp_ms: int, values: NDArray[np.int32], width: int) -> list[str]:
-    """The time stamp and the measured values in lines of at most 64 characters."""
-    text = encode_numbers(values, width)
+def encode_echoes(values: NDArray[np.int32], numbers: int, minimum_mm: int) -> str:
+    """Every echo of each step: what follows an ampersand belongs to the step before it.
+
+    Each tenth step that measures something has a second echo half a metre behind the first, as of a pane of
+    glass; the world itself tells one distance a step.
+
+    Args:
+        values: Shape (steps * numbers,).
+        numbers: Numbers an echo: 1, or 2 with intensities.
+        minimum_mm: DMIN; smaller distances are codes.
+    """
+    echoes = []
+    for step, echo in enumerate(values.reshape(-1, numbers)):
+        echoes.append(encode_numbers(echo, 3))
+        if step % 10 == 0 and echo[0] >= minimum_mm:
+            echo = echo.copy()
+            echo[0] += SECOND_ECHO_MM
+            echoes.append("&" + encode_numbers(echo, 3))
+    return "".join(echoes)
+
+
+def scan_lines(timestamp_ms: int, text: str) -> list[str]:
+    """The time stamp and the encoded values in lines of at most 64 characters."""
     blocks = [text[start : start + DATA_LINE] for start in range(0, len(text), DATA_LINE)]
     return [summed(encode_number(timestamp_ms, 4)), *map(summed, blocks)]
 

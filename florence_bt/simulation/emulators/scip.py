@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from florence_bt.simulation.emulators._scip_device import (
     MODELS,
     URG_04LX,
+    UST_10LX,
     UTM_30LX,
+    UTM_30LX_EW,
     Measurement,
     ScannerModel,
     ScipFaults,
@@ -27,9 +29,25 @@ from florence_bt.simulation.emulators._scip_line import SlowLine
 from florence_bt.simulation.emulators._scip_malfunction import TROUBLE
 from florence_bt.simulation.emulators._scip_state import ScipState
 from florence_bt.simulation.emulators._scip_values import group, with_intensities
-from florence_bt.simulation.emulators._scip_wire import reply, scan_lines, spoil_last_sum
+from florence_bt.simulation.emulators._scip_wire import (
+    encode_echoes,
+    encode_numbers,
+    reply,
+    scan_lines,
+    spoil_last_sum,
+)
 
-__all__ = ["MODELS", "URG_04LX", "UTM_30LX", "LaserPlant", "ScannerModel", "ScipEmulator", "ScipFaults"]
+__all__ = [
+    "MODELS",
+    "URG_04LX",
+    "UST_10LX",
+    "UTM_30LX",
+    "UTM_30LX_EW",
+    "LaserPlant",
+    "ScannerModel",
+    "ScipEmulator",
+    "ScipFaults",
+]
 
 LONGEST_REQUEST = 64
 TWO_CHARACTER_LIMIT = 4095
@@ -211,7 +229,13 @@ class ScipEmulator:
             return reply(echo, status)
         if self._remaining == 0:
             self._stop()
-        return self._spoil(reply(echo, "99", scan_lines(self.state.timer(started), values, stream.width)))
+        lines = scan_lines(self.state.timer(started), self._encode(stream, values))
+        return self._spoil(reply(echo, "99", lines))
+
+    def _encode(self, wanted: Measurement, values: NDArray[np.int32]) -> str:
+        if wanted.every_echo:
+            return encode_echoes(values, 2 if wanted.intensity else 1, self._model.number("DMIN"))
+        return encode_numbers(values, wanted.width)
 
     def _spoil(self, data: bytes) -> bytes:
         if self.faults.bad_checksums > 0:
@@ -272,10 +296,12 @@ class ScipEmulator:
 
     def _carry_out(self, letters: str, arguments: str, note: str, now: float) -> tuple[str, list[str]]:
         match letters:
-            case "MD" | "MS" | "ME":
+            case "MD" | "MS" | "ME" | "ND" | "NE":
                 return self._start_stream(letters, arguments, note, now), []
-            case "GD" | "GS" | "GE":
+            case "GD" | "GS" | "GE" | "HD" | "HE":
                 return self._single(letters, arguments, now)
+            case "TM" if self._stream is not None and self._model.denies_time_mode:
+                return "10", []
             case "QT" | "RS" | "RT" | "%SL":
                 self._stop()
             case "TM" if arguments == "0":
@@ -311,4 +337,4 @@ class ScipEmulator:
             return TROUBLE, []
         if not self.laser_on:
             return "10", []
-        return "00", scan_lines(self.state.timer(now), self._measure(wanted), wanted.width)
+        return "00", scan_lines(self.state.timer(now), self._encode(wanted, self._measure(wanted)))

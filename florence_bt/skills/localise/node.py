@@ -128,7 +128,10 @@ class LocaliserNode(FlorenceNode):
         self._work()
 
     def _on_odometry(self, message: OdometryMsg) -> None:
-        self._queue.add_odometry(odometry_from_ros(message))
+        odometry = odometry_from_ros(message)
+        if self._localiser is not None:
+            self._localiser.believe(odometry.pose)
+        self._queue.add_odometry(odometry)
         self._work()
 
     def _work(self) -> None:

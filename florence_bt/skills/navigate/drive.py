@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.skills.navigate._cells import INSCRIBED, UNKNOWN_COST, Cells
+from florence_bt.skills.navigate.base_stop import BaseStop
 from florence_bt.skills.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigate.controller import Control, Controller
 from florence_bt.skills.navigate.costmap import Costmap
@@ -22,6 +23,10 @@ from florence_bt.skills.navigate.step import Feedback, NavigatorParameters
 from florence_bt.skills.navigate.turning import Turn
 
 _REMEDY_TIME_S = 25.0
+_GET_OFF_TIME_S = 2.0
+"""How long backing off may take to release a bumper: twice what the 0.08 m/s of a back-up need."""
+_MOST_BACK_OFFS = 3
+"""So often a drive backs off from what only the bumpers feel; then it ends, as it would touch it again."""
 _NEAR_GOAL_M = 1.0
 _TYPICAL_SPEED, _TYPICAL_TURN_SPEED = 0.35, 0.5
 
@@ -53,6 +58,7 @@ class Moment:
         twist: Its velocity.
         map_from_odom: The place of the odometry frame in the map.
         clearance: What is around it.
+        stop: What holds the base.
     """
 
     now: float
@@ -60,6 +66,7 @@ class Moment:
     twist: Twist2
     map_from_odom: Pose2
     clearance: Clearance
+    stop: BaseStop
 
     @property
     def map_pose(self) -> Pose2:
@@ -91,10 +98,15 @@ class Drive:
         self._remedy: Turn | BackUp | None = None
         self._remedy_text = ""
         self._recoveries = 0
+        self._touched_since: float | None = None
+        self._back_offs = 0
         self.path: NDArray[np.float64] | None = None
 
     def step(self, moment: Moment) -> tuple[Twist2, Feedback, Result | None]:
         """One cycle: the velocity, the feedback, and the result when the drive is over."""
+        stuck = self._get_off(moment)
+        if stuck is not None:
+            return STANDSTILL, self._feedback(moment, math.nan, stuck.reason), stuck
         if self._remedy is not None:
             command = self._apply_remedy(moment)
             if command is not None:
@@ -214,10 +226,29 @@ class Drive:
         elif remedy is Remedy.ROTATE:
             self._remedy = Turn(p.rotate_angle, self._p.turn, moment.now, _REMEDY_TIME_S)
         else:
-            self._remedy = BackUp(
-                moment.pose, p.back_up_distance, p.back_up_speed, moment.now + _REMEDY_TIME_S
-            )
+            self._remedy = self._back_up(moment)
         self._restart(moment)
+        return None
+
+    def _back_up(self, moment: Moment) -> BackUp:
+        p = self._p.recovery
+        return BackUp(moment.pose, p.back_up_distance, p.back_up_speed, moment.now + _REMEDY_TIME_S)
+
+    def _get_off(self, moment: Moment) -> Result | None:
+        """Back off from what holds the base; a failure when that does not help soon."""
+        stop = moment.stop
+        if not stop.holds_forward:
+            self._touched_since = None
+            return None
+        if self._touched_since is None:
+            self._touched_since = moment.now
+            if self._back_offs == _MOST_BACK_OFFS:
+                return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
+            self._back_offs += 1
+            self._recoveries += 1
+            self._remedy, self._remedy_text = self._back_up(moment), f"backing off: {stop.text}"
+        if moment.now - self._touched_since > _GET_OFF_TIME_S:
+            return stop.failure(f"{stop.text}, and backing off did not help")
         return None
 
     def _next_remedy(self, moment: Moment) -> Remedy:

@@ -12,6 +12,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigate._cells import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigate.base_stop import BaseStop
 from florence_bt.skills.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigate.drive import Drive, Moment, Site
@@ -30,6 +31,7 @@ class Navigator:
     Attributes:
         global_costmap: In the map frame.
         local_costmap: In the odometry frame, rolling with the robot.
+        base_stop: What holds the base, as it says itself; keep it up to date.
     """
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
@@ -47,6 +49,7 @@ class Navigator:
         self._end: Result | None = None
         self._missing_since: float | None = None
         self._feedback = Feedback()
+        self.base_stop = BaseStop()
 
     @property
     def active(self) -> bool:
@@ -178,6 +181,8 @@ class Navigator:
             return Step(None, Feedback())
         if self._end is not None:
             return self._finish(self._end)
+        if self.base_stop.holds_all:
+            return self._finish(self.base_stop.failure())
         missing = self._fresh.missing(now, odometry, map_from_odom, needs_map=self._drive is not None)
         if missing is not None:
             return self._wait(now, *missing)
@@ -194,7 +199,7 @@ class Navigator:
         self.local_costmap.roll_to(pose)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
-        return Moment(now, pose, odometry.twist, map_from_odom or Pose2(), clearance)
+        return Moment(now, pose, odometry.twist, map_from_odom or Pose2(), clearance, self.base_stop)
 
     def _advance(self, moment: Moment) -> tuple[Twist2, Result | None]:
         if self._drive is not None:

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
@@ -50,6 +51,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.localise.scan_queue import ScanQueue
+from florence_bt.skills.navigate.base_stop import BaseStop
 from florence_bt.skills.navigate.goal_check import problem_with_quaternion
 from florence_bt.skills.navigate.navigator import Navigator
 from florence_bt.skills.navigate.results import SERVER_CODES, navigate_error_code, spin_error_code
@@ -90,6 +92,7 @@ class NavigationNode(FlorenceNode):
         self._settings = NavigatorParameters.read(self.read_parameters)
         self._p = self.read_parameters(NavigationNodeParameters)
         self._navigator: Navigator | None = None
+        self._base_stop = BaseStop()
         self._queue = ScanQueue()
         self._taken: dict[str, float] = {}
         self._cycle: Timer | None = None
@@ -102,6 +105,7 @@ class NavigationNode(FlorenceNode):
         self._make_publishers()
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
+        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
         for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
             self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
@@ -140,6 +144,7 @@ class NavigationNode(FlorenceNode):
         if self._navigator is not None and self._navigator.active:
             self._abandon(failure("no_path", "the map was replaced", server_code=SERVER_CODES["no_path"]))
         self._navigator = Navigator(grid_from_ros(message), self._settings)
+        self._navigator.base_stop = self._base_stop
 
     def _on_override(self, message: Bool) -> None:
         self._overridden = bool(message.data)
@@ -162,6 +167,11 @@ class NavigationNode(FlorenceNode):
     def _on_odometry(self, message: OdometryMsg) -> None:
         self._queue.add_odometry(odometry_from_ros(message))
         self._take_scans()
+
+    def _on_base_stop(self, message: StopReason) -> None:
+        self._base_stop = BaseStop(message.code, message.text)
+        if self._navigator is not None:
+            self._navigator.base_stop = self._base_stop
 
     def _take_scans(self) -> None:
         navigator = self._navigator

@@ -4,6 +4,22 @@ from __future__ import annotations
 
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 
+HELD_FAILURES = {
+    "wheel_drop": "a wheel of the base hangs in the air",
+    "overcurrent": "a wheel of the base is blocked: its motor draws too much current",
+    "no_response": "the base does not answer, or does not do what it is told",
+    "charger": "the charger is plugged into the base",
+    "battery": "the battery of the base is empty",
+}
+"""What keeps the base from every motion, a goal ends at once (codes of florence_interfaces/StopReason)."""
+
+TOUCH_FAILURES = {
+    "bumper": "a bumper is pressed, and backing off did not release it",
+    "cliff": "a cliff sensor misses the floor, and backing off did not help",
+    "dock": "the base stands on its dock, and backing off did not help",
+}
+"""What keeps the base from driving forward; a drive backs off first, a turn in place is not touched by it."""
+
 NAVIGATE_FAILURES = {
     "no_path": "no way leads to the goal",
     "goal_occupied": "the robot does not fit at the goal",
@@ -14,6 +30,8 @@ NAVIGATE_FAILURES = {
     "no_pose": "the robot does not know where it is in the map, or the odometry is silent",
     "no_scan": "no laser scan came for too long; without it the robot does not move",
     "no_transform": "the goal's frame is not connected to the map",
+    **TOUCH_FAILURES,
+    **HELD_FAILURES,
 }
 """The codes of ``navigate_to``."""
 
@@ -23,8 +41,12 @@ TURN_FAILURES = {
     "time_allowance": "the turn took longer than allowed",
     "no_pose": NAVIGATE_FAILURES["no_pose"],
     "no_scan": NAVIGATE_FAILURES["no_scan"],
+    **HELD_FAILURES,
 }
 """The codes of ``turn``."""
+
+STOP_CODES = {code: 10001 + place for place, code in enumerate((*HELD_FAILURES, *TOUCH_FAILURES))}
+"""Our code -> error_code of both actions; Nav2 has none for them and leaves numbers from 10000 on free."""
 
 SERVER_CODES = {
     "ok": 0,
@@ -40,6 +62,7 @@ SERVER_CODES = {
     "no_progress": 105,
     "blocked": 106,
     "no_scan": 107,
+    **STOP_CODES,
 }
 """Our code -> error_code of NavigateToPose (REFERENCE 7.9)."""
 
@@ -54,6 +77,7 @@ SPIN_SERVER_CODES = {
     "timed_out": 701,
     "no_pose": 702,
     "collision_ahead": 703,
+    **STOP_CODES,
 }
 """Our code -> error_code of Spin (REFERENCE 7.9)."""
 
@@ -73,6 +97,7 @@ SPIN_CODES_BY_NUMBER = {
     702: "no_pose",
     703: "collision_ahead",
     NO_SCAN_IN_SPIN: "no_scan",
+    **{STOP_CODES[code]: code for code in HELD_FAILURES},
 }
 """error_code of Spin -> our code."""
 

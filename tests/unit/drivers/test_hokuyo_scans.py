@@ -169,3 +169,35 @@ def test_times() -> None:
     for reply in (Reply("TM0", "00"), Reply("TM1", "04"), Reply("TM1", "00", (b"m2@",))):
         with pytest.raises(FrameError):
             decode_time(reply)
+
+
+def echo_reply(kind: str, last: int, data: bytes) -> Reply:
+    return Reply(f"{kind}0000{last:04d}01000", "99", (encode(5, 4), data))
+
+
+def test_every_echo_of_a_beam() -> None:
+    data = encode(1000, 3) + encode(2000, 3) + b"&" + encode(2500, 3) + b"&" + encode(9000, 3) + encode(7, 3)
+    scan = decode_scan(echo_reply("ND", 2, data))
+    assert scan.distances_mm.tolist() == [1000, 2000, 7]
+    assert scan.echoes_mm is not None
+    assert scan.echoes_mm.tolist() == [[1000, -1, -1], [2000, 2500, 9000], [7, -1, -1]]
+    assert scan.echo_intensities.shape == (3, 0)
+
+
+def test_every_echo_with_its_intensity() -> None:
+    data = b"".join([encode(1000, 3), encode(40, 3), b"&", encode(1500, 3), encode(30, 3)])
+    scan = decode_scan(echo_reply("NE", 0, data))
+    assert (scan.distances_mm.tolist(), scan.intensities.tolist()) == ([1000], [40])
+    assert scan.echoes_mm is not None
+    assert (scan.echoes_mm.tolist(), scan.echo_intensities.tolist()) == ([[1000, 1500]], [[40, 30]])
+
+
+@pytest.mark.parametrize("data", [b"&000", b"000&", b"000&&000", b"000&00", b"000&000", b"000000000"])
+def test_bad_echoes_are_refused(data: bytes) -> None:
+    with pytest.raises(FrameError):
+        decode_scan(echo_reply("ND", 1, data))
+
+
+def test_several_echoes_need_a_command_that_asks_for_them() -> None:
+    with pytest.raises(FrameError, match="several echoes"):
+        decode_scan(echo_reply("MD", 0, b"000&000"))

@@ -18,9 +18,9 @@ EXAMPLE = bytes([19, 5, 29, 2, 25, 13, 0])
 
 def test_worked_commands() -> None:
     assert codec.drive_direct(150, -150) == bytes([145, 0, 150, 255, 106])
-    assert codec.start() + codec.full() + codec.leds(
-        play=True, advance=False, power_colour=0, power_intensity=0
-    ) == bytes([128, 132, 139, 2, 0, 0])
+    assert codec.start() + codec.full() + codec.leds(2, power_colour=0, power_intensity=0) == bytes(
+        [128, 132, 139, 2, 0, 0]
+    )
     assert codec.stream([29, 13]) == bytes([148, 2, 29, 13])
     assert codec.stream([]) == bytes([148, 0])
     assert codec.query_list([7, 19]) == bytes([149, 2, 7, 19])
@@ -38,7 +38,7 @@ def test_speeds_are_clamped_not_masked() -> None:
     "wrong",
     [
         lambda: codec.digital_outputs(8),
-        lambda: codec.leds(play=False, advance=False, power_colour=256, power_intensity=0),
+        lambda: codec.leds(0, power_colour=256, power_intensity=0),
         lambda: codec.sensors(43),
         lambda: codec.query_list([7, -1]),
         lambda: codec.query_list([7] * 256),

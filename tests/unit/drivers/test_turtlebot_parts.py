@@ -18,7 +18,13 @@ from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.encoders import EncoderTravel, ticks_between
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters
 from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
-from florence_bt.drivers.turtlebot.hazards import StopReason, contact, hold_forward
+from florence_bt.drivers.turtlebot.hazards import (
+    OvercurrentWatch,
+    StopReason,
+    contact,
+    describe,
+    hold_forward,
+)
 from florence_bt.drivers.turtlebot.obedience import Obedience
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheel_joints import NAMES, WheelJoints
@@ -140,6 +146,52 @@ def test_charger_dock_and_battery() -> None:
     for reason in (StopReason.CHARGER, StopReason.BATTERY, StopReason.GYRO):
         assert hold_forward(WheelSpeeds(-100, 100), reason) == STOPPED
     assert hold_forward(WheelSpeeds(-100, -100), StopReason.DOCK) == WheelSpeeds(-100, -100)
+
+
+@pytest.mark.parametrize(
+    ("reason", "fields", "sentence"),
+    [
+        (StopReason.BUMPER, {"bumps_wheeldrops": 2}, "the left bumper is pressed: forward motion is held"),
+        (
+            StopReason.BUMPER,
+            {"bumps_wheeldrops": 3},
+            "the left bumper and the right bumper are pressed: forward motion is held",
+        ),
+        (
+            StopReason.WHEEL_DROP,
+            {"bumps_wheeldrops": 16},
+            "the caster hangs in the air: put the base on the floor",
+        ),
+        (
+            StopReason.CLIFF,
+            {"cliff_front_right": True},
+            "the front right cliff sensor misses the floor: forward motion is held",
+        ),
+        (
+            StopReason.OVERCURRENT,
+            {"motor_overcurrents": 8},
+            "the right wheel draws too much current: see what blocks it",
+        ),
+        (StopReason.OVERCURRENT, {"motor_overcurrents": 0}, StopReason.OVERCURRENT.value),
+        (StopReason.NO_RESPONSE, {}, StopReason.NO_RESPONSE.value),
+    ],
+)
+def test_the_reason_names_the_sensor(reason: StopReason, fields: dict[str, int], sentence: str) -> None:
+    assert describe(reason, SensorState(**fields)) == sentence  # type: ignore[arg-type]
+
+
+def test_overcurrent_counts_when_it_lasts_and_holds_until_the_motor_has_rested() -> None:
+    watch, blocked, free = OvercurrentWatch(), SensorState(motor_overcurrents=16), SensorState()
+    assert not watch.look(blocked, 0.0)
+    assert not watch.look(free, 0.4)
+    assert not watch.look(blocked, 0.5)
+    assert not watch.look(blocked, 0.9)
+    assert watch.look(blocked, 1.0)
+    assert watch.look(free, 1.9)
+    assert not watch.look(free, 2.1)
+    assert not watch.look(SensorState(motor_overcurrents=7), 3.0)  # the low side drivers are no wheels
+    assert not watch.look(SensorState(motor_overcurrents=7), 4.0)
+    assert not watch.look(blocked, -100.0)  # the clock was set back
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import yaml
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.transforms import TransformBuffer
+from florence_bt.drivers.kinect.motor.driver import MotorParameters
 from florence_bt.skills.describe_robot.description import (
     DescriptionParameters,
     RobotDescription,
@@ -63,6 +64,12 @@ def buffer(robot) -> TransformBuffer:
 def test_where_the_parts_sit_above_the_floor(buffer, child, x, y, z):
     transform = buffer.lookup("base_footprint", child)
     assert transform.translation == pytest.approx([x, y, z], abs=1e-4)
+
+
+def test_the_accelerometer_has_its_frame_y_up_and_z_forward(buffer):
+    frame = buffer.lookup("base_footprint", MotorParameters().frame_id)
+    left_up_forward = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    assert frame.rotation == pytest.approx(left_up_forward, abs=1e-9)
 
 
 def test_the_laser_hangs_upside_down(buffer):

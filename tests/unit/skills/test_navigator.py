@@ -10,12 +10,15 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
+from florence_bt.skills.navigate.base_stop import BaseStop
 from florence_bt.skills.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigate.goal_check import problem_with_quaternion
 from florence_bt.skills.navigate.navigator import Navigator
 from florence_bt.skills.navigate.results import (
+    HELD_FAILURES,
     SERVER_CODES,
     SPIN_SERVER_CODES,
+    TOUCH_FAILURES,
     navigate_error_code,
     result_from_navigate,
     result_from_spin,
@@ -317,7 +320,7 @@ def test_result_codes_there_and_back() -> None:
         assert navigate_error_code(result) == number > 0
         back = result_from_navigate(Outcome.FAILED, number, "why")
         assert (back.code, back.reason, back.server_code) == (code, "why", number)
-    for code in ("collision_ahead", "time_allowance", "no_pose", "no_scan"):
+    for code in ("collision_ahead", "time_allowance", "no_pose", "no_scan", *HELD_FAILURES):
         number = spin_error_code(Result(Outcome.FAILED, code, "why"))
         assert number == SPIN_SERVER_CODES[code]
         assert result_from_spin(Outcome.FAILED, number, "").code == code
@@ -343,3 +346,89 @@ def test_result_codes_there_and_back() -> None:
 def test_goal_quaternions(quaternion: tuple[float, float, float, float], part: str | None) -> None:
     problem = problem_with_quaternion(*quaternion)
     assert problem is None if part is None else part in str(problem)
+
+
+LEFT_BUMPER = BaseStop("bumper", "the left bumper is pressed: forward motion is held")
+
+
+def touch(trip: Trip, stop: BaseStop, on: bool) -> None:
+    """As the base does: it says what holds it, and does not drive forward."""
+    trip.navigator.base_stop = stop if on else BaseStop()
+    if on and trip.world.command.linear > 0.0:
+        trip.world.command = STANDSTILL
+
+
+@pytest.mark.parametrize("code", [*HELD_FAILURES])
+def test_what_holds_the_base_ends_a_drive_and_a_turn_at_once(code: str) -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now)
+    for _ in range(5):
+        assert trip.cycle() is None
+    trip.navigator.base_stop = BaseStop(code, "the left wheel hangs in the air")
+    result = trip.cycle()
+    assert result is not None
+    assert (result.code, result.reason) == (code, "the left wheel hangs in the air")
+    assert navigate_error_code(result) == spin_error_code(result) > 10000
+    trip.navigator.start_spin(1.0, trip.world.now, 10.0)
+    turn = trip.cycle()
+    assert turn is not None
+    assert turn.code == code in TURN.failures
+
+
+def test_a_dead_base_is_told_at_once_though_the_odometry_is_silent() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now)
+    trip.navigator.base_stop = BaseStop("no_response", "the base sent no good frame for 0.5 s")
+    step = trip.navigator.step(trip.world.now, None, None)
+    assert step.result is not None
+    assert step.result.code == "no_response"
+
+
+@pytest.mark.parametrize("code", [*TOUCH_FAILURES])
+def test_a_bumper_that_stays_pressed_fails_the_drive_within_two_seconds(code: str) -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    stop = BaseStop(code, LEFT_BUMPER.text)
+    began = trip.world.now + 1.0
+    result = trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: touch(trip, stop, world.now >= began))
+    assert result.code == code
+    assert result.reason == f"{LEFT_BUMPER.text}, and backing off did not help"
+    assert trip.world.now - began < 3.0  # with the 0.6 s that the robot is given to stand
+    assert min(trip.commands) < 0.0
+
+
+def test_a_bumper_that_is_released_by_backing_off_does_not_end_the_drive() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    table_leg = 1.6
+    pressed = []
+
+    def bump(world: World) -> None:
+        touches = world.pose.x > table_leg and len(pressed) < 8
+        pressed.extend([True] * touches)
+        touch(trip, LEFT_BUMPER, touches)
+
+    assert trip.go(Pose2(3.0, 1.5, 0.0), each=bump).succeeded
+    assert any(text.startswith("backing off: the left bumper") for text in trip.texts)
+
+
+def test_a_drive_that_touches_the_same_thing_again_and_again_ends() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    result = trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: touch(trip, LEFT_BUMPER, world.pose.x > 1.6))
+    assert result.code == "bumper"
+    assert result.reason.endswith("again after backing off 3 times")
+
+
+def test_a_turn_in_place_goes_on_with_a_pressed_bumper() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    trip.navigator.base_stop = LEFT_BUMPER
+    trip.navigator.start_spin(1.0, trip.world.now, 10.0)
+    result = None
+    for _ in range(80):
+        result = result or trip.cycle() if trip.navigator.active else result
+    assert result is not None
+    assert result.succeeded
+
+
+def test_what_passes_by_itself_is_waited_for() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    trip.navigator.base_stop = BaseStop("gyro", "the base stands still to calibrate it")
+    assert trip.go(Pose2(2.0, 1.5, 0.0)).succeeded

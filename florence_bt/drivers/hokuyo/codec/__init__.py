@@ -6,6 +6,7 @@ Framing, check sums and number decoding only: no port, no clock, no thread, no s
 
 from florence_bt.drivers.hokuyo.codec.commands import (
     BIT_RATES,
+    KINDS,
     Measurement,
     debug_mode,
     motor_speed,
@@ -21,6 +22,7 @@ from florence_bt.drivers.hokuyo.codec.scans import ScanReply, decode_scan, decod
 
 __all__ = [
     "BIT_RATES",
+    "KINDS",
     "LONGEST_FRAME",
     "Measurement",
     "Reply",

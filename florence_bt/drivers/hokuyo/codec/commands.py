@@ -13,7 +13,7 @@ from florence_bt.core.errors import ConfigError
 BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 """What SS takes."""
 
-KINDS = ("MD", "MS", "ME", "GD", "GS", "GE")
+KINDS = ("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE")
 """The measurement commands."""
 
 LONGEST_STRING = 16
@@ -45,7 +45,8 @@ class Measurement:
 
     Attributes:
         kind: ``MD MS ME`` for a stream of scans, ``GD GS GE`` for one scan: D has three characters a
-            distance, S two (at most 4095 mm), E three for the distance and three for the intensity.
+            distance, S two (at most 4095 mm), E three for the distance and three for the intensity. ``ND
+            NE HD HE`` are the same with every echo of a beam (SCIP 2.2).
         first_step: First step, 0..9999.
         last_step: Last step, inclusive.
         cluster: Neighbouring steps that are joined into one value, 0..99 (0 and 1: none).
@@ -75,7 +76,7 @@ class Measurement:
     @property
     def streams(self) -> bool:
         """Whether it asks for a stream."""
-        return self.kind[0] == "M"
+        return self.kind[0] in "MN"
 
     @property
     def head(self) -> str:

@@ -16,7 +16,7 @@ INFORMATION_COMMANDS = ("VV", "PP", "II")
 
 _COMMAND = (
     rb"(?:VV|PP|II|BM|QT|RS|RT|RB|%SL|TM[012]|SS\d{6}|CR\d\d|HS[01]|DB\d\d|SCIP2\.0"
-    rb"|M[DSE]\d{13}|G[DSE]\d{10})(?:;[ -~]{0,16})?"
+    rb"|M[DSE]\d{13}|N[DE]\d{13}|G[DSE]\d{10}|H[DE]\d{10})(?:;[ -~]{0,16})?"
 )
 _ECHO = re.compile(_COMMAND)
 _ECHO_AT_END = re.compile(_COMMAND + rb"\Z")

@@ -167,16 +167,14 @@ def digital_outputs(bits: int) -> bytes:
     return encode(Command(Opcode.DIGITAL_OUTPUTS, (bits,)))
 
 
-def leds(*, play: bool, advance: bool, power_colour: int, power_intensity: int) -> bytes:
+def leds(bits: int, *, power_colour: int, power_intensity: int) -> bytes:
     """Set the lights.
 
     Args:
-        play: Light beside the Play button.
-        advance: Light beside the Advance button.
+        bits: Of a Create 2 Play and 8 Advance; of a Create 2 1 Debris, 2 Spot, 4 Dock and 8 Check Robot.
         power_colour: 0 green to 255 red.
         power_intensity: 0 to 255.
     """
-    bits = (2 if play else 0) | (8 if advance else 0)
     return encode(Command(Opcode.LEDS, (bits, power_colour, power_intensity)))
 
 

@@ -1,0 +1,49 @@
+"""What the drivers say about their devices while a robot comes up: who is missing, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE
+
+DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
+"""The drivers; each publishes its diagnostics once a second."""
+
+
+class DeviceReport:
+    """Keeps the newest diagnostics of the drivers.
+
+    Args:
+        node: Subscribes to ``diagnostics``.
+    """
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self._status: dict[str, DiagnosticStatus] = {}
+        node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self._status |= {status.name: status for status in message.status}
+
+    def missing(self) -> list[str]:
+        """A line for each device that does not work, with what to do about it as its driver says."""
+        silent = set(DEVICE_NODES) - {name.partition(":")[0] for name in self._status}
+        return [
+            *(
+                f"{name}: {status.message}"
+                for name, status in sorted(self._status.items())
+                if status.level == DiagnosticStatus.ERROR
+            ),
+            *(f"{name}: its driver says nothing; see the logs" for name in sorted(silent)),
+        ]
+
+
+def tell_missing(report: DeviceReport, say: Callable[[str], None]) -> None:
+    """Say which devices do not work, if any."""
+    lines = report.missing()
+    for line in lines:
+        say(f"device missing: {line}")
+    if lines:
+        say("one that is plugged in later is used at once; florence doctor looks into each")
