@@ -11,10 +11,12 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
@@ -25,6 +27,8 @@ LEAVE_BUDGET_S = 2.0
 """Seconds to wait for the last answers when the nodes are closed, e.g. that a goal will end."""
 READY_PERIOD_S = 0.05
 """How often to look whether every node has found what it needs."""
+BEAT_PERIOD_S = 0.25
+"""Steady seconds between two heartbeats."""
 
 
 def run_nodes(
@@ -32,6 +36,7 @@ def run_nodes(
     *,
     remappings: Sequence[str] = (),
     on_ready: Callable[[], None] | None = None,
+    beat: Callable[[], None] | None = None,
 ) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
@@ -42,6 +47,8 @@ def run_nodes(
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
         remappings: Rules such as ``node:from:=to``, for every node of the process.
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
+        beat: Called every :data:`BEAT_PERIOD_S` from then on, until the nodes are closed, on the thread that
+            serves the callbacks: whoever misses it knows that this process does not answer.
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
@@ -65,18 +72,25 @@ def run_nodes(
             # What lives as long as the process is not looked at by the garbage collector any more.
             gc.collect()
             gc.freeze()
-            if on_ready is not None and nodes:
-                _tell_when_ready(nodes, on_ready, asked)
+            if nodes:
+                _when_ready(nodes, partial(_ready, nodes[0], on_ready, beat), asked)
             loop.spin_while(lambda: not asked())
         except Exception as error:
             failed = True
             _report(error)
-        failed |= not _close(loop, nodes)
+        failed |= not _close(loop, nodes, beat)
     return 1 if failed else 0
 
 
-def _tell_when_ready(
-    nodes: Sequence[FlorenceNode], on_ready: Callable[[], None], asked_to_end: Callable[[], bool]
+def _ready(node: FlorenceNode, on_ready: Callable[[], None] | None, beat: Callable[[], None] | None) -> None:
+    if on_ready is not None:
+        on_ready()
+    if beat is not None:
+        call_every(node.steady, BEAT_PERIOD_S, beat, start=node.steady.now())
+
+
+def _when_ready(
+    nodes: Sequence[FlorenceNode], ready: Callable[[], None], asked_to_end: Callable[[], bool]
 ) -> None:
     """Look now and then, on the loop; discovery reports nothing by itself."""
     steady = nodes[0].steady
@@ -87,15 +101,17 @@ def _tell_when_ready(
         if any(node.missing() for node in nodes):
             steady.call_at(steady.now() + READY_PERIOD_S, look)
         else:
-            on_ready()
+            ready()
 
     steady.call_at(steady.now(), look)
 
 
-def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode]) -> bool:
+def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Callable[[], None] | None) -> bool:
     """Close every node, the latest first; whether all of it went well."""
     went_well = True
     for node in reversed(nodes):
+        if beat is not None:
+            beat()
         try:
             node.shut_down()
         except Exception as error:

@@ -36,6 +36,9 @@ NODES: dict[str, tuple[str, ...]] = {
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away."""
 
+ENDED_TOGETHER = ("navigation", "people")
+"""Processes that are ended side by side: neither needs the other."""
+
 MISSIONS, BASE = "missions", "hardware"
 """The processes of the mission server and of the base's driver."""
 

@@ -23,10 +23,10 @@ def run_up(options: BringUp) -> None:
     def say(line: str) -> None:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
-    with System(options) as system:
-        seconds = system.wait_ready(say)
+    with System(options, say) as system:
+        seconds = system.wait_ready()
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         if not system.client.knows_pose():
             say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
         say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
-        system.client.spin_until(lambda: False, FOREVER_S, watch=lambda: system.keep_up(say))
+        system.client.spin_until(lambda: False, FOREVER_S, watch=system.keep_up)

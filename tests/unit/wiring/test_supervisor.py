@@ -21,13 +21,13 @@ def end(*_):
     with open(sys.argv[2], "a") as file:
         file.write(sys.argv[1] + "\\n")
     sys.exit(0)
-signal.signal(signal.SIGINT, end)
+signal.signal(signal.SIGTERM, end)
 pathlib.Path(sys.argv[2] + "." + sys.argv[1]).touch()
 while True:
     signal.pause()
 """
 STUBBORN = OBEDIENT.replace(
-    "signal.signal(signal.SIGINT, end)", "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    "signal.signal(signal.SIGTERM, end)", "signal.signal(signal.SIGTERM, signal.SIG_IGN)"
 )
 DYING = "print('the port is gone', flush=True); raise SystemExit(7)"
 
