@@ -35,8 +35,8 @@ def run_nodes(
     factories: Sequence[NodeFactory],
     *,
     remappings: Sequence[str] = (),
-    on_ready: Callable[[], None] | None = None,
-    beat: Callable[[], None] | None = None,
+    on_ready: Callable[[], None] = lambda: None,
+    beat: Callable[[], None] = lambda: None,
 ) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
@@ -82,11 +82,9 @@ def run_nodes(
     return 1 if failed else 0
 
 
-def _ready(node: FlorenceNode, on_ready: Callable[[], None] | None, beat: Callable[[], None] | None) -> None:
-    if on_ready is not None:
-        on_ready()
-    if beat is not None:
-        call_every(node.steady, BEAT_PERIOD_S, beat, start=node.steady.now())
+def _ready(node: FlorenceNode, on_ready: Callable[[], None], beat: Callable[[], None]) -> None:
+    on_ready()
+    call_every(node.steady, BEAT_PERIOD_S, beat, start=node.steady.now())
 
 
 def _when_ready(
@@ -106,12 +104,11 @@ def _when_ready(
     steady.call_at(steady.now(), look)
 
 
-def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Callable[[], None] | None) -> bool:
+def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Callable[[], None]) -> bool:
     """Close every node, the latest first; whether all of it went well."""
     went_well = True
     for node in reversed(nodes):
-        if beat is not None:
-            beat()
+        beat()
         try:
             node.shut_down()
         except Exception as error:
@@ -128,7 +125,9 @@ def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Callable[[], Non
         _report(error)
     loop.close()
     for node in reversed(nodes):
+        beat()
         node.destroy_node()
+    beat()
     rclpy.try_shutdown()
     return went_well
 

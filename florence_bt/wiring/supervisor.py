@@ -14,14 +14,11 @@ from pathlib import Path
 from typing import IO
 
 from florence_bt.core.errors import ConfigError, FlorenceError
-from florence_bt.wiring.heartbeat import FD_VARIABLE, HeartbeatMonitor
+from florence_bt.wiring.heartbeat import FD_VARIABLE, KILLED_AFTER_S, HeartbeatMonitor
 from florence_bt.wiring.signals import held_back
 
 STOP_BUDGET_S = 8.0
-"""Wall seconds that a process gets to end by itself after it was asked to."""
-SILENT_END_S = 4.0
-"""Without a heartbeat for so long, a process that was asked to end is killed earlier. It beats until its last
-node is closed; the rest is the end of Python."""
+"""Wall seconds that a process gets to end by itself after it was asked to, as long as it beats."""
 END_LOOK_S = 0.02
 """Wall seconds between two looks whether a process has ended."""
 TAIL_LINES = 15
@@ -268,7 +265,7 @@ class Supervisor:
         while running := [child for child in batch if child.process.poll() is None]:
             self.silences()
             for child in running:
-                if self._now() > deadline or child.heart.silent_s > SILENT_END_S:
+                if self._now() > deadline or child.heart.silent_s > KILLED_AFTER_S:
                     killed.append(_killed(child))
             time.sleep(END_LOOK_S)
         return killed
