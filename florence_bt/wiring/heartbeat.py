@@ -16,9 +16,9 @@ SILENT_S = 1.0
 """A process that has not beaten for so long does not answer. Nav2's bond waits for 4 s."""
 KILLED_AFTER_S = 5.0
 """A process that has not beaten for so long will not come back."""
-LONGEST_LOOK_S = 0.25
-"""Two looks that are further apart count as this much silence: whoever looks was held up, and perhaps the
-whole machine (it was suspended)."""
+LONGEST_LOOK_S = 0.1
+"""Two looks that are further apart count as this much silence: whoever looks was held up itself, and perhaps
+everybody, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""
 
 
 def heartbeat_of_this_process() -> Callable[[], None]:

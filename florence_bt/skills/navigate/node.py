@@ -49,6 +49,7 @@ from florence_bt.skills.navigate.results import SERVER_CODES, navigate_error_cod
 from florence_bt.skills.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
+_JUST_AFTER_S = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,7 @@ class NavigationNode(FlorenceNode):
         self._queue = ScanQueue()
         self._taken: dict[str, float] = {}
         self._cycle: Timer | None = None
+        self._overdue: Timer | None = None
         self._owner: SingleGoalServer | None = None
         self._started = 0.0
         self._next_feedback = 0.0
@@ -158,6 +160,20 @@ class NavigationNode(FlorenceNode):
                 self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
                 continue
             navigator.add_scan(source, scan, sensor_in_base, odom_pose, self._map_from_odom())
+            if source in self._settings.cycle.required_sources:
+                self._expect_next_scan(scan.stamp)
+
+    def _expect_next_scan(self, stamp: float) -> None:
+        """Make a step as soon as the next scan is overdue; the cycle would stop the robot later."""
+        self._forget_overdue()
+        if self._cycle is not None:
+            when = stamp + self._settings.cycle.scan_timeout + _JUST_AFTER_S
+            self._overdue = self.timebase.call_at(when, self._step)
+
+    def _forget_overdue(self) -> None:
+        if self._overdue is not None:
+            self._overdue.cancel()
+            self._overdue = None
 
     def _map_from_odom(self) -> Pose2 | None:
         """The place of the odometry frame in the map, None when nobody has said so lately."""
@@ -248,6 +264,7 @@ class NavigationNode(FlorenceNode):
         if self._cycle is not None:
             self._cycle.cancel()
             self._cycle = None
+        self._forget_overdue()
 
     def _step(self) -> None:
         navigator = self._navigator
