@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import signal
 import socket
 import sys
@@ -47,8 +48,8 @@ def run_nodes(
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
         remappings: Rules such as ``node:from:=to``, for every node of the process.
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
-        beat: Called every :data:`BEAT_PERIOD_S` from then on, until the nodes are closed, on the thread that
-            serves the callbacks: whoever misses it knows that this process does not answer.
+        beat: Called every :data:`BEAT_PERIOD_S` or more often from then on, until the nodes are gone, on the
+            thread that serves the callbacks: whoever misses it knows that this process does not answer.
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
@@ -60,7 +61,13 @@ def run_nodes(
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     loop = SpinLoop()
     nodes: list[FlorenceNode] = []
+    pulse = _Pulse(beat)
     failed = False
+
+    def go_on() -> bool:
+        pulse.keep()
+        return not asked()
+
     with _asked_to_end(loop) as asked:
         try:
             for make in factories:
@@ -73,8 +80,8 @@ def run_nodes(
             gc.collect()
             gc.freeze()
             if nodes:
-                _when_ready(nodes, partial(_ready, nodes[0], on_ready, beat), asked)
-            loop.spin_while(lambda: not asked())
+                _when_ready(nodes, partial(_ready, nodes[0], on_ready, pulse), asked)
+            loop.spin_while(go_on)
         except Exception as error:
             failed = True
             _report(error)
@@ -82,9 +89,32 @@ def run_nodes(
     return 1 if failed else 0
 
 
-def _ready(node: FlorenceNode, on_ready: Callable[[], None], beat: Callable[[], None]) -> None:
+class _Pulse:
+    """Beats while events are handled: between two of them, and from a timer while there are none.
+
+    The timer alone would not do: on a busy machine its turn comes after everything that waits already.
+    """
+
+    def __init__(self, beat: Callable[[], None]) -> None:
+        self._beat = beat
+        self._due = math.inf
+
+    def start(self, node: FlorenceNode) -> None:
+        """Beat from now on."""
+        self._due = -math.inf
+        call_every(node.steady, BEAT_PERIOD_S, self.keep, start=node.steady.now())
+
+    def keep(self) -> None:
+        """Beat, unless the last beat was a moment ago."""
+        now = time.monotonic()
+        if now >= self._due:
+            self._due = now + BEAT_PERIOD_S / 2
+            self._beat()
+
+
+def _ready(node: FlorenceNode, on_ready: Callable[[], None], pulse: _Pulse) -> None:
     on_ready()
-    call_every(node.steady, BEAT_PERIOD_S, beat, start=node.steady.now())
+    pulse.start(node)
 
 
 def _when_ready(
