@@ -34,8 +34,8 @@ def cpu_seconds(pid: int) -> float:
 
 
 def test_idle_cpu(benchmark, figures, domain, tmp_path):
-    with System(BringUp(folder=str(tmp_path), person="kitchen")) as system:
-        system.wait_ready(print)
+    with System(BringUp(folder=str(tmp_path), person="kitchen"), print) as system:
+        system.wait_ready()
         pids = system.pids()
         before = {group: cpu_seconds(pid) for group, pid in pids.items()}
 
@@ -55,8 +55,8 @@ def test_idle_cpu(benchmark, figures, domain, tmp_path):
 
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_stack_speed(benchmark, figures, domain, tmp_path, speed):
-    with System(BringUp(folder=str(tmp_path), person="study", speed=speed)) as system:
-        system.wait_ready(print)
+    with System(BringUp(folder=str(tmp_path), person="study", speed=speed), print) as system:
+        system.wait_ready()
         client = system.client
         client.follow_truth()
         client.spin_until(lambda: bool(client.truth), 5.0)

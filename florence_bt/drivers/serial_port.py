@@ -6,6 +6,7 @@ What the bytes mean is the codecs' business. Nothing here asks for the time; rea
 from __future__ import annotations
 
 import errno
+import os
 import select
 import termios
 from typing import Protocol
@@ -124,6 +125,50 @@ class SerialPort:
     def close(self) -> None:
         """Give the port back; harmless when it is closed already."""
         self._serial.close()
+
+
+class SecondHandle:
+    """Writes to a port that another process has open, past that process; for when it does not answer.
+
+    The speed of the line is the other one's. The lock of :class:`SerialPort` is pyserial's, ``flock``, which
+    binds those who ask for it, as this class does not.
+    """
+
+    def __init__(self, path: str) -> None:
+        """Open the port a second time; never waits.
+
+        Args:
+            path: Device file; links are followed.
+
+        Raises:
+            DeviceLost: The port cannot be opened; the message says what to do.
+        """
+        self.name = path
+        try:
+            self._descriptor = os.open(path, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
+        except OSError as error:
+            raise DeviceLost(_explain_open(path, error)) from error
+
+    def write(self, data: bytes) -> None:
+        """Send bytes now; what the other process has written and is not yet sent is dropped. Never waits.
+
+        Raises:
+            DeviceLost: The device went away.
+            DeviceTimeout: The device does not take the bytes.
+        """
+        try:
+            termios.tcflush(self._descriptor, termios.TCOFLUSH)
+            sent = os.write(self._descriptor, data)
+        except BlockingIOError:
+            sent = 0
+        except (OSError, termios.error) as error:
+            raise DeviceLost(f"{self.name} went away while writing: {error}; check the plug") from error
+        if sent < len(data):
+            raise DeviceTimeout(f"{self.name} took {sent} of {len(data)} bytes")
+
+    def close(self) -> None:
+        """Give the handle back; the other process keeps its own."""
+        os.close(self._descriptor)
 
 
 def _explain_open(path: str, error: OSError | ValueError) -> str:

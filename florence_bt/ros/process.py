@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import signal
 import socket
 import sys
@@ -11,11 +12,13 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 
 import rclpy
 import rclpy.logging
 from rclpy.signals import SignalHandlerOptions
 
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
@@ -26,13 +29,16 @@ LEAVE_BUDGET_S = 2.0
 """Seconds to wait for the last answers when the nodes are closed, e.g. that a goal will end."""
 READY_PERIOD_S = 0.05
 """How often to look whether every node has found what it needs."""
+BEAT_PERIOD_S = 0.25
+"""Steady seconds between two heartbeats."""
 
 
 def run_nodes(
     factories: Sequence[NodeFactory],
     *,
     remappings: Sequence[str] = (),
-    on_ready: Callable[[], None] | None = None,
+    on_ready: Callable[[], None] = lambda: None,
+    beat: Callable[[], None] = lambda: None,
 ) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
@@ -42,6 +48,8 @@ def run_nodes(
         factories: Make the nodes, in this order, when ROS is ready. They are closed in the opposite order.
         remappings: Rules such as ``node:from:=to``, for every node of the process.
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
+        beat: Called every :data:`BEAT_PERIOD_S` or more often from then on, until the nodes are gone, on the
+            thread that serves the callbacks: whoever misses it knows that this process does not answer.
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
@@ -54,7 +62,13 @@ def run_nodes(
     rclpy.logging.get_logger("florence_bt").info(f"open to {reach.text}")
     loop = SpinLoop()
     nodes: list[FlorenceNode] = []
+    pulse = _Pulse(beat)
     failed = False
+
+    def go_on() -> bool:
+        pulse.keep()
+        return not asked()
+
     with _asked_to_end(loop) as asked:
         try:
             for make in factories:
@@ -66,18 +80,46 @@ def run_nodes(
             # What lives as long as the process is not looked at by the garbage collector any more.
             gc.collect()
             gc.freeze()
-            if on_ready is not None and nodes:
-                _tell_when_ready(nodes, on_ready, asked)
-            loop.spin_while(lambda: not asked())
+            if nodes:
+                _when_ready(nodes, partial(_ready, nodes[0], on_ready, pulse), asked)
+            loop.spin_while(go_on)
         except Exception as error:
             failed = True
             _report(error)
-        failed |= not _close(loop, nodes)
+        failed |= not _close(loop, nodes, beat)
     return 1 if failed else 0
 
 
-def _tell_when_ready(
-    nodes: Sequence[FlorenceNode], on_ready: Callable[[], None], asked_to_end: Callable[[], bool]
+class _Pulse:
+    """Beats while events are handled: between two of them, and from a timer while there are none.
+
+    The timer alone would not do: on a busy machine its turn comes after everything that waits already.
+    """
+
+    def __init__(self, beat: Callable[[], None]) -> None:
+        self._beat = beat
+        self._due = math.inf
+
+    def start(self, node: FlorenceNode) -> None:
+        """Beat from now on."""
+        self._due = -math.inf
+        call_every(node.steady, BEAT_PERIOD_S, self.keep, start=node.steady.now())
+
+    def keep(self) -> None:
+        """Beat, unless the last beat was a moment ago."""
+        now = time.monotonic()
+        if now >= self._due:
+            self._due = now + BEAT_PERIOD_S / 2
+            self._beat()
+
+
+def _ready(node: FlorenceNode, on_ready: Callable[[], None], pulse: _Pulse) -> None:
+    on_ready()
+    pulse.start(node)
+
+
+def _when_ready(
+    nodes: Sequence[FlorenceNode], ready: Callable[[], None], asked_to_end: Callable[[], bool]
 ) -> None:
     """Look now and then, on the loop; discovery reports nothing by itself."""
     steady = nodes[0].steady
@@ -88,15 +130,16 @@ def _tell_when_ready(
         if any(node.missing() for node in nodes):
             steady.call_at(steady.now() + READY_PERIOD_S, look)
         else:
-            on_ready()
+            ready()
 
     steady.call_at(steady.now(), look)
 
 
-def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode]) -> bool:
+def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Callable[[], None]) -> bool:
     """Close every node, the latest first; whether all of it went well."""
     went_well = True
     for node in reversed(nodes):
+        beat()
         try:
             node.shut_down()
         except Exception as error:
@@ -113,7 +156,9 @@ def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode]) -> bool:
         _report(error)
     loop.close()
     for node in reversed(nodes):
+        beat()
         node.destroy_node()
+    beat()
     rclpy.try_shutdown()
     return went_well
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,14 +62,11 @@ def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResul
     Raises:
         FlorenceError: The system did not come up, or a process died.
     """
-    with System(options) as system:
-        display = make_display(console, headless=headless)
-        try:
-            seconds = system.wait_ready(display.say)
-            display.say(f"ready after {seconds:.1f} s; calling the mission service for {MISSION}")
-            return _run_mission(system, display)
-        finally:
-            display.close()
+    display = make_display(console, headless=headless)
+    with closing(display), System(options, display.say) as system:
+        seconds = system.wait_ready()
+        display.say(f"ready after {seconds:.1f} s; calling the mission service for {MISSION}")
+        return _run_mission(system, display)
 
 
 def _run_mission(system: System, display: Display) -> DemoResult:

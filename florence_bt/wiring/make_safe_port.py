@@ -1,4 +1,4 @@
-"""Stops the base by its serial port when the process of its driver died.
+"""Stops the base by its serial port when the process of its driver died or does not answer.
 
 The base has no watchdog (REFERENCE 1.2): it keeps the last speed that it was given.
 """
@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-from florence_bt.drivers.serial_port import BytePort, SerialPort
+from florence_bt.core.errors import DeviceError
+from florence_bt.drivers.serial_port import SecondHandle, SerialPort
+from florence_bt.drivers.turtlebot import codec
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.ros.parameters import fill_dataclass
@@ -22,8 +24,18 @@ END_OF_HALF_A_COMMAND = bytes(4)
 Drive Direct. What is too much is no command and is passed over."""
 
 
-def stop_base(options: BringUp, open_port: Callable[[str, int], BytePort] = SerialPort) -> str:
-    """Tell the base of a bring-up to stop; its own driver must be gone.
+class Writer(Protocol):
+    """A port to write to."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; raises DeviceError."""
+
+    def close(self) -> None:
+        """Give the port back."""
+
+
+def stop_base(options: BringUp, open_port: Callable[[str, int], Writer] = SerialPort) -> str:
+    """Tell the base of a bring-up to stop, and to be silent; its own driver must be gone.
 
     Args:
         options: The bring-up.
@@ -33,17 +45,51 @@ def stop_base(options: BringUp, open_port: Callable[[str, int], BytePort] = Seri
         What became of it, for people.
     """
     try:
-        read = _reader(options)
-        node, base = fill_dataclass(TurtlebotNodeParameters, read), fill_dataclass(TurtlebotParameters, read)
+        node, base = _parameters(options)
         port = open_port(node.port, node.baud_rate or base.model.baud_rate)
-        try:
-            port.write(END_OF_HALF_A_COMMAND + TurtlebotDriver(base).shutdown())
-        finally:
-            port.close()
+        _say(port, TurtlebotDriver(base).shutdown())
     except Exception as error:
         # Whatever it is: who calls has other processes to end.
         return f"the base may still be driving, switch it off: {error}"
     return "the base was told to stop"
+
+
+class HungDriverStop:
+    """Stops the base past its own driver, which has the port open and does not answer.
+
+    Args:
+        options: The bring-up.
+
+    Raises:
+        ConfigError: The configuration is wrong.
+    """
+
+    def __init__(self, options: BringUp) -> None:
+        self._port = _parameters(options)[0].port
+
+    def stop(self) -> str:
+        """Tell the base to stop; never waits. The sensors go on, for the driver that may come back.
+
+        Returns:
+            Why the base may still be driving, for people; empty when it was told to stop.
+        """
+        try:
+            _say(SecondHandle(self._port), codec.drive_direct(0, 0))
+        except DeviceError as error:
+            return str(error)
+        return ""
+
+
+def _say(port: Writer, words: bytes) -> None:
+    try:
+        port.write(END_OF_HALF_A_COMMAND + words)
+    finally:
+        port.close()
+
+
+def _parameters(options: BringUp) -> tuple[TurtlebotNodeParameters, TurtlebotParameters]:
+    read = _reader(options)
+    return fill_dataclass(TurtlebotNodeParameters, read), fill_dataclass(TurtlebotParameters, read)
 
 
 def _reader(options: BringUp) -> Callable[[str, Any], Any]:

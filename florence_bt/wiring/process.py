@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 
 from florence_bt.core.errors import FlorenceError
+from florence_bt.wiring.heartbeat import heartbeat_of_this_process
 from florence_bt.wiring.options import BringUp
 
 PR_SET_PDEATHSIG = 1
@@ -30,12 +31,12 @@ def main(group: str, options_file: Path, parent: int) -> int:
     Returns:
         The exit code: 0 for an asked end, 1 for an error.
     """
+    for number in (signal.SIGINT, signal.SIGTERM):  # which may have been ignored, as under nohup
+        signal.signal(number, _end_before_start)
     # Should the supervisor be killed, its children must not drive on alone.
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:
         return 0  # it was killed before the kernel knew that we want to be told
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _end_before_start)
     # These imports take seconds; whoever ends the process meanwhile must not see a traceback.
     from florence_bt.ros.process import run_nodes
     from florence_bt.wiring.topology import REMAPPINGS, factories
@@ -51,7 +52,12 @@ def main(group: str, options_file: Path, parent: int) -> int:
             except OSError as error:
                 print(f"florence {group}: cannot tell that it is up: {error}", file=sys.stderr)
 
-        return run_nodes(factories(group, options), remappings=REMAPPINGS, on_ready=tell_that_it_is_up)
+        return run_nodes(
+            factories(group, options),
+            remappings=REMAPPINGS,
+            on_ready=tell_that_it_is_up,
+            beat=heartbeat_of_this_process(),
+        )
     except FlorenceError as error:
         print(f"florence {group}: {error}", file=sys.stderr)
         return 1

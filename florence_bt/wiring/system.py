@@ -13,16 +13,18 @@ from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.wiring.client import ACTIONS, ACTIVE_STATES, MissionClient
 from florence_bt.wiring.device_report import DeviceReport, tell_missing
+from florence_bt.wiring.heartbeat import KILLED_AFTER_S, SILENT_S
+from florence_bt.wiring.hold import RobotHold
 from florence_bt.wiring.locks import lock_domain, lock_folder
 from florence_bt.wiring.make_safe import BaseSafety
-from florence_bt.wiring.make_safe_port import stop_base
+from florence_bt.wiring.make_safe_port import HungDriverStop, stop_base
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.preflight import check_options
 from florence_bt.wiring.private_files import owner_only
 from florence_bt.wiring.signals import deaf, once
 from florence_bt.wiring.simulated import clear_ports
 from florence_bt.wiring.supervisor import ProcessDied, Supervisor
-from florence_bt.wiring.topology import BASE, MISSIONS, groups
+from florence_bt.wiring.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
 
 READY_BUDGET_S = 90.0
 """Wall seconds that all nodes get to start; the first start compiles the hot loops."""
@@ -37,15 +39,17 @@ class System:
 
     Args:
         options: What to bring up.
+        report: Told what is going on, in short lines.
 
     Raises:
         ConfigError: A file of the bring-up is wrong, or another one uses the folder or the domain; nothing
             was started.
     """
 
-    def __init__(self, options: BringUp) -> None:
+    def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
         check_options(options)
         self.options = options
+        self._report = report
         folder = Path(options.folder)
         with ExitStack() as stack:
             stack.enter_context(owner_only(folder, options.runs))
@@ -57,11 +61,15 @@ class System:
             self._supervisor = Supervisor(
                 options.write(),
                 folder / "logs",
+                ended_together=ENDED_TOGETHER,
                 keep_open=[lock.fileno() for lock in locks],
                 after_death=self._after_death,
             )
+            port = HungDriverStop(options)
             self.client = MissionClient()
             self._devices = DeviceReport(self.client.node)
+            self._hold = RobotHold(self.client, port)
+            self._hung: set[str] = set()
             self._safety: BaseSafety | None = None
             self._starting_again = ""
             self._going_down = False
@@ -88,11 +96,8 @@ class System:
         finally:
             self._down()
 
-    def wait_ready(self, report: Callable[[str], None]) -> float:
+    def wait_ready(self) -> float:
         """Wait until a mission can run. A real robot may still have to be told where it is.
-
-        Args:
-            report: Told what is going on, in short lines.
 
         Returns:
             Wall seconds it took.
@@ -103,7 +108,7 @@ class System:
             DeviceTimeout: It takes too long; names what is missing.
         """
         start = time.monotonic()
-        report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
+        self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
         if not self.client.spin_until(self._is_ready, READY_BUDGET_S, watch=self._check_start):
             missing = ", ".join(self.client.missing() or self._not_up()) or "the robot's pose"
             raise DeviceTimeout(
@@ -112,7 +117,7 @@ class System:
             )
         if not self.options.simulated:
             self.client.spin_until(self._devices_answer, DEVICES_S, watch=self._check_start)
-            tell_missing(self._devices, report)
+            tell_missing(self._devices, self._report)
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
@@ -120,35 +125,63 @@ class System:
         return self._supervisor.pids()
 
     def check(self) -> None:
-        """Raise when a process has died.
+        """Raise when a process has died; stop the robot while one does not answer. Call it often.
+
+        A process that stays silent is killed, which the next call raises.
 
         Raises:
             ProcessDied: Names it.
         """
         self._supervisor.check()
+        silences = self._supervisor.silences()
+        hung = {name for name, silent_s in silences.items() if silent_s >= SILENT_S}
+        for name in sorted(hung - self._hung):
+            self._stop_for(name, hung)
+        if BASE in self._hung & hung:
+            self._hold.stop_by_port()
+        for name in sorted(self._hung & silences.keys() - hung):
+            self._report(f"the process {name!r} answers again; goals that were cancelled stay cancelled")
+        self._hung = hung
+        if self._hold.held and not hung and not self._starting_again:
+            self._hold.release()
+            self._report("the robot may drive again")
+        for name in hung:
+            if silences[name] >= KILLED_AFTER_S:
+                self._supervisor.kill(name, f"did not answer for {KILLED_AFTER_S:g} s and was killed")
 
-    def keep_up(self, report: Callable[[str], None]) -> None:
+    def _stop_for(self, name: str, hung: set[str]) -> None:
+        """Hold the robot because a process does not answer, then say so."""
+        problem = self._hold.hold(driver_answers=BASE not in hung)
+        done = (
+            f"the base may still be driving, switch it off: {problem}" if problem else "the robot is stopped"
+        )
+        line = f"the process {name!r} has not answered for {SILENT_S:.1f} s; {done}"
+        self._report(line)
+        self._supervisor.note(name, line)
+        self._hold_still()
+
+    def keep_up(self) -> None:
         """As :meth:`check`, but start the mission server again: what it was doing is in its journal.
 
         The robot is stopped meanwhile. The other processes are not started again: they know things that new
         ones would not, such as where the robot is.
 
-        Args:
-            report: Told what is going on, in short lines.
-
         Raises:
             ProcessDied: Another process died, or the mission server too often.
         """
         try:
-            self._supervisor.check()
+            self.check()
         except ProcessDied as death:
             if death.name != MISSIONS or not self._supervisor.start_again(death.name):
                 raise
-            report(f"{death.what}, see {death.log_file}; the robot is stopped, the process is started again")
+            self._report(
+                f"{death.what}, see {death.log_file}; the robot is stopped, the process is started again"
+            )
+            self._hold.hold(driver_answers=True)
             self._hold_still()
             self._starting_again = death.name
         if self._starting_again and self._starting_again not in self._not_up():
-            report(
+            self._report(
                 f"the process {self._starting_again!r} is up again; see florence runs for what it was doing"
             )
             self._starting_again = ""
@@ -173,7 +206,8 @@ class System:
 
     def _check_start(self) -> None:
         """What may go wrong before all is ready; another user's or machine's system is seen here only."""
-        self.check()
+        self._supervisor.check()
+        self._supervisor.silences()  # taken, not judged: processes that start keep each other waiting
         if self.client.servers() > 1:
             raise ConfigError(
                 "another system runs in the same ROS domain",
@@ -208,16 +242,24 @@ class System:
             self.client.node.get_logger().warning(f"the runs were not told of it: {error}")
 
     def _down(self) -> None:
-        """End everything, whatever the impatient press meanwhile: half of it would leave the base driving."""
+        """End everything, whatever the impatient press meanwhile: half of it would leave the base driving.
+
+        The wheels stop first. Then the mission process ends: it cancels its goals while navigation is there.
+        """
         with deaf():
             self._going_down = True
-            # The mission process goes first: it cancels its goals while navigation can still stop the base.
-            for name in self._supervisor.stop():
-                self.client.node.get_logger().error(
-                    f"the process {name!r} did not end in time and was killed"
-                )
-            if self.options.in_flat:
-                clear_ports(self.options)
-            self.client.close()
-            self._locks.close()
-            self._interrupts.close()
+            try:
+                if BASE in self._supervisor.silences():
+                    self._hold.hold(driver_answers=BASE not in self._hung)
+            finally:
+                self._end()
+
+    def _end(self) -> None:
+        """End every process and let go of everything."""
+        for name in self._supervisor.stop():
+            self.client.node.get_logger().error(f"the process {name!r} did not end in time and was killed")
+        if self.options.in_flat:
+            clear_ports(self.options)
+        self.client.close()
+        self._locks.close()
+        self._interrupts.close()

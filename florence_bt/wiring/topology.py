@@ -39,6 +39,9 @@ NODES: dict[str, tuple[str, ...]] = {
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away."""
 
+ENDED_TOGETHER = ("navigation", "people")
+"""Processes that are ended side by side: neither needs the other."""
+
 MISSIONS, BASE = "missions", "hardware"
 """The processes of the mission server and of the base's driver."""
 
@@ -99,6 +102,22 @@ class _Settings:
         """The parameters of a node; simulated ones follow the simulated time."""
         return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
 
+    def with_timeout(self, node: str, name: str, default_s: float) -> Parameters:
+        """The parameters of a node with a time-out that finds out a process or a device that fell silent.
+
+        These need the real time that they need on the robot: in a simulation that is faster, they count as
+        many more simulated seconds.
+        """
+        parameters = self.of(node)
+        value = parameters.get(name)
+        if (
+            self.options.simulated
+            and self.options.speed > 1.0
+            and (value is None or isinstance(value, float))
+        ):
+            parameters[name] = (value or default_s) * self.options.speed
+        return parameters
+
 
 # ---- simulated hardware ---------------------------------------------------------------------------------
 
@@ -134,8 +153,11 @@ def _hardware(settings: _Settings) -> list[Factory]:
     from florence_bt.skills.describe_robot.node import RobotDescriptionNode
     from florence_bt.skills.filter_laser.node import LaserFilterNode
     from florence_bt.skills.filter_velocity.node import VelocityFilterNode
+    from florence_bt.skills.filter_velocity.velocity_filter import VelocityFilterParameters
     from florence_bt.skills.project_depth.node import FakeLaserNode
 
+    command_timeout = VelocityFilterParameters().command_timeout
+    velocity_filter = settings.with_timeout("velocity_filter", "command_timeout", command_timeout)
     motor: dict[str, Any] = {}
     ports: dict[str, str | None] = {"base": None, "laser": None, "kinect": None}
     if settings.options.in_flat:
@@ -157,7 +179,7 @@ def _hardware(settings: _Settings) -> list[Factory]:
         partial(FakeLaserNode, parameters=settings.of("kinect_laser")),
         partial(LaserCombinatorNode, parameters=settings.of("laser_combinator")),
         partial(LaserFilterNode, parameters=settings.of("laser_filter")),
-        partial(VelocityFilterNode, parameters=settings.of("velocity_filter")),
+        partial(VelocityFilterNode, parameters=velocity_filter),
         partial(RobotDescriptionNode, parameters=settings.of("robot_description")),
     ]
 
@@ -165,15 +187,17 @@ def _hardware(settings: _Settings) -> list[Factory]:
 def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.skills.localise.node import LocaliserNode
     from florence_bt.skills.navigate.node import NavigationNode
+    from florence_bt.skills.navigate.step import CycleParameters
     from florence_bt.skills.serve_map.node import MapServerNode
     from florence_bt.wiring.simulated import start_of
 
+    navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
     start = start_of(settings.options)
     initial = {} if start is None else {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
     return [
         partial(MapServerNode, parameters=settings.of("map_server", map_file=str(settings.map_file))),
         partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
-        partial(NavigationNode, parameters=settings.of("navigate")),
+        partial(NavigationNode, parameters=navigate),
     ]
 
 

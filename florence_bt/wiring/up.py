@@ -28,15 +28,15 @@ def run_up(options: BringUp) -> None:
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     left = left_runs(options.runs)
-    with System(options) as system:
+    with System(options, say) as system:
         reach = reach_of(os.environ)
         if not reach.this_machine:
             say(f"open to {reach.text}")
-        seconds = system.wait_ready(say)
+        seconds = system.wait_ready()
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         for line in what_became_of(options.runs, left):
             say(line)
         if not system.client.knows_pose():
             say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
         say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
-        system.client.spin_until(lambda: False, FOREVER_S, watch=lambda: system.keep_up(say))
+        system.client.spin_until(lambda: False, FOREVER_S, watch=system.keep_up)

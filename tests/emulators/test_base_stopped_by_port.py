@@ -1,5 +1,12 @@
 """The base is told to stop by its port when the driver that drove it is gone, amid whatever it sent."""
 
+import os
+import select
+import subprocess
+import sys
+import tty
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,7 +15,7 @@ from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.turtlebot import codec
 from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
-from florence_bt.wiring.make_safe_port import stop_base
+from florence_bt.wiring.make_safe_port import HungDriverStop, stop_base
 from florence_bt.wiring.options import BringUp
 
 DRIVING = codec.drive_direct(200, 150)
@@ -84,3 +91,61 @@ def test_a_base_that_cannot_be_told_is_said_to_be_driving(tmp_path: Any) -> None
 def test_a_configuration_that_cannot_be_read_any_more_is_said_too(tmp_path: Any) -> None:
     options = BringUp(str(tmp_path), simulated=False, config_file=str(tmp_path / "gone.yaml"))
     assert "may still be driving" in stop_base(options)
+
+
+# -- a driver that has the port open and does not answer -----------------------------------------------------
+
+HUNG_DRIVER = """
+import os, signal, sys
+from florence_bt.drivers.serial_port import SerialPort, WRITE_TIMEOUT_S
+from florence_bt.core.errors import DeviceTimeout
+port = SerialPort(sys.argv[1], 57600)
+try:
+    while True:  # nobody reads: until the line takes no more, amid a command
+        port.write(bytes.fromhex(sys.argv[2]))
+except DeviceTimeout:
+    print("stands", flush=True)
+    os.kill(os.getpid(), signal.SIGSTOP)
+signal.pause()
+"""
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> Iterator[int]:
+    """The base's end of a pseudo-terminal, whose other end a stopped process has open and has filled."""
+    base_end, driver_end = os.openpty()
+    tty.setraw(driver_end)
+    (tmp_path / "ports").mkdir()
+    (tmp_path / "ports" / "create").symlink_to(os.ttyname(driver_end))
+    command = [sys.executable, "-c", HUNG_DRIVER, str(tmp_path / "ports" / "create"), DRIVING.hex()]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as driver:
+        try:
+            assert driver.stdout is not None and driver.stdout.readline() == "stands\n"
+            os.waitid(os.P_PID, driver.pid, os.WSTOPPED)
+            yield base_end
+        finally:
+            driver.kill()
+            os.close(driver_end)
+            os.close(base_end)
+
+
+def hear(create: CreateEmulator, line: int) -> None:
+    while select.select([line], [], [], 0.0)[0]:
+        create.receive(os.read(line, 1 << 16), 1.0)
+
+
+def test_the_base_is_stopped_past_a_driver_that_does_not_answer(
+    base: Any, port: Port, line: int, tmp_path: Path
+) -> None:
+    stop = HungDriverStop(BringUp(str(tmp_path)))
+    assert stop.stop() == ""
+    # It comes after what has gone out already, and is not kept waiting by what has not.
+    hear(port.create, line)
+    assert base.wheels == (0.0, 0.0)
+    assert stop.stop() == ""
+    hear(port.create, line)
+    assert base.wheels == (0.0, 0.0) and port.create.mode is Mode.FULL
+
+
+def test_a_base_that_is_unplugged_cannot_be_stopped_and_that_is_said(tmp_path: Path) -> None:
+    assert "there is no such port" in HungDriverStop(BringUp(str(tmp_path))).stop()

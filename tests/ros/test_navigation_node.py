@@ -122,6 +122,7 @@ class Scene:
         self.driven: list[FlorenceNode] = []
         self.readers: list[Reader] = []
         self.commands_sent = 0
+        self.laser_works = True
 
     def add(self, node: Any) -> Any:
         """Serve a node under test."""
@@ -145,7 +146,7 @@ class Scene:
 
     def play(self) -> None:
         """Let 0.1 s pass."""
-        for seconds, scanning in ((0.06, False), (0.04, True)):
+        for seconds, scanning in ((0.06, False), (0.04, self.laser_works)):
             self.robot.world.advance(seconds)
             self.robot.tell_pose()
             if scanning:
@@ -329,6 +330,20 @@ def test_a_goal_in_another_frame_and_a_cancel(scene: Scene) -> None:
     assert answer.status == 5
     last = scene.robot.commands[-1]
     assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+
+
+def test_a_laser_that_falls_silent_stops_the_robot_and_a_short_gap_only_pauses_it(scene: Scene) -> None:
+    scene.add_navigation()
+    handle = scene.send(scene.poses, to(Pose2(3.4, 2.4)))
+    world = scene.robot.world
+    scene.play_until(lambda: world.twist.linear > 0.3)
+    silent_since, scene.laser_works = world.now, False
+    scene.play_until(lambda: scene.robot.commands[-1] == Twist())
+    # The velocity filter needs 0.18 s more to brake from full speed.
+    assert world.now - silent_since < 0.3 + 1e-6
+    scene.laser_works = True
+    scene.play_until(lambda: world.twist.linear > 0.3)
+    assert scene.result_of(handle).status == 4
 
 
 def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:

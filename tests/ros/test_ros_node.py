@@ -308,6 +308,40 @@ def test_a_failure_while_closing_does_not_stop_the_others(start_process: Any) ->
     assert "no port" in child.output
 
 
+BEATS = """
+import sys, threading, time
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.process import run_nodes
+
+beats = []
+node = None
+
+def make():
+    global node
+    node = FlorenceNode("a")
+    return node
+
+def hang():
+    before = len(beats)
+    time.sleep(0.7)
+    print("beats while it hung:", len(beats) - before, flush=True)
+
+def look():
+    while len(beats) < 4:
+        time.sleep(0.01)
+    node.call_soon(hang)
+
+threading.Thread(target=look, daemon=True).start()
+sys.exit(run_nodes([make], beat=lambda: beats.append(None)))
+"""
+
+
+def test_a_process_beats_while_it_serves_callbacks_and_not_while_one_hangs(start_process: Any) -> None:
+    child = start_process("-c", BEATS)
+    child.wait_for("beats while it hung: 0")
+    assert child.end() == 0
+
+
 def test_a_start_after_killed_processes(start_process: Any) -> None:
     for _ in range(2):
         killed = start_process("-c", CHILD, "fine")

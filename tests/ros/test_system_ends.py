@@ -35,12 +35,12 @@ def left_over(folder: Path) -> list[int]:
     return found
 
 
-def kill_process(folder: Path, group: str) -> None:
-    """Kill the process of a group of nodes."""
+def kill_process(folder: Path, group: str, number: signal.Signals = signal.SIGKILL) -> None:
+    """Kill the process of a group of nodes, or send it another signal."""
     (victim,) = (
         pid for pid in left_over(folder) if f"florence_bt.wiring.process\0{group}\0" in command_of(pid)
     )
-    os.kill(victim, signal.SIGKILL)
+    os.kill(victim, number)
 
 
 def recorded(folder: Path) -> list[str]:
@@ -89,6 +89,23 @@ def wait_for_module(child, name):
     while name not in maps.read_text():
         assert child.process.poll() is None, child.output
         time.sleep(0.001)
+
+
+def test_a_bring_up_in_the_background_of_a_script_ends_at_sigterm(start_process, tmp_path):
+    """Where SIGINT is ignored, as under nohup SIGHUP is; every process inherits that."""
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
+    try:
+        child = bring_up(start_process, "up", tmp_path / "out")
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    child.wait_for("starting 5 processes", PATIENCE_S)
+    for number in before:  # they stay ignored
+        child.process.send_signal(number)
+    child.wait_for("ready after", PATIENCE_S)
+    child.end(signal.SIGTERM, PATIENCE_S)
+    assert "was killed" not in child.output
+    assert_clean(child, tmp_path / "out", 130)
 
 
 def test_the_impatient_leave_nothing_either(start_process, tmp_path):
@@ -165,3 +182,41 @@ def test_a_killed_bring_up_takes_its_processes_along_and_hinders_no_other(start_
     assert old.process.wait(PATIENCE_S) == 0 and "STOPPED" in old.output
     fresh.end(signal.SIGINT, PATIENCE_S)
     assert_clean(fresh, folder, 130)
+
+
+def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_process, tmp_path, patrol):
+    folder = tmp_path / "out"
+    system = bring_up(start_process, "up", folder, "--missions", patrol, speed="1")
+    system.wait_for("ready after", PATIENCE_S)
+    watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
+    watcher.wait_for("-- driving", PATIENCE_S)
+    kill_process(folder, "missions", signal.SIGSTOP)
+    system.wait_for("the process 'missions' has not answered for 1.0 s; the robot is stopped", PATIENCE_S)
+    kill_process(folder, "missions", signal.SIGCONT)
+    system.wait_for("the process 'missions' answers again", PATIENCE_S)
+    system.wait_for("the robot may drive again", PATIENCE_S)
+
+    kill_process(folder, "missions", signal.SIGSTOP)
+    system.wait_for("the process 'missions' did not answer for 5 s and was killed", PATIENCE_S)
+    system.wait_for("the process 'missions' is up again", PATIENCE_S)
+    again = start_process(*FLORENCE, "run", "patrol", "--headless", "--policy", "preempt")
+    again.wait_for("-- driving", PATIENCE_S)
+    system.end(signal.SIGINT, PATIENCE_S)
+    assert_clean(system, folder, 130)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_ctrl_c_while_the_hardware_hangs(start_process, tmp_path, patrol, known):
+    """The base is stopped past its driver; nobody waits for a process that will not end."""
+    folder = tmp_path / "out"
+    system = bring_up(start_process, "up", folder, "--missions", patrol, speed="1")
+    system.wait_for("ready after", PATIENCE_S)
+    watcher = start_process(*FLORENCE, "run", "patrol", "--headless")
+    watcher.wait_for("-- driving", PATIENCE_S)
+    kill_process(folder, "hardware", signal.SIGSTOP)
+    if known:
+        system.wait_for("the process 'hardware' has not answered for 1.0 s; the robot is stopped", PATIENCE_S)
+    system.end(signal.SIGINT, PATIENCE_S)
+    assert "the process 'hardware' did not end in time and was killed" in system.output
+    assert "the base was told to stop" in system.output
+    assert_clean(system, folder, 130)

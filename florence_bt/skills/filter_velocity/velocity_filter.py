@@ -11,16 +11,25 @@ from dataclasses import dataclass
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2
 
+HELD_UP_S = 1.0
+"""When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
+(docs/runtime.md): the next step begins at standstill."""
+
 
 @dataclass(frozen=True, slots=True)
 class VelocityFilterParameters:
     """Parameters of the velocity filter.
 
     Attributes:
-        max_linear_acc: Largest change of the forward speed in m/s^2.
-        max_angular_acc: Largest change of the turning speed in rad/s^2.
+        max_linear_acc: Largest change of the forward speed in m/s^2, from one command to another.
+        max_angular_acc: Largest change of the turning speed in rad/s^2, from one command to another.
+        max_linear_braking: The same when the robot shall stand still, by a command or for want of one: for
+            that there is a reason (Nav2's velocity smoother brakes with 2.5 m/s^2 and 3.2 rad/s^2, too).
+        max_angular_braking: The same for turning, in rad/s^2.
         publishing_rate: Steps per second in Hz.
-        command_timeout: A command this old, in seconds, counts as a command to stand still.
+        command_timeout: A command this old, in seconds, counts as a command to stand still. The base stands
+            within it and the time to brake when navigation falls silent: 0.25 s + 0.45 m/s / 2.5 m/s^2 =
+            0.43 s. Navigation commands every 0.1 s.
         silent_until_command: Publish nothing before the first command; False is the old behaviour.
         idle_after: Seconds of zeros after which publishing pauses until the next command, so that a resting
             robot costs nothing; 0 publishes for ever (the old behaviour).
@@ -28,8 +37,10 @@ class VelocityFilterParameters:
 
     max_linear_acc: float = 1.0
     max_angular_acc: float = 1.0
+    max_linear_braking: float = 2.5
+    max_angular_braking: float = 3.2
     publishing_rate: float = 50.0
-    command_timeout: float = 1.0
+    command_timeout: float = 0.25
     silent_until_command: bool = True
     idle_after: float = 1.0
 
@@ -37,8 +48,10 @@ class VelocityFilterParameters:
         for name, good in (
             ("max_linear_acc", 1.0),
             ("max_angular_acc", 1.0),
+            ("max_linear_braking", 2.5),
+            ("max_angular_braking", 3.2),
             ("publishing_rate", 50.0),
-            ("command_timeout", 1.0),
+            ("command_timeout", 0.25),
         ):
             value = getattr(self, name)
             if not 0.0 < value < math.inf:
@@ -65,6 +78,7 @@ class VelocityFilter:
         self.stopped = False
         self._wanted = STANDSTILL
         self._commanded_at = -math.inf
+        self._stepped_at = math.inf
         self._steps_at_rest = 0
 
     @property
@@ -113,12 +127,18 @@ class VelocityFilter:
         Returns:
             The velocity to drive with.
         """
-        if not 0.0 <= now - self._commanded_at < self.parameters.command_timeout:
+        p = self.parameters
+        if not 0.0 <= now - self._commanded_at < p.command_timeout:
             self._wanted = STANDSTILL
-        rate = self.parameters.publishing_rate
+        if now - self._stepped_at >= HELD_UP_S:
+            self.output = STANDSTILL
+        self._stepped_at = now
+        brakes = self._wanted.is_zero()
+        linear = p.max_linear_braking if brakes else p.max_linear_acc
+        angular = p.max_angular_braking if brakes else p.max_angular_acc
         self.output = Twist2(
-            _approach(self.output.linear, self._wanted.linear, self.parameters.max_linear_acc, rate),
-            _approach(self.output.angular, self._wanted.angular, self.parameters.max_angular_acc, rate),
+            _approach(self.output.linear, self._wanted.linear, linear, p.publishing_rate),
+            _approach(self.output.angular, self._wanted.angular, angular, p.publishing_rate),
         )
         at_rest = self.output.is_zero() and self._wanted.is_zero()
         self._steps_at_rest = self._steps_at_rest + 1 if at_rest else 0

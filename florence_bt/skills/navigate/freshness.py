@@ -10,12 +10,14 @@ class Freshness:
     """Remembers the newest scan of each sensor and says what is missing.
 
     Args:
-        timeout: Older data counts as missing, in seconds.
+        timeout: Older odometry counts as missing, in seconds.
+        scan_timeout: Older scans count as missing, in seconds.
         required: The sensors without which the robot does not move.
     """
 
-    def __init__(self, timeout: float, required: tuple[str, ...]) -> None:
+    def __init__(self, timeout: float, scan_timeout: float, required: tuple[str, ...]) -> None:
         self._timeout = timeout
+        self._scan_timeout = scan_timeout
         self._required = required
         self._scans: dict[str, float] = {}
 
@@ -37,6 +39,6 @@ class Freshness:
             stamp = self._scans.get(source)
             if stamp is None:
                 return "no_scan", f"no scan of {source!r} has come yet"
-            if now - stamp > self._timeout:
-                return "no_scan", f"the last scan of {source!r} is older than {self._timeout:g} s"
+            if now - stamp > self._scan_timeout:
+                return "no_scan", f"the last scan of {source!r} is older than {self._scan_timeout:g} s"
         return None

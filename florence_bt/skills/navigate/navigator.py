@@ -43,7 +43,8 @@ class Navigator:
         outline = self._p.costmap.make_true_footprint().outline(grid.resolution / 2.0)
         self._walls = MapWalls(static, frame, outline)
         self._site = Site(self.global_costmap, self.local_costmap, static, self._walls)
-        self._fresh = Freshness(self._p.cycle.sensor_timeout, self._p.cycle.required_sources)
+        cycle = self._p.cycle
+        self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._drive: Drive | None = None
         self._turn: Turn | None = None
         self._end: Result | None = None

@@ -58,6 +58,7 @@ from florence_bt.skills.navigate.results import SERVER_CODES, navigate_error_cod
 from florence_bt.skills.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
+_JUST_AFTER_S = 0.001
 OVERRIDDEN = "the manual override is on; release it first: florence release"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 SendGoal = NavigateToPose.Impl.SendGoalService
@@ -96,6 +97,7 @@ class NavigationNode(FlorenceNode):
         self._queue = ScanQueue()
         self._taken: dict[str, float] = {}
         self._cycle: Timer | None = None
+        self._overdue: Timer | None = None
         self._owner: SingleGoalServer | None = None
         self._started = 0.0
         self._next_feedback = 0.0
@@ -184,6 +186,20 @@ class NavigationNode(FlorenceNode):
                 self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
                 continue
             navigator.add_scan(source, scan, sensor_in_base, odom_pose, self._map_from_odom())
+            if source in self._settings.cycle.required_sources:
+                self._expect_next_scan(scan.stamp)
+
+    def _expect_next_scan(self, stamp: float) -> None:
+        """Make a step as soon as the next scan is overdue; the cycle would stop the robot later."""
+        self._forget_overdue()
+        if self._cycle is not None:
+            when = stamp + self._settings.cycle.scan_timeout + _JUST_AFTER_S
+            self._overdue = self.timebase.call_at(when, self._step)
+
+    def _forget_overdue(self) -> None:
+        if self._overdue is not None:
+            self._overdue.cancel()
+            self._overdue = None
 
     def _map_from_odom(self) -> Pose2 | None:
         """The place of the odometry frame in the map, None when nobody has said so lately."""
@@ -292,6 +308,7 @@ class NavigationNode(FlorenceNode):
         if self._cycle is not None:
             self._cycle.cancel()
             self._cycle = None
+        self._forget_overdue()
 
     def _step(self) -> None:
         navigator = self._navigator

@@ -23,7 +23,9 @@ class CycleParameters:
     Attributes:
         controller_frequency: Hz, how often ``step`` is called while a goal is active.
         planner_frequency: Hz, how often the path is planned anew.
-        sensor_timeout: Older scans and odometry stop the robot, in seconds.
+        sensor_timeout: Older odometry and an older place in the map stop the robot, in seconds.
+        scan_timeout: Older scans of a required sensor stop the robot, in seconds: it stands within this time
+            and that of braking, 0.25 s + 0.45 m/s / 2.5 m/s^2 = 0.43 s. The laser scans every 0.1 s.
         sensor_patience: Without them for this many seconds, the goal fails.
         required_sources: The sensors without which the robot does not move.
         goal_search_radius: When something stands on a goal that is far away, drive to within this many
@@ -34,6 +36,7 @@ class CycleParameters:
     controller_frequency: float = 10.0
     planner_frequency: float = 1.0
     sensor_timeout: float = 1.0
+    scan_timeout: float = 0.25
     sensor_patience: float = 10.0
     required_sources: tuple[str, ...] = ("scan",)
     goal_search_radius: float = 1.5
@@ -45,7 +48,13 @@ class CycleParameters:
         Raises:
             ConfigError: A number is outside its range.
         """
-        for name in ("controller_frequency", "planner_frequency", "sensor_timeout", "sensor_patience"):
+        for name in (
+            "controller_frequency",
+            "planner_frequency",
+            "sensor_timeout",
+            "scan_timeout",
+            "sensor_patience",
+        ):
             if not 0.0 < getattr(self, name) < 1000.0:
                 raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number above 0"])
         for name in ("goal_search_radius", "prediction_limit"):

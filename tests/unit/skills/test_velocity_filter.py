@@ -13,7 +13,11 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.skills.filter_velocity.ticker import VelocityTicker
-from florence_bt.skills.filter_velocity.velocity_filter import VelocityFilter, VelocityFilterParameters
+from florence_bt.skills.filter_velocity.velocity_filter import (
+    HELD_UP_S,
+    VelocityFilter,
+    VelocityFilterParameters,
+)
 
 PERIOD = 0.02
 
@@ -23,22 +27,55 @@ def run(velocity_filter: VelocityFilter, start: float, ticks: int) -> list[Twist
 
 
 def test_vector_up_to_half_a_metre_per_second_in_25_ticks():
-    velocity_filter = VelocityFilter()
+    velocity_filter = VelocityFilter(VelocityFilterParameters(command_timeout=1.0))
     velocity_filter.command(Twist2(0.5, 0.0), 0.0)
     speeds = [twist.linear for twist in run(velocity_filter, 0.0, 26)]
     assert speeds[:25] == pytest.approx([0.02 * tick for tick in range(1, 26)])
     assert speeds[24:] == [0.5, 0.5]
 
 
-def test_vector_down_after_one_second_of_silence():
+def test_vector_of_the_document_down_after_one_second_of_silence():
     # Commanded at 0: up to 0.98 s nothing changes, the tick at 1.00 s is the first one down, 25 of them.
-    velocity_filter = VelocityFilter()
+    velocity_filter = VelocityFilter(VelocityFilterParameters(command_timeout=1.0, max_linear_braking=1.0))
     velocity_filter.command(Twist2(0.5, 0.0), 0.0)
     speeds = [twist.linear for twist in run(velocity_filter, 0.0, 80)]
     assert speeds[49] == 0.5
     assert speeds[50:75] == pytest.approx([0.5 - 0.02 * tick for tick in range(1, 26)], abs=1e-9)
     assert speeds[73] > 0.0
     assert speeds[74:] == [0.0] * 6
+
+
+@pytest.mark.parametrize("command", [Twist2(0.45, 0.0), Twist2(-0.3, -0.6), Twist2(0.0, 0.6)])
+def test_the_robot_stands_half_a_second_after_its_commands_have_ceased(command):
+    velocity_filter = VelocityFilter()
+    for tick in range(0, 100, 5):
+        velocity_filter.command(command, PERIOD * tick)
+        last = run(velocity_filter, PERIOD * tick, 5)[-1]
+    assert last == command
+    twists = run(velocity_filter, PERIOD * 100, 25)  # the last command is 0.1 s old
+    assert STANDSTILL in twists[:20] and twists[-1] == STANDSTILL
+
+
+def test_a_command_to_stand_still_brakes_harder_than_a_slower_one():
+    speeds = []
+    for wanted in (Twist2(0.1, 0.0), STANDSTILL):
+        velocity_filter = VelocityFilter()
+        velocity_filter.command(Twist2(0.4, 0.0), 0.0)
+        run(velocity_filter, 0.0, 12)
+        velocity_filter.command(wanted, 0.24)
+        before = velocity_filter.output.linear
+        speeds.append(before - velocity_filter.step(0.24).linear)
+    assert speeds == pytest.approx([1.0 * PERIOD, 2.5 * PERIOD])
+
+
+def test_a_filter_that_was_held_up_goes_on_from_standstill():
+    """The base was stopped past it; it must not be told the speed of before, not even of braking."""
+    velocity_filter = VelocityFilter()
+    velocity_filter.command(Twist2(0.4, 0.5), 0.0)
+    run(velocity_filter, 0.0, 30)
+    assert velocity_filter.step(0.58 + HELD_UP_S) == STANDSTILL
+    velocity_filter.command(Twist2(0.4, 0.0), 1.6)
+    assert velocity_filter.step(1.6).linear == pytest.approx(0.02)
 
 
 def test_turning_has_its_own_limit_and_needs_75_ticks():
@@ -66,11 +103,11 @@ def test_numbers_that_are_not_finite_are_refused_and_counted(bad):
     velocity_filter = VelocityFilter()
     velocity_filter.command(Twist2(0.2, 0.0), 0.0)
     run(velocity_filter, 0.0, 10)
-    assert not velocity_filter.command(bad, 0.9)
+    assert not velocity_filter.command(bad, 0.24)
     assert velocity_filter.rejected == 1
     assert velocity_filter.output == Twist2(0.2, 0.0)
     # The refused command did not keep the old one alive.
-    assert velocity_filter.step(1.0).linear == pytest.approx(0.18)
+    assert velocity_filter.step(0.25).linear == pytest.approx(0.15)
 
 
 def test_hard_stop_is_at_once_and_holds_until_a_command_after_the_release():
@@ -100,7 +137,9 @@ def test_a_clock_that_was_set_back_stops_the_robot():
     st.floats(0.1, 3.0),
 )
 def test_the_acceleration_never_exceeds_its_limit(commands, linear_acc, angular_acc):
-    velocity_filter = VelocityFilter(VelocityFilterParameters(linear_acc, angular_acc))
+    velocity_filter = VelocityFilter(
+        VelocityFilterParameters(linear_acc, angular_acc, linear_acc, angular_acc)
+    )
     now, before = 0.0, STANDSTILL
     for linear, angular, ticks in commands:
         velocity_filter.command(Twist2(linear, angular), now)
@@ -153,8 +192,8 @@ def test_ticker_answers_a_command_at_50_hz_and_rests_after_standstill():
     base.clock.advance(0.1)
     assert [twist.linear for _, twist in base.heard] == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.1, 0.1])
     base.clock.advance(10.0)
-    # Silence 1.0 s, 5 ticks down, 1.0 s of zeros, then nothing.
-    assert 102.0 < base.heard[-1][0] < 102.2
+    # Silence 0.25 s, 2 ticks down, 1.0 s of zeros, then nothing.
+    assert 101.2 < base.heard[-1][0] < 101.4
     assert base.heard[-1][1] == STANDSTILL
     assert base.clock.next_time() is None
     base.ticker.command(Twist2(0.1, 0.0))
@@ -166,7 +205,7 @@ def test_ticker_never_leaves_a_gap_that_the_base_would_notice_while_moving():
     base = Base()
     for _ in range(12):
         base.ticker.command(Twist2(0.3, 0.2))
-        base.clock.advance(0.9)
+        base.clock.advance(0.24)
     times = [time for time, twist in base.heard if not twist.is_zero()]
     assert max(b - a for a, b in pairwise(times)) < 0.6
 
@@ -199,7 +238,7 @@ def test_ticker_stops_the_robot_when_the_simulation_starts_over():
     clock, heard = RestartingClock(100.0), []
     ticker = VelocityTicker(clock, heard.append)
     ticker.command(Twist2(0.1, 0.0))
-    clock.advance(0.5)
+    clock.advance(0.2)
     assert heard[-1].linear == pytest.approx(0.1)
     clock.start_over()
     clock.advance(0.15)

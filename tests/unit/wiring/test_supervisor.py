@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.wiring.heartbeat import LONGEST_LOOK_S, SILENT_S
 from florence_bt.wiring.locks import bring_up_here, lock_domain, lock_folder
 from florence_bt.wiring.supervisor import RESTARTS, RESTARTS_PERIOD_S, ProcessDied, Supervisor, command_of
 
@@ -21,13 +22,17 @@ def end(*_):
     with open(sys.argv[2], "a") as file:
         file.write(sys.argv[1] + "\\n")
     sys.exit(0)
-signal.signal(signal.SIGINT, end)
+signal.signal(signal.SIGTERM, end)
 pathlib.Path(sys.argv[2] + "." + sys.argv[1]).touch()
 while True:
     signal.pause()
 """
 STUBBORN = OBEDIENT.replace(
-    "signal.signal(signal.SIGINT, end)", "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    "signal.signal(signal.SIGTERM, end)", "signal.signal(signal.SIGTERM, signal.SIG_IGN)"
+)
+BEATING = OBEDIENT + "    os.write(int(os.environ['FLORENCE_HEARTBEAT_FD']), b'x')\n"
+BEATING = BEATING.replace("import signal", "import os, signal").replace(
+    "signal.pause()", "signal.sigtimedwait([], 0.01)"
 )
 DYING = "print('the port is gone', flush=True); raise SystemExit(7)"
 
@@ -156,6 +161,134 @@ def test_a_child_that_died_can_be_started_again_but_not_for_ever(tmp_path, super
     assert not supervisor.start_again("missions")
     supervisor.stop()
     assert (tmp_path / "told").read_text().split() == ["two", "one"]
+
+
+class Watch:
+    """A clock that is driven by hand, and what a supervisor hears meanwhile."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def hear(self, supervisor, seconds, step_s=0.05):
+        """Let time pass and look every so often; gives the last silences."""
+        for _ in range(round(seconds / step_s)):
+            self.now += step_s
+            silences = supervisor.silences()
+        return silences
+
+
+def frozen(pid):
+    """Stop a process and wait until it stands."""
+    os.kill(pid, signal.SIGSTOP)
+    wait_for(lambda: "State:\tT" in Path(f"/proc/{pid}/status").read_text(), "the standstill")
+
+
+@pytest.fixture
+def watched(supervisor_of, tmp_path):
+    """A supervisor of two processes that beat, one of which was stopped, and its clock."""
+    watch = Watch()
+    supervisor = supervisor_of({"good": BEATING, "hung": BEATING}, now=lambda: watch.now, stop_budget_s=300.0)
+    wait_for(lambda: set(supervisor.silences()) == {"good", "hung"}, "the first beats")
+    frozen(supervisor.pids()["hung"])
+    supervisor.silences()
+    yield supervisor, watch
+    if (hung := supervisor.pids().get("hung")) is not None and is_alive(hung):
+        os.kill(hung, signal.SIGCONT)
+
+
+def beat_comes(supervisor, watch, name):
+    """Wait on the wall clock, with time standing still for the supervisor, until a beat came."""
+    wait_for(lambda: supervisor.silences()[name] == 0.0, f"a beat of {name}")
+
+
+def test_a_process_that_does_not_answer_is_known_after_a_second_and_the_others_are_not_blamed(watched):
+    supervisor, watch = watched
+    assert watch.hear(supervisor, SILENT_S - 0.1)["hung"] < SILENT_S
+    beat_comes(supervisor, watch, "good")
+    silences = watch.hear(supervisor, 0.15)
+    assert silences["hung"] >= SILENT_S and silences["good"] < SILENT_S
+    os.kill(supervisor.pids()["hung"], signal.SIGCONT)
+    beat_comes(supervisor, watch, "hung")
+
+
+def test_a_supervisor_that_was_held_up_blames_nobody(watched):
+    supervisor, watch = watched
+    watch.now += 3600.0  # the machine was suspended
+    assert max(supervisor.silences().values()) <= LONGEST_LOOK_S
+    beat_comes(supervisor, watch, "good")
+
+
+def test_a_process_that_has_not_beaten_yet_has_the_budget_of_the_start(tmp_path, supervisor_of):
+    watch = Watch()
+    supervisor = supervisor_of({"slow": OBEDIENT}, now=lambda: watch.now)
+    wait_up(tmp_path, "slow")
+    assert watch.hear(supervisor, 60.0) == {}
+
+
+def test_a_hung_process_can_be_killed_and_is_said_to_have_been(tmp_path, watched):
+    supervisor, _ = watched
+    supervisor.note("hung", "not answered")
+    supervisor.kill("hung", "did not answer for 5 s and was killed")
+    with pytest.raises(ProcessDied) as death:
+        supervisor.check()
+    assert death.value.what == "the process 'hung' did not answer for 5 s and was killed"
+    assert "florence up: not answered" in str(death.value)
+    assert "hung" not in supervisor.silences()
+
+
+def test_the_end_does_not_wait_for_a_process_that_is_known_to_hang(tmp_path, watched):
+    supervisor, watch = watched
+    watch.hear(supervisor, SILENT_S + 0.05)
+    beat_comes(supervisor, watch, "good")
+    # The clock stands still: no budget can pass.
+    assert supervisor.stop() == ["hung"]
+    assert (tmp_path / "told").read_text().split() == ["good"]
+
+
+def test_a_process_that_hangs_while_it_ends_is_killed_by_its_silence(tmp_path, supervisor_of):
+    """Long before the budget for those that beat is over."""
+    now = [0.0]
+
+    def later():
+        now[0] += 0.05
+        return now[0]
+
+    mute = BEATING.replace("    os.write", "    signal.getsignal(signal.SIGTERM) is end and os.write")
+    mute = mute.replace(
+        "def end(*_):", "def end(*_):\n    signal.signal(signal.SIGTERM, signal.SIG_IGN)\n    return"
+    )
+    supervisor = supervisor_of({"mute": mute}, now=later, stop_budget_s=1e9)
+    wait_for(supervisor.silences, "the first beat")
+    assert supervisor.stop() == ["mute"]
+    assert now[0] < 300.0
+
+
+def test_processes_that_do_not_need_each_other_are_ended_side_by_side(tmp_path, supervisor_of):
+    # Each waits until the other one was asked, too.
+    patient = OBEDIENT.replace(
+        "    sys.exit(0)",
+        "    import time\n    while len(open(sys.argv[2]).read().split()) < 3: time.sleep(0.01)\n"
+        "    sys.exit(0)",
+    )
+    scripts = {"first": OBEDIENT, "a": patient, "b": patient, "last": OBEDIENT}
+    supervisor = supervisor_of(scripts, ended_together=("b", "a"))
+    wait_up(tmp_path, *scripts)
+    assert supervisor.stop() == []
+    told = (tmp_path / "told").read_text().split()
+    assert (told[0], set(told[1:3]), told[3]) == ("last", {"a", "b"}, "first")
+
+
+def test_a_process_can_be_ended_that_was_started_where_interrupts_are_ignored(tmp_path, supervisor_of):
+    """In the background of a script, under nohup: children inherit that until their handlers stand."""
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)}
+    try:
+        before_handlers = OBEDIENT.replace("signal.signal(signal.SIGTERM, end)", "")
+        supervisor = supervisor_of({"deaf": before_handlers})
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    wait_up(tmp_path, "deaf")
+    assert supervisor.stop() == []
 
 
 def test_children_ignore_what_the_terminal_sends(tmp_path, supervisor_of):

@@ -1,0 +1,90 @@
+"""Heartbeats: each process of a bring-up writes a byte into a pipe, from the loop that serves its callbacks.
+
+The supervisor holds the other end. A pipe needs no ROS and no port, and what is in it waits for a supervisor
+that was held up itself. Both ends are non-blocking; beats that find the pipe full are not needed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from contextlib import suppress
+
+FD_VARIABLE = "FLORENCE_HEARTBEAT_FD"
+"""Environment variable that tells a process of a bring-up into which file descriptor to beat."""
+SILENT_S = 1.0
+"""A process that has not beaten for so long does not answer. Nav2's bond waits for 4 s."""
+KILLED_AFTER_S = 5.0
+"""A process that has not beaten for so long will not come back."""
+LONGEST_LOOK_S = 0.1
+"""Two looks that are further apart count as this much silence: whoever looks was held up itself, and perhaps
+everybody, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""
+
+
+def heartbeat_of_this_process() -> Callable[[], None]:
+    """What a process of a bring-up calls again and again.
+
+    Raises:
+        KeyError: It was not started by a supervisor.
+    """
+    descriptor = int(os.environ.pop(FD_VARIABLE))
+
+    def beat() -> None:
+        # Full: the supervisor is held up, and what is in the pipe says enough. Broken: the supervisor was
+        # killed, and the kernel's signal about that ends us in order.
+        with suppress(BlockingIOError, BrokenPipeError):
+            os.write(descriptor, b"\0")
+
+    return beat
+
+
+class HeartbeatMonitor:
+    """Listens to the beats of one process.
+
+    Attributes:
+        writer: The file descriptor for the process; :meth:`started` closes it here.
+        silent_s: Seconds without a beat so far; 0 before the first, because a process that starts has a
+            budget of its own.
+    """
+
+    def __init__(self, now: float) -> None:
+        self._reader, self.writer = os.pipe()
+        for descriptor in (self._reader, self.writer):
+            os.set_blocking(descriptor, False)
+        self._looked = now
+        self._has_beaten = False
+        self.silent_s = 0.0
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the process does not answer."""
+        return self.silent_s >= SILENT_S
+
+    @property
+    def has_beaten(self) -> bool:
+        """Whether the process has answered at all."""
+        return self._has_beaten
+
+    def started(self) -> None:
+        """The process has its end of the pipe now."""
+        os.close(self.writer)
+
+    def look(self, now: float) -> None:
+        """Take the beats that came; call it several times a second.
+
+        Args:
+            now: Steady seconds.
+        """
+        passed, self._looked = min(now - self._looked, LONGEST_LOOK_S), now
+        try:
+            came = os.read(self._reader, 4096)
+        except BlockingIOError:
+            came = b""
+        if came:
+            self._has_beaten, self.silent_s = True, 0.0
+        elif self._has_beaten:
+            self.silent_s += passed
+
+    def close(self) -> None:
+        """Stop listening."""
+        os.close(self._reader)
