@@ -43,6 +43,8 @@ MOST_LAG_S = 0.4
 
 Frames are looked up until half a second after the last.
 """
+MOST_FILTERED_LAG_S = 0.7
+"""The same for the scans at the end of the filters: navigation takes none that is older than a second."""
 PATIENCE_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
 WAIT_S = 0.005
@@ -91,6 +93,8 @@ class SimulatorNode(FlorenceNode):
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
         self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
         self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
+        self._filters = SlowestReader(MOST_FILTERED_LAG_S, PATIENCE_S)
+        self.create_subscription(LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR)
         self._localiser = SlowestReader(MOST_LAG_S, LOCALISER_PATIENCE_S)
         self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER)
         self._stop = threading.Event()
@@ -104,6 +108,9 @@ class SimulatorNode(FlorenceNode):
 
     def _on_scan(self, message: LaserScan) -> None:
         self._drivers.heard(stamp_from_ros(message.header.stamp), time.monotonic())
+
+    def _on_filtered_scan(self, message: LaserScan) -> None:
+        self._filters.heard(stamp_from_ros(message.header.stamp), time.monotonic())
 
     def _on_transforms(self, message: TFMessage) -> None:
         for transform in message.transforms:
@@ -156,9 +163,11 @@ class SimulatorNode(FlorenceNode):
                 due = time.monotonic()
 
     def _readers_are_behind(self, server: HardwareServer) -> bool:
-        now = time.monotonic()
-        return self._drivers.is_behind(server.laser_spoke_at, now) or self._localiser.is_behind(
-            server.time, now
+        now, spoke_at = time.monotonic(), server.laser_spoke_at
+        return (
+            self._drivers.is_behind(spoke_at, now)
+            or self._filters.is_behind(spoke_at, now)
+            or self._localiser.is_behind(server.time, now)
         )
 
     def _wait_for_readers(self, server: HardwareServer) -> None:

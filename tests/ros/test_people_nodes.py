@@ -32,8 +32,9 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
 from florence_bt.skills.approach_user.node import UNCHECKED, ApproachNode
 from florence_bt.skills.track_users import node as tracker_node
-from florence_bt.skills.track_users.declaration import NO_PICTURE, NO_USER_SEEN
+from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, NO_PICTURE, NO_USER_SEEN
 from florence_bt.skills.track_users.node import UserTrackerNode
+from florence_bt.wiring.skills_ros import make_skills
 
 pytestmark = pytest.mark.ros
 
@@ -199,6 +200,16 @@ def test_a_look_without_any_picture_ends_in_time_and_says_so(
     result = look(ros, robot, 0.6)
     assert (result.status, result.result.error_code, result.result.pictures) == (6, NO_PICTURE, 0)
     assert "0 usable pictures within 0.6 s" in result.result.error_msg
+
+
+def test_a_mission_is_told_that_there_was_no_picture(
+    ros: Any, robot: Robot, tracker: UserTrackerNode
+) -> None:
+    look = make_skills(ros.add(FlorenceNode("missions")))["look_for_user"]
+    result = ros.spin_until(look.start({"window": 0.6}).poll, what="the end of the look")
+    assert (result.code, result.server_code) == ("no_picture", NO_PICTURE)
+    assert result.code in LOOK_FOR_USER.failures
+    assert "0 usable pictures within 0.6 s" in result.reason
 
 
 def test_pictures_without_a_pose_are_not_usable(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:

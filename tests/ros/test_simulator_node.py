@@ -124,6 +124,34 @@ def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
     ros.close_node(simulator)
 
 
+def test_the_simulated_time_waits_for_the_filters(ros, monkeypatch):
+    """What the driver has read is of no use before navigation is given it."""
+    monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)
+    hardware = EmptyWorld()
+    filters = ros.add(FlorenceNode("filters"))
+    scans = {name: filters.create_publisher(LaserScan, name, SENSOR) for name in ("scan", "filtered_scan")}
+    simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
+    slow = itertools.count()
+
+    def waits_for(stamp: float) -> bool:
+        for name, when in (("scan", 1e6), ("filtered_scan", stamp)):
+            message = LaserScan()
+            message.header.stamp = stamp_to_ros(when + 1e-6 * next(slow))
+            scans[name].publish(message)
+        served = hardware.served
+        ros.loop.spin_once(0.02)
+        return hardware.served > served
+
+    ros.spin_until(lambda: scans["filtered_scan"].get_subscription_count() and hardware.time > 1.0)
+    reached = hardware.time
+    ros.spin_until(lambda: waits_for(reached))
+    stands_at = hardware.time
+    for _ in range(20):
+        assert waits_for(reached) or hardware.time == stands_at
+    assert hardware.time == stands_at
+    ros.close_node(simulator)
+
+
 def test_navigation_that_hangs_holds_nothing_up_for_long(ros):
     hardware = EmptyWorld()
     localiser = ros.add(FlorenceNode("localiser"))
