@@ -204,7 +204,7 @@ def test_hokuyolx(start: Callable[..., EmulatorProcess]) -> None:
 def _use_hokuyolx(laser: Any) -> None:
     assert (laser.amin, laser.amax, laser.ares, laser.scan_freq) == (0, 1080, 1440, 40)
     assert laser.version()["SERI"] == "H1000001"
-    assert laser.sensor_state()["STAT"] == "Sensor works well."
+    assert laser.sensor_state()["STAT"] == "Stable 000 no error."
     _, distances = laser.get_dist()
     assert (len(distances), distances[540]) == (1081, 3000)
     _, pairs = laser.get_intens(start=500, end=599)

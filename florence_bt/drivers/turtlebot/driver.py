@@ -331,8 +331,7 @@ class TurtlebotDriver:
 
     def _need_drive_mode(self, what: str) -> None:
         if self.wanted_mode < OiMode.SAFE:
-            verb = "needs" if what == "docking" else "need"
-            raise ConfigError(f"{what} {verb} a drive mode", valid=("mode 2 or 3 first",))
+            raise ConfigError(f"a drive mode is needed for {what}", valid=("mode 2 or 3 first",))
         if self._mode_lost:
             raise ConfigError(f"the base is not in its drive mode now: {self._why_lost()}")
 

@@ -24,7 +24,7 @@ from florence_bt.skills.navigate.turning import Turn
 
 _REMEDY_TIME_S = 25.0
 _GET_OFF_TIME_S = 2.0
-"""How long backing off may take to release a bumper: twice what the 0.08 m/s of a back-up need."""
+"""How long backing off may take to release a bumper, whose travel is a centimetre or two."""
 _MOST_BACK_OFFS = 3
 """So often a drive backs off from what only the bumpers feel; then it ends, as it would touch it again."""
 _NEAR_GOAL_M = 1.0
