@@ -10,8 +10,9 @@ class Freshness:
     """Remembers the newest scan of each sensor and says what is missing.
 
     Args:
-        timeout: Older odometry counts as missing, in seconds.
-        scan_timeout: Older scans count as missing, in seconds.
+        timeout: Older data counts as missing, in seconds.
+        scan_timeout: A sensor of which nothing has come for so long counts as missing, in seconds. Scans that
+            come regularly may be older: on a busy machine all are late.
         required: The sensors without which the robot does not move.
     """
 
@@ -20,10 +21,12 @@ class Freshness:
         self._scan_timeout = scan_timeout
         self._required = required
         self._scans: dict[str, float] = {}
+        self._arrived: dict[str, float] = {}
 
-    def saw(self, source: str, stamp: float) -> None:
+    def saw(self, source: str, stamp: float, arrived: float) -> None:
         """A scan came."""
         self._scans[source] = max(stamp, self._scans.get(source, stamp))
+        self._arrived[source] = arrived
 
     def missing(
         self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None, *, needs_map: bool
@@ -39,6 +42,8 @@ class Freshness:
             stamp = self._scans.get(source)
             if stamp is None:
                 return "no_scan", f"no scan of {source!r} has come yet"
-            if now - stamp > self._scan_timeout:
-                return "no_scan", f"the last scan of {source!r} is older than {self._scan_timeout:g} s"
+            if now - stamp > self._timeout:
+                return "no_scan", f"the last scan of {source!r} is older than {self._timeout:g} s"
+            if now - self._arrived[source] > self._scan_timeout:
+                return "no_scan", f"no scan of {source!r} has come for {self._scan_timeout:g} s"
         return None

@@ -76,6 +76,7 @@ class Navigator:
         sensor_in_base: Transform3,
         odom_pose: Pose2,
         map_from_odom: Pose2 | None,
+        arrived: float | None = None,
     ) -> None:
         """Take a filtered scan into both costmaps.
 
@@ -85,10 +86,11 @@ class Navigator:
             sensor_in_base: The sensor's frame in base_footprint.
             odom_pose: base_footprint in the odometry frame at the time of the scan.
             map_from_odom: The place of the odometry frame in the map, None while it is not known.
+            arrived: When the scan came, in seconds; its own stamp when not given.
         """
         if not odom_pose.is_finite():
             return
-        self._fresh.saw(source, scan.stamp)
+        self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
         in_base = rays_of(scan, sensor_in_base)
         for costmap, robot in (
             (self.local_costmap, odom_pose),

@@ -185,15 +185,16 @@ class NavigationNode(FlorenceNode):
             except TransformUnavailable as error:
                 self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
                 continue
-            navigator.add_scan(source, scan, sensor_in_base, odom_pose, self._map_from_odom())
+            now = self.timebase.now()
+            navigator.add_scan(source, scan, sensor_in_base, odom_pose, self._map_from_odom(), now)
             if source in self._settings.cycle.required_sources:
-                self._expect_next_scan(scan.stamp)
+                self._expect_next_scan(now)
 
-    def _expect_next_scan(self, stamp: float) -> None:
+    def _expect_next_scan(self, now: float) -> None:
         """Make a step as soon as the next scan is overdue; the cycle would stop the robot later."""
         self._forget_overdue()
         if self._cycle is not None:
-            when = stamp + self._settings.cycle.scan_timeout + _JUST_AFTER_S
+            when = now + self._settings.cycle.scan_timeout + _JUST_AFTER_S
             self._overdue = self.timebase.call_at(when, self._step)
 
     def _forget_overdue(self) -> None:

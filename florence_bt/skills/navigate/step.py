@@ -23,9 +23,10 @@ class CycleParameters:
     Attributes:
         controller_frequency: Hz, how often ``step`` is called while a goal is active.
         planner_frequency: Hz, how often the path is planned anew.
-        sensor_timeout: Older odometry and an older place in the map stop the robot, in seconds.
-        scan_timeout: Older scans of a required sensor stop the robot, in seconds: it stands within this time
-            and that of braking, 0.25 s + 0.45 m/s / 2.5 m/s^2 = 0.43 s. The laser scans every 0.1 s.
+        sensor_timeout: Older scans, odometry and places in the map stop the robot, in seconds.
+        scan_timeout: When no scan of a required sensor has come for so many seconds, the robot stops. It
+            stands within this time and that of braking, 0.25 s + 0.45 m/s / 2.5 m/s^2 = 0.43 s. The laser
+            scans every 0.1 s.
         sensor_patience: Without them for this many seconds, the goal fails.
         required_sources: The sensors without which the robot does not move.
         goal_search_radius: When something stands on a goal that is far away, drive to within this many

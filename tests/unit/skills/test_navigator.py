@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 
@@ -248,6 +249,19 @@ def test_the_robot_does_not_move_on_old_data(silent: str) -> None:
     assert step.result.code == ("no_scan" if silent == "scan" else "no_pose")
     assert 3.0 < world.now - since < 4.7
     assert world.hits == 0
+
+
+def test_scans_that_are_late_but_come_do_not_stop_the_robot() -> None:
+    trip = Trip(Pose2(1.0, 2.4, 0.0))
+    navigator, world = trip.navigator, trip.world
+    navigator.start(Pose2(3.4, 2.4, 0.0), 0.0)
+    for late in (0.3, 0.3, 0.6, 0.9):
+        scan = dataclasses.replace(world.scan(), stamp=world.now - late)
+        place = trip.map_from_odom()
+        navigator.add_scan("scan", scan, UPSIDE_DOWN_LASER, world.odom, place, world.now)
+        step = navigator.step(world.now, world.odometry(), place)
+        assert not step.feedback.text.startswith("waiting: ")
+        world.advance(0.1)
 
 
 def test_nothing_moves_before_the_first_scan() -> None:
