@@ -9,7 +9,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.behaviours.composites import rest_all
+from florence_bt.behaviours.composites import stop_watching
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import Formula
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
@@ -122,7 +122,7 @@ class If(_Branching):
 
     def terminate(self, new_status: Status) -> None:
         """Watch no more."""
-        rest_all(self._watched)
+        stop_watching(self._watched)
         if self._end_watch is not None:
             self._end_watch()
             self._end_watch = None

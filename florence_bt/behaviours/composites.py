@@ -35,7 +35,7 @@ class Selector(PyTreesSelector):
 
 
 class ReactiveSequence(Sequence):
-    """The sequence of py_trees without memory; the skills that it watches rest when it has ended.
+    """The sequence of py_trees without memory; it stops watching when it has ended.
 
     Args:
         name: The name of the node in dumps.
@@ -49,11 +49,11 @@ class ReactiveSequence(Sequence):
 
     def terminate(self, new_status: Status) -> None:
         """Watch no more."""
-        rest_all(self._watched)
+        stop_watching(self._watched)
 
 
 class ReactiveSelector(Selector):
-    """The selector without memory; the skills that it watches rest when it has ended.
+    """The selector without memory; it stops watching when it has ended.
 
     Args:
         name: The name of the node in dumps.
@@ -67,7 +67,7 @@ class ReactiveSelector(Selector):
 
     def terminate(self, new_status: Status) -> None:
         """Watch no more."""
-        rest_all(self._watched)
+        stop_watching(self._watched)
 
 
 class Finally(Stepping):
@@ -188,10 +188,10 @@ class _CleanupRun:
         self._context.wake()
 
 
-def rest_all(watched: Iterable[WatchedSkill]) -> None:
+def stop_watching(watched: Iterable[WatchedSkill]) -> None:
     """Watch none of these any more."""
     for skill in watched:
-        skill.rest()
+        skill.stop_watching()
 
 
 def reset_all(children: Iterable[Behaviour]) -> None:

@@ -33,7 +33,7 @@ class WatchedSkill(RunSkill):
     change (:class:`~florence_bt.core.skill.WakingSkill`), else after a period; also when a key that it takes
     has changed, and when the mission goes on after a pause. It is asked in the background: until the new
     answer is there the old one stands, so that a later node runs on. A reset by a composite that begins again
-    within the same tick does not end this; a reset that lasts does, and so does :meth:`rest`.
+    within the same tick does not end this; a reset that lasts does, and so does :meth:`stop_watching`.
 
     Args:
         name: The name of the node in dumps.
@@ -105,11 +105,11 @@ class WatchedSkill(RunSkill):
         """Leave no run behind, except the one that asks again in the background."""
         if new_status is Status.INVALID and self._answer is not None:
             self._left = True
-            self._context.later(self._rest_if_left)
+            self._context.later(self._stop_if_left)
         elif not self._asking:
             super().terminate(new_status)
 
-    def rest(self) -> None:
+    def stop_watching(self) -> None:
         """Forget the answer and ask no more, until the node starts again."""
         if self._answer is None:
             return
@@ -121,9 +121,9 @@ class WatchedSkill(RunSkill):
         self._context.watching.remove(self.ask_again)
         super().terminate(Status.INVALID)
 
-    def _rest_if_left(self) -> None:
+    def _stop_if_left(self) -> None:
         if self._left:
-            self.rest()
+            self.stop_watching()
 
     def _show(self, answer: _Answer) -> Status:
         """Show the answer that stands, with its outputs where somebody has reset the keys of the mission."""

@@ -22,7 +22,7 @@ from florence_bt.testing.values import read_port, same
 
 ENDINGS = ("success", "failure", "cancelled", "never", "raises")
 """The keys of a step of which it has one."""
-STEP_KEYS = (*ENDINGS, "running", "saying", "accept_after", "cancel_takes", "reason", "times")
+STEP_KEYS = (*ENDINGS, "running", "saying", "accept_after", "cancel_takes", "reason", "times", "lasts")
 SWITCH_KEYS = ("switch", "cases", "default")
 
 Replies = tuple[Reply, ...]
@@ -137,6 +137,8 @@ def _field(reading: Reading, name: str, value: Source) -> dict[str, Any]:
             return {"reason": reading.text(value, "reason") or ""}
         case "accept_after" | "cancel_takes":
             return {name: reading.duration(value, name) or 0.0}
+        case "lasts":
+            return {"lasts": reading.duration(value, name)}
         case "times":
             return {"times": reading.whole(value, "times", 1)}
     return {}
@@ -188,6 +190,9 @@ def _switch(reading: Reading, key: Text, table: Table, users: Users) -> Callable
     cases: list[tuple[Any, Replies]] = []
     for case, value in reading.table(entries["cases"][1] if "cases" in entries else None, "cases"):
         replies = read_replies(reading, value, users)
+        if any(reply.lasts is not None for reply in replies):
+            problem = "a case of a switch counts its calls and has no time"
+            reading.problem(value.position, problem, ["3 times", "once"])
         try:
             cases.append((read_port(case.text, port) if port else case.text, replies))
         except ConfigError as error:

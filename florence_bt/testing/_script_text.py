@@ -9,7 +9,7 @@
     ending  = "SUCCESS" ["(" name "=" value {"," name "=" value} ")"]
             | "FAILURE" ["code"] [CODE | NUMBER] [["because"] "TEXT"]
             | "CANCELLED" | "never ends" | "raises" "TEXT"
-    count   = "once" | "twice" | N "times" | "always"
+    count   = "once" | "twice" | N "times" | "always" | "for" DURATION
 
 Words are read in any case. A phase may also follow its ending directly: ``SUCCESS after 3 s``.
 """
@@ -267,12 +267,14 @@ class _Parser:
     def _is_reserved(self) -> bool:
         """Whether the word here is no code but the next part of the step."""
         following = self._tokens[self._index + 1]
-        return self._now.lower in ("then", *_BECAUSE, "after", "cancel", "accepted", *_COUNTS) or (
+        return self._now.lower in ("then", *_BECAUSE, "after", "for", "cancel", "accepted", *_COUNTS) or (
             self._now.text.isdigit() and following.lower == "times"
         )
 
     def _count(self, reply: Reply) -> Reply:
         token = self._now
+        if self._take_if("for"):
+            return self._end_of_step(replace(reply, lasts=self._duration()))
         if token.kind == "word" and token.lower in _COUNTS:
             self._take()
             return self._end_of_step(replace(reply, times=_COUNTS[token.lower]))
@@ -293,7 +295,7 @@ class _Parser:
         raise ScriptError(
             f"{token.text!r} cannot stand behind the end of a step",
             token.offset,
-            (f"then {token.text}",) if begins else ("then SUCCESS", "twice", "3 times", "always"),
+            (f"then {token.text}",) if begins else ("then SUCCESS", "twice", "3 times", "for 10 s", "always"),
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from inspect import isgenerator
 from typing import Any, cast
 
@@ -14,6 +15,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.testing.mocks import ScriptedRun, Step
 from florence_bt.testing.paths import MissionMap, Pattern, Place, made_up_place, read_pattern
+from florence_bt.testing.replies import Reply
 from florence_bt.testing.routine import Routine, RoutineRun, broken_function
 from florence_bt.testing.scripts import Function, Item, Script, in_turn, items_of, to_step
 from florence_bt.testing.unmatched import unmatched
@@ -65,6 +67,7 @@ class Mock:
         function: The function that decides, or None.
         calls: The calls that it answered.
         asked: Whether a call came to it at all.
+        until: The moment until which the present step is given to every call.
     """
 
     pattern: Pattern
@@ -73,18 +76,24 @@ class Mock:
     function: Function | None
     calls: list[Call] = field(default_factory=list)
     asked: bool = False
+    until: float = float("-inf")
     _turns: Iterator[Item] | None = None
+    _lasting: Item | None = None
 
     @property
     def inputs(self) -> list[Mapping[str, Any]]:
         """The inputs of the calls that it answered."""
         return [call.inputs for call in self.calls]
 
-    def next(self) -> Item | None:
+    def next(self, now: float) -> Item | None:
         """What the next call gets, None when the script provides for no more."""
         if self._turns is None:
             self._turns = in_turn(self.items)
-        return next(self._turns, None)
+        if now >= self.until:
+            item = self._lasting = next(self._turns, None)
+            if isinstance(item, Reply) and item.lasts is not None:
+                self.until = now + item.lasts
+        return self._lasting
 
 
 class MockBoard:
@@ -111,6 +120,7 @@ class MockBoard:
         self._mocks: list[Mock] = []
         self._chosen: dict[str, Mock | None] = {}
         self._used: set[str] = set()
+        self._watches: list[tuple[str, Callable[[], None]]] = []
 
     def patterns(self) -> list[Pattern]:
         """Whom the mocks are for."""
@@ -195,7 +205,7 @@ class MockBoard:
             raise MockError(_how_to_mock(declaration, place))
         call = Call(declaration.name, place, dict(inputs), self.run_id(), self._clock.now())
         mock.asked = True
-        answer = _ask(mock, call) if mock.function is not None else mock.next()
+        answer = _ask(mock, call) if mock.function is not None else self._next(mock, declaration)
         if mock.function is None and answer is None:
             raise MockError(
                 f"{place.shown} was started, but the mock {mock.pattern.text!r} provides for no more than "
@@ -204,6 +214,25 @@ class MockBoard:
         self.calls.append(call)
         mock.calls.append(call)
         return self._run(answer, declaration, call)
+
+    def _next(self, mock: Mock, declaration: SkillDeclaration) -> Item | None:
+        """The next step of a script; a skill that reports changes reports when it is over."""
+        before, now = mock.until, self._clock.now()
+        item = mock.next(now)
+        if declaration.wakes and mock.until > max(before, now):
+            self._clock.call_at(mock.until, partial(self._report_change, declaration.name))
+        return item
+
+    def watch(self, skill: str, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back when a mock of a skill that reports changes goes to its next step."""
+        watch = (skill, callback)
+        self._watches.append(watch)
+        return partial(self._watches.remove, watch)
+
+    def _report_change(self, skill: str) -> None:
+        for name, callback in tuple(self._watches):
+            if name == skill:
+                callback()
 
     def _run(self, answer: Any, declaration: SkillDeclaration, call: Call) -> SkillRun:
         def settle(said: Any) -> Step:
@@ -270,7 +299,8 @@ class _MockedSkills(Mapping[str, "MockedSkill"]):
     def __getitem__(self, name: str) -> MockedSkill:
         declaration = self._declarations[name]
         if name not in self._made:
-            self._made[name] = MockedSkill(self._board, declaration)
+            kind = MockedWakingSkill if declaration.wakes else MockedSkill
+            self._made[name] = kind(self._board, declaration)
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -294,6 +324,14 @@ class MockedSkill:
     def start_at(self, path: str, inputs: Inputs) -> SkillRun:
         """Begin a run for the node with this path."""
         return self._board.start(self._declaration, path, inputs)
+
+
+class MockedWakingSkill(MockedSkill):
+    """One that reports changes of its answer."""
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back when the script goes to its next step."""
+        return self._board.watch(self._declaration.name, callback)
 
 
 def _ask(mock: Mock, call: Call) -> Any:

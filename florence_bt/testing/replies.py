@@ -59,6 +59,7 @@ class Reply:
         cancel_takes: Seconds from a cancel to the end.
         error: Of ``RAISES``.
         times: For how many calls; None for one, or for every further call when it is the last of a script.
+        lasts: Seconds for which it is given to every call, from the first one on; None: ``times`` counts.
         bound: What it was found to mean, by the names of skills; see :func:`bind_reply`.
     """
 
@@ -71,6 +72,7 @@ class Reply:
     cancel_takes: float = 0.0
     error: Exception | None = None
     times: int | None = None
+    lasts: float | None = None
     bound: dict[str, tuple[SkillDeclaration, Step]] = field(
         init=False, default_factory=dict, repr=False, compare=False
     )

@@ -139,6 +139,7 @@ def _step() -> Schema:
                 "cancel_takes": _DURATION,
                 "reason": _TEXT,
                 "times": _COUNT,
+                "lasts": _DURATION,
             },
         ),
         "oneOf": [{"required": [ending]} for ending in ENDINGS],

@@ -76,7 +76,7 @@ def to_step(answer: Any, declaration: SkillDeclaration) -> Step:
     match answer:
         case str():
             replies = parse_script(answer)
-            if len(replies) > 1 or replies[0].times is not None:
+            if len(replies) > 1 or (replies[0].times, replies[0].lasts) != (None, None):
                 raise ConfigError(
                     f"{answer!r} is for several calls; one is wanted here",
                     valid=["running 3 s, then SUCCESS"],

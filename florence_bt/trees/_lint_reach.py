@@ -12,7 +12,7 @@ from florence_bt.trees._notes import Notes
 from florence_bt.trees.kinds import IDENTIFIER
 from florence_bt.trees.model import Expression, Mission, Node, PolicyKind
 from florence_bt.trees.quantities import guess_value
-from florence_bt.trees.watching import is_condition, unwatched
+from florence_bt.trees.watching import guards_of, is_condition, unwatched
 
 
 class ReachChecks:
@@ -38,16 +38,16 @@ class ReachChecks:
             self._check_words(node)
             self._check_cleanup(node)
             match node:
-                case model.Sequence(children=children, memory=memory):
+                case model.Sequence(children=children):
                     self._check_sequence(children)
-                    if not memory:
-                        self._check_restarts(children)
+                    self._check_restarts(node)
                 case model.Selector(children=children):
                     self._check_selector(children)
                 case model.Parallel():
                     self._check_parallel(node)
                 case model.If():
                     self._check_if(node)
+                    self._check_restarts(node)
                 case model.Switch():
                     self._check_switch(node)
                 case model.Retry():
@@ -72,9 +72,9 @@ class ReachChecks:
                 self._notes.error(after.position, message, [f"{before.title} as the last node of a sequence"])
                 return
 
-    def _check_restarts(self, children: tuple[Node, ...]) -> None:
+    def _check_restarts(self, node: Node) -> None:
         """Without memory the first nodes begin again and again while a later one runs."""
-        for child in children[:-1]:
+        for child in guards_of(node):
             match child:
                 case model.Use(skill=skill):
                     declaration = self._declarations.get(skill)

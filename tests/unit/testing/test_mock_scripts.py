@@ -50,6 +50,16 @@ def test_the_example_of_the_documentation():
     ]
 
 
+def test_a_step_for_a_time():
+    first, second = parse_script("running 1 s, then SUCCESS (n=2) for 10 s, then FAILURE blocked for 500 ms")
+    assert (first.lasts, first.phases, first.outputs) == (10.0, (Phase(1.0),), {"n": "2"})
+    assert (second.code, second.lasts) == ("blocked", 0.5)
+    assert parse_script("FAILURE for 2 s")[0] == Reply(Ending.FAILURE, lasts=2.0)
+    for wrong in ("SUCCESS for", "SUCCESS for ever", "SUCCESS for 2 s twice"):
+        with pytest.raises(ScriptError):
+            parse_script(wrong)
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

@@ -101,6 +101,11 @@ def test_errors(workshop, tree, at, problem):
         ("{parallel: [{fail: x}, TURN]}", "fail", "the parallel never succeeds, because 'fail' never does"),
         ("{sequence: [TURN, {wait: 1 s}], memory: false}", "turn", "'turn' takes time and begins again"),
         ("{sequence: [{wait: 2 s}, TURN], memory: false}", "wait", "'wait 2 s' takes time and begins again"),
+        (
+            "{if: {look_for_user: }, then: TURN, memory: false}",
+            "look_for_user",
+            "'look for user' takes time and begins again",
+        ),
         ("{fail: x, because: {no_path: y}}", "no_path", "because: 'fail' cannot fail with 'no_path'"),
         (
             "{sequence: [{retry: 2, do: HOTSPOT}, TURN], memory: false}",

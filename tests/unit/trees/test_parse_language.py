@@ -179,7 +179,7 @@ WRONG = """
     3:40 memory cannot be 'yes' | true
 
 {work: , else: {other: }}
-    3:16 'else' does not belong to 'work' but to if | out, name, when, unless, while, because, finally
+    3:16 'else' does not belong to 'work' but to if | out, every, name, when, unless, while, because, finally
 
 {switch: $m}
     3:8 switch needs cases | cases: {value: node, value: node}

@@ -69,6 +69,7 @@ outputs:
 NODES = [
     "{sequence: [{beep: }, {look: {window: 2 s}, out: {distance: far, seen: found, count: number}}]}",
     "{selector: [{room_is: {room: $room}}, {beep: }], memory: false}",
+    "{sequence: [{look: , every: 2 s}, {room_is: {room: hall}, every: 500 ms}, {turn: }], memory: false}",
     "{parallel: [{beep: }, {look: {window: $limit}}]}",
     "{parallel: [{beep: }, {turn: {angle: 45 deg}}], policy: any}",
     "{parallel: [{beep: }, {turn: }, {look: }], policy: {succeed: 2, fail: 2}}",
