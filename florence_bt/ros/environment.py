@@ -18,6 +18,8 @@ LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
 """What :data:`RANGE` replaced; where it is 1, rcl takes the range LOCALHOST."""
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 """The variable of Fast DDS 2, which is in ROS 2 Jazzy."""
+IGNORE_FOLDER = "SKIP_DEFAULT_XML_FILE"
+"""Where it is 1, a DEFAULT_FASTRTPS_PROFILES.xml in the current folder does not overrule :data:`PROFILES`."""
 THIS_MACHINE = str(Path(__file__).with_name("this_machine.xml"))
 NETWORK = str(Path(__file__).with_name("network.xml"))
 
@@ -55,10 +57,15 @@ def reach_of(environment: Mapping[str, str]) -> Reach:
             f"what the Fast DDS profiles in {profiles} allow ({PROFILES})", variables={RANGE: chosen}
         )
     if chosen == "LOCALHOST":
-        variables = {RANGE: "SYSTEM_DEFAULT", PROFILES: THIS_MACHINE, LOCALHOST_ONLY: None}
+        variables = {
+            RANGE: "SYSTEM_DEFAULT",
+            PROFILES: THIS_MACHINE,
+            IGNORE_FOLDER: "1",
+            LOCALHOST_ONLY: None,
+        }
         return Reach("this machine only", True, variables)
     if chosen == "SUBNET":
-        return Reach(f"the network ({RANGE}=SUBNET)", variables={PROFILES: NETWORK})
+        return Reach(f"the network ({RANGE}=SUBNET)", variables={PROFILES: NETWORK, IGNORE_FOLDER: "1"})
     return Reach(f"what Fast DDS makes of {RANGE}={chosen}", variables={PROFILES: None})
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from sensor_msgs.msg import Image
 
-from florence_bt.ros.environment import LOCALHOST_ONLY, PROFILES, RANGE, THIS_MACHINE
+from florence_bt.ros.environment import IGNORE_FOLDER, LOCALHOST_ONLY, NETWORK, PROFILES, RANGE, THIS_MACHINE
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
 
@@ -72,7 +72,7 @@ def answering(start_process):
 
 
 def variables_of_a_stranger(**variables):
-    ours = (PROFILES, RANGE, LOCALHOST_ONLY)
+    ours = (PROFILES, RANGE, LOCALHOST_ONLY, IGNORE_FOLDER)
     return {name: value for name, value in os.environ.items() if name not in ours} | variables
 
 
@@ -86,7 +86,10 @@ def test_a_plain_program_on_this_machine_is_answered(answering, start_process, m
     assert "plain heard ['a robot']" in child.output
 
 
-def test_our_sockets_are_on_the_loopback_and_there_is_no_shared_memory(answering):
+def test_our_sockets_are_on_the_loopback_and_there_is_no_shared_memory(answering, monkeypatch, tmp_path):
+    """Also in a folder with the profiles of somebody else, which Fast DDS would take."""
+    shutil.copy(NETWORK, tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml")
+    monkeypatch.chdir(tmp_path)
     child = answering()
     inodes = sockets_of(child.process.pid)
     addresses = [

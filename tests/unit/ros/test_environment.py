@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from florence_bt.ros.environment import (
+    IGNORE_FOLDER,
     LOCALHOST_ONLY,
     NETWORK,
     PROFILES,
@@ -15,7 +16,7 @@ from florence_bt.ros.environment import (
     stay_on_this_machine,
 )
 
-LOCAL = {RANGE: "SYSTEM_DEFAULT", PROFILES: THIS_MACHINE}
+LOCAL = {RANGE: "SYSTEM_DEFAULT", PROFILES: THIS_MACHINE, IGNORE_FOLDER: "1"}
 
 
 def environment_after(environment):
@@ -37,7 +38,7 @@ def test_nobody_else_gets_in_unless_asked_for(environment):
 @pytest.mark.parametrize("profiles", [{}, {PROFILES: THIS_MACHINE}], ids=["fresh", "inherited"])
 def test_the_network_has_a_profile_too(profiles):
     environment = {RANGE: "SUBNET", **profiles}
-    assert environment_after(environment) == {RANGE: "SUBNET", PROFILES: NETWORK}
+    assert environment_after(environment) == {RANGE: "SUBNET", PROFILES: NETWORK, IGNORE_FOLDER: "1"}
     assert reach_of(environment).text == "the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)"
     assert environment_after(environment_after(environment)) == environment_after(environment)
 
@@ -66,6 +67,7 @@ def test_the_process_gets_it(monkeypatch):
     monkeypatch.setenv(RANGE, "LOCALHOST")
     monkeypatch.setenv(PROFILES, "")
     monkeypatch.setenv(LOCALHOST_ONLY, "1")
+    monkeypatch.setenv(IGNORE_FOLDER, "0")
     assert stay_on_this_machine().this_machine
     assert os.environ[RANGE] == "SYSTEM_DEFAULT"
     assert os.environ[PROFILES] == THIS_MACHINE

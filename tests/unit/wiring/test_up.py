@@ -1,0 +1,38 @@
+"""What ``florence up`` says, with a system that is ready at once."""
+
+import pytest
+
+from florence_bt.ros.environment import PROFILES, RANGE
+from florence_bt.wiring import up
+from florence_bt.wiring.options import BringUp
+
+
+class ReadySystem:
+    """Ready at once, and ended at once."""
+
+    def __init__(self, options):
+        self.client = self
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *details):
+        pass
+
+    def wait_ready(self, say):
+        return 0.0
+
+    def knows_pose(self):
+        return True
+
+    def spin_until(self, done, budget_s, watch):
+        pass
+
+
+@pytest.mark.parametrize(("chosen", "said"), [("SUBNET", True), ("LOCALHOST", False)])
+def test_it_says_when_others_can_connect(monkeypatch, capsys, tmp_path, chosen, said):
+    monkeypatch.setattr(up, "System", ReadySystem)
+    monkeypatch.setenv(RANGE, chosen)
+    monkeypatch.delenv(PROFILES, raising=False)
+    up.run_up(BringUp(str(tmp_path)))
+    assert ("open to the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)" in capsys.readouterr().out) is said
