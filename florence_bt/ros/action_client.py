@@ -1,8 +1,8 @@
 """The client side of an action: its three services, and its feedback, which is read when somebody looks.
 
 The action client of rclpy 7.1 makes an event for the executor of each feedback message, so a server that
-tells more than Python can read holds every other callback up without bound. It also raises when two servers of
-the same name answer one goal, which ends the process. The protocol is that of
+tells more than Python can read holds every other callback up without bound. It also raises when two servers
+of the same name answer one goal, which ends the process. The protocol is that of
 https://design.ros2.org/articles/actions.html.
 """
 
