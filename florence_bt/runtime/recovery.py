@@ -44,7 +44,7 @@ BOOT_LIMIT_S = 60.0
 BOOT_PERIOD_S = 0.25
 """How often to look for it."""
 MAX_EVENTS = 30_000
-"""The longest journal of a run that is replayed: 2 s on two ordinary cores; nobody gets an answer meanwhile."""
+"""The most events of a run that is replayed: 2 s on two ordinary cores, without an answer to anybody."""
 FRESH_S = 60.0
 """How old the last entry of the journal may be for its runs to be taken up."""
 MAX_IN_A_ROW = 3

@@ -13,7 +13,14 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.wiring.locks import bring_up_here, lock_domain, lock_folder
-from florence_bt.wiring.supervisor import RESTARTS, RESTARTS_PERIOD_S, ProcessDied, Supervisor, command_of
+from florence_bt.wiring.supervisor import (
+    RESTARTS,
+    RESTARTS_PERIOD_S,
+    STARTED_AGAIN,
+    ProcessDied,
+    Supervisor,
+    command_of,
+)
 
 OBEDIENT = """
 import signal, sys, pathlib
@@ -156,6 +163,19 @@ def test_a_child_that_died_can_be_started_again_but_not_for_ever(tmp_path, super
     assert not supervisor.start_again("missions")
     supervisor.stop()
     assert (tmp_path / "told").read_text().split() == ["two", "one"]
+
+
+def test_a_process_that_is_started_again_is_told_so(tmp_path, supervisor_of):
+    says = f"""
+import os, sys
+with open(sys.argv[2], "a") as file:
+    file.write(os.environ[{STARTED_AGAIN!r}] + ";")
+"""
+    supervisor = supervisor_of({"missions": says})
+    death_in(supervisor)
+    assert supervisor.start_again("missions")
+    death_in(supervisor)
+    assert (tmp_path / "told").read_text() == ";1;"
 
 
 def test_children_ignore_what_the_terminal_sends(tmp_path, supervisor_of):
