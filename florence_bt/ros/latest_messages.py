@@ -11,6 +11,7 @@ from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.qos import QoSProfile
+from rclpy.type_support import check_is_valid_msg_type
 
 from florence_bt.ros.node import FlorenceNode
 
@@ -28,6 +29,7 @@ class LatestMessages:
     def __init__(self, node: FlorenceNode, message_type: Any, topic: str, depth: int) -> None:
         self._type = message_type
         self._depth = depth
+        check_is_valid_msg_type(message_type)  # imports its type support
         with node.handle:
             self._subscription = _rclpy.Subscription(
                 node.handle, message_type, topic, QoSProfile(depth=depth).get_c_qos_profile()

@@ -43,6 +43,8 @@ BOOT_LIMIT_S = 60.0
 """How long to wait for what is still booting before the runs are aborted, from the start on."""
 BOOT_PERIOD_S = 0.25
 """How often to look for it."""
+MAX_EVENTS = 30_000
+"""The most events of a run that is replayed: 2 s on two ordinary cores, without an answer to anybody."""
 FRESH_S = 60.0
 """How old the last entry of the journal may be for its runs to be taken up."""
 MAX_IN_A_ROW = 3
@@ -213,7 +215,7 @@ class Recovery:
     def _given_up(self, past: LeftRun) -> str:
         """Why a run does not go on, whatever becomes of the robot; empty when it may."""
         if self._too_old:
-            return f"{self._too_old}; start it again with: florence run {past.row.run_id}"
+            return f"{self._too_old}; {_again(past)}"
         if past.has(EventKind.STOP_ASKED):
             return "it was being stopped"
         if past.row.started is None:
@@ -288,6 +290,8 @@ class Recovery:
             reason = f"it was resumed {times} times already"
         elif past.row.version != self._executor.version_of(run.mission):
             reason = "its mission file was changed since, so it cannot be resumed"
+        elif len(past.events) > MAX_EVENTS:
+            reason = f"its journal has {len(past.events)} events, more than {MAX_EVENTS}; " + _again(past)
         elif past.row.lost:
             reason = f"its journal lacks {past.row.lost} events, so it cannot be resumed"
         if reason:
@@ -326,3 +330,7 @@ class Recovery:
             # On the clock of this process, without the time in which no process ran.
             run.started = self._clock.now() - (times[-1] - times[0])
         return run
+
+
+def _again(past: LeftRun) -> str:
+    return f"start it again with: florence run {past.row.run_id}"

@@ -200,7 +200,7 @@ class _Replay:
             skill.release(first.tick)
         self._note_starts()
         self._run.ticks = first.tick - 1
-        later = enumerate(self._events[index:], index)
+        later = ((at, self._events[at]) for at in range(index, len(self._events)))
         of_tick = takewhile(lambda each: each[1].tick == first.tick and each[1].kind not in _BETWEEN, later)
         compared = [
             event for at, event in of_tick if event.kind in _COMPARED and at not in self._between.starts
@@ -270,14 +270,15 @@ class _RecordedSkill:
         self.records: list[_Recorded] = []
         self._name = name
         self._mission = mission
-        self._started: list[_RecordedRun] = []
+        self._starts = 0
+        self._open: list[_RecordedRun] = []
 
     def start(self, inputs: Inputs) -> _RecordedRun:
         """The next recorded run; one that never ends when the journal has no more."""
-        number = len(self._started)
-        record = self.records[number] if number < len(self.records) else _Recorded()
+        record = self.records[self._starts] if self._starts < len(self.records) else _Recorded()
+        self._starts += 1
         run = _RecordedRun(record, self._mission)
-        self._started.append(run)
+        self._open.append(run)
         return run
 
     def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
@@ -286,12 +287,14 @@ class _RecordedSkill:
 
     def release(self, tick: int) -> None:
         """Tell the runs that ended by this tick."""
-        for run in self._started:
+        for run in tuple(self._open):
             run.release(tick)
+        # A long journal has thousands of runs: those that have ended are not asked again.
+        self._open = [run for run in self._open if run.result is None]
 
     def let_go(self) -> None:
         """End the runs that were left and had not ended when the process died."""
-        for run in self._started:
+        for run in tuple(self._open):
             run.let_go()
 
 

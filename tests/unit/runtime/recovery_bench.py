@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from datetime import UTC, datetime, timedelta
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
@@ -85,6 +86,15 @@ def trip(**options):
     return Request("round_trip", options.pop("inputs", THERE), **options)
 
 
+DATE = datetime(2024, 5, 1, 10, 15, tzinfo=UTC)
+"""When everything in a journal was written."""
+
+
+def after(seconds):
+    """The date of a start so long after the last entry of the journal."""
+    return lambda: DATE + timedelta(seconds=seconds)
+
+
 class Late:
     """A clock whose timers ring a little late, each by another while, as on a real machine."""
 
@@ -120,11 +130,12 @@ class Process:
         declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}
         self.skills = {n: ScriptedSkill(d, self.clock, scripts[n]) for n, d in declarations.items()}
         self.troubles = []
-        self.journal = Journal(folder / "runs", on_trouble=self.troubles.append)
+        self.journal = Journal(folder / "runs", date=DATE.isoformat, on_trouble=self.troubles.append)
         missions = MissionFolders.of([folder], declarations, built_in=False)
         clock = self.clock if late is None else Late(self.clock, late)
         self.executor = Executor(missions, self.skills, declarations, clock, RunIds(name), log=self.journal)
         self.told = []
+        options.setdefault("date", after(1.0))
         self.recovery = Recovery(
             self.executor, self.journal, declarations, self.clock, self.told.append, **options
         )

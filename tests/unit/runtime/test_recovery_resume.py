@@ -8,6 +8,7 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
+from florence_bt.runtime import recovery, replay
 from florence_bt.runtime.recovery import MAX_IN_A_ROW
 from florence_bt.runtime.run import Request, RunStatus
 from florence_bt.testing.mocks import Step
@@ -196,3 +197,40 @@ def test_a_run_in_which_a_skill_waited_for_its_turn_is_resumed(tmp_path, died_at
     assert third.executor.current is not None, third.told
     third.clock.advance(60.0)
     assert third.past(run.run_id).state == "SUCCEEDED"
+
+
+LONG = """
+mission: long
+description: Speaks often.
+on_restart: resume
+tree:
+  repeat: 150
+  do:
+    sequence:
+      - speak: {text: I go}
+      - wait: 1 s
+"""
+
+
+def test_the_work_of_a_resume_grows_with_the_journal_and_no_faster(tmp_path, monkeypatch):
+    (tmp_path / "long.yaml").write_text(LONG.strip())
+    first = Process(tmp_path)
+    run = first.executor.trigger(Request("long"))
+    first.clock.advance(200.0)
+    asked = []
+    release = replay._RecordedRun.release
+    monkeypatch.setattr(
+        replay._RecordedRun, "release", lambda self, tick: (asked.append(tick), release(self, tick))
+    )
+    second = Process(tmp_path, name="B")
+    assert second.executor.current.run_id == run.run_id
+    events = second.past(run.run_id).ticks
+    assert 0 < len(asked) < 3 * events, "runs that have ended are asked again and again"
+
+
+def test_a_journal_that_is_too_long_to_replay_aborts_the_run(tmp_path, monkeypatch):
+    run_id = crash(tmp_path, policy="resume")
+    monkeypatch.setattr(recovery, "MAX_EVENTS", 10)
+    second = Process(tmp_path, name="B")
+    past = second.past(run_id)
+    assert past.state == "ABORTED" and "events, more than 10; start it again with" in past.reason

@@ -14,7 +14,14 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.wiring.heartbeat import LONGEST_LOOK_S, SILENT_S
 from florence_bt.wiring.locks import bring_up_here, lock_domain, lock_folder
-from florence_bt.wiring.supervisor import RESTARTS, RESTARTS_PERIOD_S, ProcessDied, Supervisor, command_of
+from florence_bt.wiring.supervisor import (
+    RESTARTS,
+    RESTARTS_PERIOD_S,
+    STARTED_AGAIN,
+    ProcessDied,
+    Supervisor,
+    command_of,
+)
 
 OBEDIENT = """
 import signal, sys, pathlib
@@ -289,6 +296,19 @@ def test_a_process_can_be_ended_that_was_started_where_interrupts_are_ignored(tm
             signal.signal(number, handler)
     wait_up(tmp_path, "deaf")
     assert supervisor.stop() == []
+
+
+def test_a_process_that_is_started_again_is_told_so(tmp_path, supervisor_of):
+    says = f"""
+import os, sys
+with open(sys.argv[2], "a") as file:
+    file.write(os.environ[{STARTED_AGAIN!r}] + ";")
+"""
+    supervisor = supervisor_of({"missions": says})
+    death_in(supervisor)
+    assert supervisor.start_again("missions")
+    death_in(supervisor)
+    assert (tmp_path / "told").read_text() == ";1;"
 
 
 def test_children_ignore_what_the_terminal_sends(tmp_path, supervisor_of):
