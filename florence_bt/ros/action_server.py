@@ -8,7 +8,6 @@ the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -18,7 +17,8 @@ from rclpy.exceptions import InvalidHandle
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.answers import PAUSES_S
-from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.node import FlorenceNode, with_reason
+from florence_bt.ros.validation import problem_with
 
 PREEMPTED = "preempted by a newer goal"
 SHUT_DOWN = "the server shuts down"
@@ -67,6 +67,13 @@ class _Server(ActionServer):
         except InvalidHandle:
             self._node.get_logger().warning("the client of a goal was not discovered before the server's end")
 
+    async def execute(self, taken_data: Any) -> None:
+        # It runs as a task, whose exception would end the process: see FlorenceNode.guarded.
+        try:
+            await super().execute(taken_data)
+        except Exception as error:
+            self._node.failures.append(error)
+
     def notify_execute(
         self, goal_handle: ServerGoalHandle, execute_callback: Callable[..., Any] | None
     ) -> None:
@@ -85,7 +92,10 @@ class _Goal:
 class SingleGoalServer:
     """Serves an action, one goal at a time.
 
-    A newer goal replaces the running one, which ends as ABORTED. All methods belong to the executor's thread.
+    A newer goal replaces the running one, which ends as ABORTED. A goal that does not pass the check of its
+    type (:mod:`florence_bt.ros.validation`) replaces none: it ends as ABORTED at once, with the reason in its
+    result, because ROS 2 has no reason for a goal that is rejected. All methods belong to the executor's
+    thread.
     """
 
     def __init__(
@@ -97,6 +107,7 @@ class SingleGoalServer:
         on_goal: Callable[[Any], str | None],
         on_cancel: Callable[[], None],
         on_replaced: Callable[[], Any] | None = None,
+        bad_goal_code: int = 0,
     ) -> None:
         """Serve an action until the node is closed.
 
@@ -111,14 +122,17 @@ class SingleGoalServer:
                 what was reached in the meantime).
             on_replaced: Gives the result message of a running goal when a newer one takes its place; it ends
                 as ABORTED. Without this the result has :data:`PREEMPTED` as its text.
+            bad_goal_code: The ``error_code`` of the result of a goal that does not pass the check.
         """
         self._node = node
         self._name = name
         self._result_type = action_type.Result
         self._on_goal = on_goal
         self._on_cancel = on_cancel
-        self._replaced = on_replaced or partial(self._result_with_text, PREEMPTED)
+        self._replaced = on_replaced or (lambda: with_reason(action_type.Result(), PREEMPTED))
+        self._bad_goal_code = bad_goal_code
         self._goal: _Goal | None = None
+        self._problem: str | None = None
         self._server = _Server(
             node,
             action_type,
@@ -159,6 +173,10 @@ class SingleGoalServer:
             self._end(goal.handle, result, outcome)
 
     def _decide(self, request: Any) -> GoalResponse:
+        self._problem = problem_with(request)
+        if self._problem is not None:
+            self._node.health.count_refused(self._name, self._problem)
+            return GoalResponse.ACCEPT
         older, self._goal = self._goal, _Goal()
         try:
             refusal = self._on_goal(request)
@@ -177,6 +195,9 @@ class SingleGoalServer:
         return GoalResponse.ACCEPT
 
     def _accepted(self, handle: ServerGoalHandle) -> None:
+        if self._problem is not None:
+            self._end_refused(handle, self._problem)
+            return
         goal = self._goal
         assert goal is not None, "rclpy decides and accepts in one event"
         goal.handle = self._server.owned = handle
@@ -185,6 +206,14 @@ class SingleGoalServer:
             self.finish(*goal.early_end)
         elif handle.is_cancel_requested:
             self._node.call_soon(lambda: self._deliver_cancel(goal))
+
+    def _end_refused(self, handle: ServerGoalHandle, problem: str) -> None:
+        self._server.owned = handle
+        handle.execute()
+        result = with_reason(self._result_type(), problem)
+        if hasattr(result, "error_code"):
+            result.error_code = self._bad_goal_code
+        self._end(handle, result, Outcome.FAILED)
 
     def _cancel_asked(self, handle: ServerGoalHandle) -> CancelResponse:
         goal = self._goal
@@ -207,15 +236,8 @@ class SingleGoalServer:
             handle.abort()
         self._server.notify_execute(handle, lambda _: result)
 
-    def _result_with_text(self, text: str) -> Any:
-        result = self._result_type()
-        for field in ("error_msg", "reason"):
-            if hasattr(result, field):
-                setattr(result, field, text)
-        return result
-
     def _shut_down(self) -> None:
-        self.finish(self._result_with_text(SHUT_DOWN), Outcome.FAILED)
+        self.finish(with_reason(self._result_type(), SHUT_DOWN), Outcome.FAILED)
         # The result leaves while the process drains its executor; rclpy frees the server with the node.
 
 

@@ -44,14 +44,15 @@ def run_nodes(
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
 
     Returns:
-        The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
-        ran or while it was closed. What went wrong is on the standard error.
+        The exit code: 0 after an end that was asked for, 1 when a node could not be made, was of no use any
+        more or failed while it was closed. What went wrong is on the standard error. A callback that fails
+        ends nothing: see :meth:`FlorenceNode.fail`.
     """
     stay_on_this_machine()
     rules = [part for rule in remappings for part in ("--remap", rule)]
     arguments = ["--ros-args", *rules] if rules else []
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    loop = SpinLoop()
+    loop = SpinLoop(keep_going=True)
     nodes: list[FlorenceNode] = []
     failed = False
     with _asked_to_end(loop) as asked:

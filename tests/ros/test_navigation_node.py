@@ -54,7 +54,7 @@ class Robot(FlorenceNode):
     """Plays the base and the laser, and hears what navigation says."""
 
     def __init__(self) -> None:
-        super().__init__("robot")
+        super().__init__("robot", parameters=SIMULATED)
         self.world = World(START, seed=2)
         self.world.now = 100.0
         self.commands: list[Twist] = []

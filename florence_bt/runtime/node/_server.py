@@ -132,6 +132,13 @@ class MissionNode(FlorenceNode):
         self._missions.blocked_by = "the mission server is shutting down"
         self._missions.abandon("the mission server is shutting down")
 
+    def on_failure(self, reason: str) -> None:
+        """Stop the robot, and the run that may not go on as it should; those that wait are not touched."""
+        try:
+            self._stop_base()
+        finally:
+            self._missions.stop(reason)
+
     def _after_tick(self, run: MissionRun) -> None:
         duration = time.perf_counter() - self._missions.woken
         self._watching.after_tick(run, duration)

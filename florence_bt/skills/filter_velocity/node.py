@@ -37,6 +37,10 @@ class VelocityFilterNode(FlorenceNode):
         self.ticker.close()
         super().close()
 
+    def on_failure(self, reason: str) -> None:
+        """Stop at once; the next good command counts again."""
+        self.ticker.stop()
+
     def _on_command(self, message: Twist) -> None:
         rejected = self.ticker.filter.rejected
         self.ticker.command(twist_from_ros(message))

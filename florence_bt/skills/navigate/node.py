@@ -45,7 +45,12 @@ from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.localise.scan_queue import ScanQueue
 from florence_bt.skills.navigate.goal_check import problem_with_quaternion
 from florence_bt.skills.navigate.navigator import Navigator
-from florence_bt.skills.navigate.results import SERVER_CODES, navigate_error_code, spin_error_code
+from florence_bt.skills.navigate.results import (
+    SERVER_CODES,
+    SPIN_SERVER_CODES,
+    navigate_error_code,
+    spin_error_code,
+)
 from florence_bt.skills.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
@@ -81,6 +86,7 @@ class NavigationNode(FlorenceNode):
         self._p = self.read_parameters(NavigationNodeParameters)
         self._navigator: Navigator | None = None
         self._queue = ScanQueue()
+        self.ros_timebase.on_reset(self._forget_readings)
         self._taken: dict[str, float] = {}
         self._cycle: Timer | None = None
         self._owner: SingleGoalServer | None = None
@@ -95,10 +101,20 @@ class NavigationNode(FlorenceNode):
             self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
         self._poses = SingleGoalServer(
-            self, NavigateToPose, "navigate_to_pose", on_goal=self._on_pose_goal, on_cancel=self._on_cancel
+            self,
+            NavigateToPose,
+            "navigate_to_pose",
+            on_goal=self._on_pose_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SERVER_CODES["bad_input"],
         )
         self._spins = SingleGoalServer(
-            self, Spin, "spin", on_goal=self._on_spin_goal, on_cancel=self._on_cancel
+            self,
+            Spin,
+            "spin",
+            on_goal=self._on_spin_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SPIN_SERVER_CODES["bad_input"],
         )
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
         call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
@@ -115,6 +131,21 @@ class NavigationNode(FlorenceNode):
         if self._cycle is not None:
             self._velocity.publish(twist_to_ros(STANDSTILL))
             self._stop_cycle()
+
+    def on_failure(self, reason: str) -> None:
+        """Stop the robot and end the goal, which cannot be trusted to go on well."""
+        if self._cycle is None:
+            return
+        self._velocity.publish(twist_to_ros(STANDSTILL))
+        self._stop_cycle()
+        if self._navigator is not None:
+            self._navigator.cancel()
+        self._report(failure("server_failed", reason))
+
+    def _forget_readings(self) -> None:
+        """The clock was set back: what was stamped before is of no use."""
+        self._queue.clear()
+        self._taken.clear()
 
     # What the robot is told.
 
