@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import MAX_ANGLE_RAD, MAX_DISTANCE_M, Pose2
 
 
 class Kind(enum.Enum):
@@ -49,6 +49,13 @@ class Kind(enum.Enum):
             case _:
                 return (float, int)
 
+
+MAGNITUDES: Mapping[Kind, float] = {
+    Kind.LENGTH: MAX_DISTANCE_M,
+    Kind.ANGLE: MAX_ANGLE_RAD,
+    Kind.DURATION: 1e8,  # three years; timers count nanoseconds in 64 bits
+}
+"""The largest absolute value of a kind, SI units: what is beyond is a mistake."""
 
 REQUIRED: Any = object()
 """The default of a port that must be given."""
@@ -88,9 +95,12 @@ class Port:
         if wrong_type:
             return f"a value of type {self.kind.value} is needed, not {value!r}"
         if isinstance(value, Pose2):
-            return None if value.is_finite() else f"{value!r} is not finite"
+            return None if value.is_within_limits() else f"{value!r} is not finite, or too far away"
         if isinstance(value, float) and not math.isfinite(value):
             return f"{value!r} is not finite"
+        most = MAGNITUDES.get(self.kind)
+        if most is not None and abs(value) > most:
+            return f"{value!r} is not between {-most:g} and {most:g}"
         if self.minimum is not None and value < self.minimum:
             return f"{value!r} is below the minimum of {self.minimum!r}"
         if self.maximum is not None and value > self.maximum:

@@ -8,6 +8,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+MAX_DISTANCE_M = 10_000.0
+"""Coordinates, lengths and ranges beyond this are mistakes: farther than any home."""
+MAX_ANGLE_RAD = 1_000 * math.tau
+"""Headings and turns beyond this are mistakes: a thousand full turns."""
+
 
 def normalize_angle(angle: float) -> float:
     """Wrap an angle in radians to (-pi, pi]."""
@@ -64,6 +69,12 @@ class Pose2:
     def is_finite(self) -> bool:
         """Whether no number of the pose is NaN or infinite."""
         return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
+
+    def is_within_limits(self) -> bool:
+        """Whether it is finite, at most 10 km away on each axis and turned by 1000 turns at most."""
+        return (
+            abs(self.x) <= MAX_DISTANCE_M and abs(self.y) <= MAX_DISTANCE_M and abs(self.yaw) <= MAX_ANGLE_RAD
+        )
 
 
 @dataclass(frozen=True, slots=True)

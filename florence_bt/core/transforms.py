@@ -152,6 +152,10 @@ class TransformBuffer:
         while samples[-1][0] - samples[0][0] > self._keep:
             samples.popleft()
 
+    def clear_moving(self) -> None:
+        """Forget every moving frame: the clock was set back, and old samples would count as the newest."""
+        self._moving.clear()
+
     def latest_stamp(self, child: str) -> float | None:
         """The time of the newest sample of a moving frame, None when it was never seen."""
         known = self._moving.get(child)

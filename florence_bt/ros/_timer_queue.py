@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.clock import Clock as RclClock
-from rclpy.node import Node
 from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Callback
+
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
 
 NANO = 1_000_000_000
 
@@ -41,11 +43,11 @@ class QueueTimer:
 class TimerQueue:
     """Time and timers of a node on one of the clocks of rclpy."""
 
-    def __init__(self, node: Node, clock: RclClock) -> None:
+    def __init__(self, node: FlorenceNode, clock: RclClock) -> None:
         """Make the queue.
 
         Args:
-            node: The node whose executor runs the callbacks.
+            node: The node whose executor runs the callbacks, and which is told of their exceptions.
             clock: What tells the time.
         """
         self._node = node
@@ -104,14 +106,13 @@ class TimerQueue:
         due: list[QueueTimer] = []
         while self._queue and self._queue[0][0] <= now:
             due.append(heapq.heappop(self._queue)[2])
-        # Armed before the callbacks run, so that one that raises does not stop the others of later moments.
         self._arm()
         for timer in due:
             callback, timer.callback = timer.callback, None
             if callback is None:
                 self._cancelled -= 1
             else:
-                callback()
+                self._node.attempt(callback)
 
     def _arm(self) -> None:
         if self._closed:

@@ -8,7 +8,6 @@ the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -18,7 +17,8 @@ from rclpy.exceptions import InvalidHandle
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.answers import PAUSES_S
-from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.node import FlorenceNode, with_reason
+from florence_bt.ros.validation import problem_with
 
 PREEMPTED = "preempted by a newer goal"
 SHUT_DOWN = "the server shuts down"
@@ -69,6 +69,13 @@ class _Server(ActionServer):
         except InvalidHandle:
             self._node.get_logger().warning("the client of a goal was not discovered before the server's end")
 
+    async def execute(self, taken_data: Any) -> None:
+        # It runs as a task, whose exception would end the process: see FlorenceNode.guarded.
+        try:
+            await super().execute(taken_data)
+        except Exception as error:
+            self._node.failures.append(error)
+
     def notify_execute(
         self, goal_handle: ServerGoalHandle, execute_callback: Callable[..., Any] | None
     ) -> None:
@@ -88,7 +95,8 @@ class SingleGoalServer:
     """Serves an action, one goal at a time.
 
     A refused goal is accepted and ends at once as ABORTED, with the reason in its result: ROS 2 has no place
-    for a reason in a rejection. The goal that is running goes on.
+    for a reason in a rejection. The goal that is running goes on. Refused are goals that do not pass the check
+    of their type (:mod:`florence_bt.ros.validation`) and those that the component does not want.
 
     A newer goal replaces the running one, which ends as ABORTED. All methods belong to the executor's thread.
     """
@@ -102,6 +110,7 @@ class SingleGoalServer:
         on_goal: Callable[[Any], str | None],
         on_cancel: Callable[[], None],
         on_replaced: Callable[[], Any] | None = None,
+        bad_goal_code: int = REFUSED,
     ) -> None:
         """Serve an action until the node is closed.
 
@@ -116,15 +125,17 @@ class SingleGoalServer:
                 what was reached in the meantime).
             on_replaced: Gives the result message of a running goal when a newer one takes its place; it ends
                 as ABORTED. Without this the result has :data:`PREEMPTED` as its text.
+            bad_goal_code: The ``error_code`` of the result of a goal that does not pass the check.
         """
         self._node = node
         self._name = name
         self._result_type = action_type.Result
         self._on_goal = on_goal
         self._on_cancel = on_cancel
-        self._replaced = on_replaced or partial(self._result_with_text, PREEMPTED)
+        self._replaced = on_replaced or (lambda: with_reason(action_type.Result(), PREEMPTED))
+        self._bad_goal_code = bad_goal_code
         self._goal: _Goal | None = None
-        self._refusal: str | None = None
+        self._refusal: tuple[str, int] | None = None
         self._server = _Server(
             node,
             action_type,
@@ -165,6 +176,12 @@ class SingleGoalServer:
             self._end(goal.handle, result, outcome)
 
     def _decide(self, request: Any) -> GoalResponse:
+        self._refusal = None
+        problem = problem_with(request)
+        if problem is not None:
+            self._node.health.count_refused(self._name, problem)
+            self._refusal = problem, self._bad_goal_code
+            return GoalResponse.ACCEPT
         older, self._goal = self._goal, _Goal()
         try:
             refusal = self._on_goal(request)
@@ -174,8 +191,8 @@ class SingleGoalServer:
             # Not raised here: see FlorenceNode.guarded.
             self._node.failures.append(error)
             refusal = f"the server failed: {error}"
-        self._refusal = refusal
         if refusal is not None:
+            self._refusal = refusal, REFUSED
             self._goal = older
             self._node.get_logger().warning(f"{self._name}: goal refused: {refusal}")
             return GoalResponse.ACCEPT
@@ -187,7 +204,7 @@ class SingleGoalServer:
         self._server.owned = handle
         handle.execute()
         if self._refusal is not None:
-            self._end(handle, self._refused(self._refusal), Outcome.FAILED)
+            self._end(handle, self._refused(*self._refusal), Outcome.FAILED)
             return
         goal = self._goal
         assert goal is not None, "rclpy decides and accepts in one event"
@@ -218,22 +235,15 @@ class SingleGoalServer:
             handle.abort()
         self._server.notify_execute(handle, lambda _: result)
 
-    def _result_with_text(self, text: str) -> Any:
-        result = self._result_type()
-        for field in ("error_msg", "reason"):
-            if hasattr(result, field):
-                setattr(result, field, text)
-        return result
-
-    def _refused(self, reason: str) -> Any:
-        result = self._result_with_text(reason)
-        for field, value in (("error_code", REFUSED), ("code", "rejected")):
+    def _refused(self, reason: str, error_code: int) -> Any:
+        result = with_reason(self._result_type(), reason)
+        for field, value in (("error_code", error_code), ("code", "rejected")):
             if hasattr(result, field):
                 setattr(result, field, value)
         return result
 
     def _shut_down(self) -> None:
-        self.finish(self._result_with_text(SHUT_DOWN), Outcome.FAILED)
+        self.finish(with_reason(self._result_type(), SHUT_DOWN), Outcome.FAILED)
         # The result leaves while the process drains its executor; rclpy frees the server with the node.
 
 

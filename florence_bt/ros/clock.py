@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from rclpy.clock import Clock as RclClock
 from rclpy.clock import ClockChange, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
-from rclpy.node import Node
 
 from florence_bt.core.clock import Callback
 from florence_bt.ros._timer_queue import NANO, TimerQueue
 
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
+
+SET_BACK_S = 0.1
+"""A wall clock that is behind what it said by more than this was set back; ntpd slews smaller errors."""
 FIRST_TIME_S = 1.0
 """A simulated clock that starts below this is taken to have been known from the beginning."""
 
@@ -38,7 +42,7 @@ class SteadyClock(TimerQueue):
     For what depends on machines and networks and not on the robot: whether another process answers.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: FlorenceNode) -> None:
         super().__init__(node, RclClock(clock_type=ClockType.STEADY_TIME))
 
     def now(self) -> float:
@@ -50,7 +54,8 @@ class RosClock(TimerQueue):
     """The ROS time of a node, the wall clock or a simulated one.
 
     With simulated time, the time is zero until the first message on ``/clock``. Who waits across that moment,
-    or across a simulation that starts over, keeps the rest of the wait: only the epoch changes.
+    or while the clock is set back (a simulation that starts over, a wall clock that is corrected), keeps the
+    rest of the wait: only the epoch changes.
 
     Attributes:
         source: Who tells the simulated time; None when rclpy does, and for the wall clock.
@@ -59,7 +64,7 @@ class RosClock(TimerQueue):
 
     _read = TimerQueue.now
 
-    def __init__(self, node: Node, call_soon: Callable[[Callback], None]) -> None:
+    def __init__(self, node: FlorenceNode, call_soon: Callable[[Callback], None]) -> None:
         """Make the clock.
 
         Args:
@@ -72,6 +77,8 @@ class RosClock(TimerQueue):
         self.source: TimeSource | None = None
         self.sure = True
         self._asked = False
+        self._latest = 0.0
+        self._on_reset: list[Callback] = []
         self._before_jump = 0.0
         self._jumps = ros_clock.create_jump_callback(
             JumpThreshold(
@@ -86,7 +93,29 @@ class RosClock(TimerQueue):
     def now(self) -> float:
         """The time in seconds."""
         self.refresh()
-        return self._read()
+        now, latest = self._read(), self._latest
+        self._latest = now
+        if now < latest - SET_BACK_S:
+            # Only a wall clock: rclpy tells of jumps of the simulated one. Another thread may have asked.
+            self._call_soon(lambda: self._wall_clock_set_back(latest - now))
+        return now
+
+    def now_near(self, stamp: float, within_s: float) -> float:
+        """The time, or the simulated time known last when a stamp is near that already.
+
+        To ask for the simulated time of this moment would keep an idle process listening to the clock.
+        """
+        if self.source is not None and abs(stamp - self._read()) <= within_s:
+            return self._read()
+        return self.now()
+
+    def on_reset(self, callback: Callback) -> None:
+        """Call back, on the executor, when the time starts or was set back: known stamps are useless then."""
+        self._on_reset.append(callback)
+
+    def forget_reset(self, callback: Callback) -> None:
+        """Call back no more."""
+        self._on_reset.remove(callback)
 
     def refresh(self) -> None:
         """Have the clock of rclpy tell the time of this moment, also when nobody has asked for long."""
@@ -118,9 +147,23 @@ class RosClock(TimerQueue):
         self._before_jump = self._read()
 
     def _after_time_jump(self, jump: TimeJump) -> None:
-        now = self._read()
+        now, before = self._read(), self._before_jump
         new_epoch = jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED)
-        if new_epoch or now < self._before_jump or self._before_jump == 0.0 or not self.sure:
-            self.shift(now - self._before_jump)
+        self._latest = now
+        if new_epoch or now < before or before == 0.0:
+            self.shift(now - before)
             # The ROS timer is in the midst of the jump itself; it is set when that is over.
+            self._call_soon(self._begin_epoch)
+        elif not self.sure:
+            self.shift(now - before)
             self._call_soon(self.rearm)
+
+    def _wall_clock_set_back(self, seconds: float) -> None:
+        self.shift(-seconds)
+        self._begin_epoch()
+
+    def _begin_epoch(self) -> None:
+        """Who waits goes on waiting for as long as before; what was stamped before is of no use."""
+        self.rearm()
+        for callback in self._on_reset:
+            callback()

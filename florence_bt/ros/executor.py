@@ -3,7 +3,7 @@
 ``spin()`` of this executor serves nothing in rclpy 7.1, and a wait without a time-out burns a core; so this
 is a loop over ``spin_once``, which handles one event at a time. The executor knows no guard conditions,
 ``wake()`` does not end a wait, and an exception in a task or in a future's callback is fatal to the process:
-tasks wake it instead, and callbacks of :meth:`FlorenceNode.guarded` hand their exceptions to
+tasks wake it instead, and every callback of a :class:`FlorenceNode` hands its exception to
 :meth:`SpinLoop.spin_once`.
 """
 
@@ -24,9 +24,15 @@ LONG_S = 3600.0
 
 
 class SpinLoop:
-    """Serves some nodes on the calling thread; together they listen to ``/clock`` once."""
+    """Serves some nodes on the calling thread; together they listen to ``/clock`` once.
 
-    def __init__(self, context: Context | None = None) -> None:
+    Args:
+        context: The ROS context; the process's own one when not given.
+        keep_going: Hand an exception of a callback to :meth:`FlorenceNode.fail` in place of raising it.
+    """
+
+    def __init__(self, context: Context | None = None, *, keep_going: bool = False) -> None:
+        self._keep_going = keep_going
         self._executor: Any = EventsExecutor(context=context)
         self._nodes: list[Node] = []
         self._own: tuple[FlorenceNode, ...] = ()
@@ -53,7 +59,7 @@ class SpinLoop:
         """Handle one event, or give up after a while.
 
         Raises:
-            Exception: What a callback raised.
+            Exception: What a callback raised, unless the loop keeps going; always what is fatal to a node.
         """
         own = self._own
         thread = threading.get_ident()
@@ -68,8 +74,13 @@ class SpinLoop:
             for node in own:
                 node.served_by = None
         for node in own:
-            if node.failures:
-                raise node.failures.popleft()
+            if node.fatal is not None:
+                raise node.fatal
+            while node.failures:
+                error = node.failures.popleft()
+                if not self._keep_going:
+                    raise error
+                node.fail(error)
 
     def spin_while(self, go_on: Callable[[], bool]) -> None:
         """Handle events as long as a condition holds; :meth:`interrupt` makes it look again."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -12,28 +13,39 @@ from rclpy.clock import Clock as RclClock
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.service import Service
+from rclpy.subscription import Subscription
 from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.ros.answers import send_until_known
 from florence_bt.ros.clock import RosClock, SteadyClock
+from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
+from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
 T = TypeVar("T")
+REASON_FIELDS = ("message", "reason", "report", "error_msg", "tree")
+"""Fields of answers and results that say why, the first that there is."""
 
 
 class FlorenceNode(Node):
-    """A node with the core's clock, parameters as dataclasses, and an orderly end.
+    """A node with the core's clock, parameters as dataclasses, checked messages and an orderly end.
+
+    Every message and request is checked by its type (:mod:`florence_bt.ros.validation`) before a callback
+    gets it, and an exception of a callback leaves the executor alone: see :attr:`failures`.
 
     Attributes:
         timebase: The node's ROS clock as a core clock; its callbacks run on the executor.
         ros_timebase: The same as what it is.
         steady: The time of this machine as a core clock, for what depends on other processes only.
         served_by: Identity of the thread that runs callbacks of the node right now, None between them.
-        failures: Exceptions of guarded callbacks; whoever spins the node raises them
+        health: Counts refused messages and failed callbacks, and tells of them.
+        failures: Exceptions of callbacks; whoever spins the node hands them to :meth:`fail` or raises them
             (:class:`florence_bt.ros.executor.SpinLoop` does).
+        fatal: An exception after which the node is of no use; whoever spins the node raises it.
     """
 
     timebase: Clock
@@ -56,6 +68,8 @@ class FlorenceNode(Node):
             context: The ROS context; the process's own one when not given.
         """
         self.failures: deque[Exception] = deque()
+        self.fatal: Exception | None = None
+        self.health = NodeHealth(self)
         self.served_by: int | None = None
         self._soon: deque[Callable[[], None]] = deque()
         self._closers: list[Callable[[], None]] = []
@@ -77,15 +91,65 @@ class FlorenceNode(Node):
             self.ros_timebase.refresh()
         return super().get_clock()
 
-    def create_timer(self, *arguments: Any, **options: Any) -> RclTimer:
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[[], None], *arguments: Any, **options: Any
+    ) -> RclTimer:
         """A timer of rclpy; on simulated time it runs also while nobody else asks for the time."""
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
-        return super().create_timer(*arguments, **options)
+        return super().create_timer(timer_period_sec, self.guarded(callback), *arguments, **options)
 
-    def create_service(self, *arguments: Any, **options: Any) -> Service:
-        """A service of rclpy whose answers also reach a client that is discovered only later."""
-        service = super().create_service(*arguments, **options)
+    def create_subscription(
+        self,
+        msg_type: Any,
+        topic: str,
+        callback: Callable[..., None],
+        qos_profile: QoSProfile | int,
+        **options: Any,
+    ) -> Subscription:
+        """A subscription of rclpy whose callback gets only messages that pass the check of their type.
+
+        A stamp must be near the present time, except on a latched topic, whose last message may be old.
+        """
+        latched = (
+            isinstance(qos_profile, QoSProfile) and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        )
+        now = None if latched else lambda stamp: self.ros_timebase.now_near(stamp, MAX_STAMP_OFFSET_S)
+
+        # Wrapped, so that rclpy sees whether the callback also takes the information about the message.
+        @functools.wraps(callback)
+        def receive(message: Any, *information: Any) -> None:
+            problem = problem_with(message, now)
+            if problem is None:
+                self.attempt(callback, message, *information)
+            else:
+                self.health.count_refused(topic, problem)
+                self.attempt(self.on_refused, topic)
+
+        checked = callback if options.get("raw") else receive
+        return super().create_subscription(msg_type, topic, checked, qos_profile, **options)
+
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: Callable[..., Any], **options: Any
+    ) -> Service:
+        """A service of rclpy that refuses requests which do not pass the check of their type.
+
+        The answer to such a request, and to one whose callback fails, has the reason in the field that the
+        type has for one (:data:`REASON_FIELDS`). Answers also reach a client that is discovered only later.
+        """
+
+        def serve(request: Any, response: Any) -> Any:
+            problem = problem_with(request)
+            if problem is not None:
+                self.health.count_refused(srv_name, problem)
+                return with_reason(response, problem)
+            try:
+                return callback(request, response)
+            except Exception as error:
+                self.failures.append(error)
+                return with_reason(type(response)(), f"the node {self.get_name()} failed: {error!r}")
+
+        service = super().create_service(srv_type, srv_name, serve, **options)
         send_until_known(
             service,
             lambda pause, callback: self.steady.call_at(self.steady.now() + pause, callback),
@@ -134,14 +198,28 @@ class FlorenceNode(Node):
         The events executor of rclpy 7.1 dies of an exception in such a callback (it runs as a task); wrapped,
         the exception waits in :attr:`failures`.
         """
+        return functools.partial(self.attempt, callback)
 
-        def run(*arguments: Any) -> None:
-            try:
-                callback(*arguments)
-            except Exception as error:
-                self.failures.append(error)
+    def attempt(self, callback: Callable[..., Any], *arguments: Any) -> None:
+        """Call back; an exception waits in :attr:`failures`."""
+        try:
+            callback(*arguments)
+        except Exception as error:
+            self.failures.append(error)
 
-        return run
+    def fail(self, error: Exception) -> None:
+        """Take note of an exception of a callback, stop what the node moves, and go on."""
+        self.health.count_failed(error)
+        try:
+            self.on_failure(f"the node {self.get_name()} failed: {error!r}")
+        except Exception as another:
+            self.health.count_failed(another)
+
+    def on_failure(self, reason: str) -> None:
+        """A callback failed: stop what this node moves. Nodes that move something override this."""
+
+    def on_refused(self, topic: str) -> None:
+        """A message of a topic was refused. Nodes that a wrong command must stop override this."""
 
     def on_close(self, callback: Callable[[], None]) -> None:
         """Call back when the node is closed, the latest first; servers and clients end themselves so."""
@@ -236,10 +314,7 @@ class FlorenceNode(Node):
         """
         soon = self._soon
         for _ in range(len(soon)):
-            try:
-                soon.popleft()()
-            except Exception as error:
-                self.failures.append(error)
+            self.attempt(soon.popleft())
         return bool(soon)
 
     def _read_parameter(self, name: str, default: Any) -> Any:
@@ -247,6 +322,14 @@ class FlorenceNode(Node):
         if not self.has_parameter(name):
             self.declare_parameter(name, default, descriptor)
         return self.get_parameter(name).value
+
+
+def with_reason(answer: Any, reason: str) -> Any:
+    """Put a reason into the field that an answer or a result has for it; without one it stays as it is."""
+    field = next((name for name in REASON_FIELDS if hasattr(answer, name)), None)
+    if field is not None:
+        setattr(answer, field, reason)
+    return answer
 
 
 _EXECUTOR: Any = vars(Node)["executor"]

@@ -52,15 +52,16 @@ def run_nodes(
             thread that serves the callbacks: whoever misses it knows that this process does not answer.
 
     Returns:
-        The exit code: 0 after an end that was asked for, 1 when a node could not be made, failed while it
-        ran or while it was closed. What went wrong is on the standard error.
+        The exit code: 0 after an end that was asked for, 1 when a node could not be made, was of no use any
+        more or failed while it was closed. What went wrong is on the standard error. A callback that fails
+        ends nothing: see :meth:`FlorenceNode.fail`.
     """
     reach = stay_on_this_machine()
     rules = [part for rule in remappings for part in ("--remap", rule)]
     arguments = ["--ros-args", *rules] if rules else []
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     rclpy.logging.get_logger("florence_bt").info(f"open to {reach.text}")
-    loop = SpinLoop()
+    loop = SpinLoop(keep_going=True)
     nodes: list[FlorenceNode] = []
     pulse = _Pulse(beat)
     failed = False

@@ -6,6 +6,10 @@ Python a hundred times a second. Nodes that one loop serves can share the first 
 And nobody needs each message while nobody waits for a moment: an idle process does not listen at all. Who
 asks for the time then, or begins to wait, has it listen again and is given the time of the next message; that
 takes some ten milliseconds, once.
+
+A simulation that starts over sets the clock back. A single message that is far from the time known is not
+believed: it may come from somebody who has nothing to do with the simulation. The next one has to go on from
+it.
 """
 
 from __future__ import annotations
@@ -22,6 +26,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from florence_bt.core.clock import Timer
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.validation import BadMessage, check_time
 
 CLOCK_TOPIC = "/clock"
 QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -31,6 +36,8 @@ IDLE_S = 5.0
 FIRST_S = 0.5
 """How long to wait at most for the first message when it is needed again: the simulation may be standing."""
 _PAUSE_S = 0.0005
+MOST_STEP_S = 10.0
+"""Between two messages; a longer step, or one back, counts when the message after it goes on from there."""
 
 
 class SharedClock:
@@ -48,6 +55,8 @@ class SharedClock:
         self._nodes: list[Node] = []
         self._subscription: Any = None
         self._time: Time | None = None
+        self._doubted: Time | None = None
+        self._heard_before = False
         self._sure = True
         self._look: Timer | None = None
 
@@ -130,6 +139,7 @@ class SharedClock:
             self._look = None
 
     def _subscribe(self, node: Node) -> None:
+        self._heard_before = False
         # Raw: the message object costs more than all the rest, a hundred times a second in every process.
         self._subscription = node.create_subscription(
             ClockMessage, CLOCK_TOPIC, self._on_clock, QOS, raw=True
@@ -141,18 +151,38 @@ class SharedClock:
 
     def _on_clock(self, message: bytes) -> None:
         seconds, nanoseconds = _STAMP[message[1] & 1].unpack_from(message, _HEADER)
-        now = self._time = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
+        try:
+            check_time(seconds, nanoseconds)
+        except BadMessage as error:
+            self._refuse(str(error))
+            return
+        now = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
+        if self._time is not None and self._heard_before and not _goes_on(self._time, now):
+            doubted, self._doubted = self._doubted, now
+            if doubted is None or not _goes_on(doubted, now):
+                self._refuse(f"the time jumps to {seconds} s (would have worked: twice in a row)")
+                return
+        self._time, self._doubted, self._heard_before = now, None, True
         for node in self._nodes:
             clock: Any = node._clock
             clock.set_ros_time_override(now)
         if not self._sure:
             self._tell_whether_sure(sure=True)
 
+    def _refuse(self, problem: str) -> None:
+        node = self._nodes[0]
+        if isinstance(node, FlorenceNode):
+            node.health.count_refused(CLOCK_TOPIC, problem)
+
     def _tell_whether_sure(self, *, sure: bool) -> None:
         self._sure = sure
         for node in self._nodes:
             if isinstance(node, FlorenceNode):
                 node.ros_timebase.sure = sure
+
+
+def _goes_on(before: Time, now: Time) -> bool:
+    return 0 <= now.nanoseconds - before.nanoseconds <= MOST_STEP_S * 1e9
 
 
 _HEADER = 4

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
-from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3, TransformBuffer
 from florence_bt.ros.conversions import stamp_from_ros, transform_from_ros, transform_to_ros
+from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import TF, TF_LISTENER, TF_STATIC, TF_STATIC_LISTENER
 
 TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
@@ -18,6 +18,8 @@ TF_TOPIC, TF_STATIC_TOPIC = "/tf", "/tf_static"
 
 class TransformListener:
     """Keeps a buffer of everything on ``/tf`` (its part in the plane) and ``/tf_static``.
+
+    When the clock is set back the moving frames are forgotten, as in tf2.
 
     Args:
         node: Subscribes.
@@ -27,9 +29,10 @@ class TransformListener:
         buffer: What was heard.
     """
 
-    def __init__(self, node: Node, *, moving: bool = True) -> None:
+    def __init__(self, node: FlorenceNode, *, moving: bool = True) -> None:
         self.buffer = TransformBuffer()
         self._node = node
+        node.ros_timebase.on_reset(self.buffer.clear_moving)
         self._subscriptions = [
             node.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_static, TF_STATIC_LISTENER)
         ]
@@ -40,23 +43,17 @@ class TransformListener:
 
     def close(self) -> None:
         """Listen no more; the buffer keeps what was heard."""
+        self._node.ros_timebase.forget_reset(self.buffer.clear_moving)
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
     def _on_moving(self, message: TFMessage) -> None:
-        for parent, child, stamp, transform in self._read(message):
+        for parent, child, stamp, transform in map(transform_from_ros, message.transforms):
             self.buffer.set_moving(parent, child, stamp, transform.to_pose2())
 
     def _on_static(self, message: TFMessage) -> None:
-        for parent, child, _, transform in self._read(message):
+        for parent, child, _, transform in map(transform_from_ros, message.transforms):
             self.buffer.set_static(parent, child, transform)
-
-    def _read(self, message: TFMessage) -> Iterable[tuple[str, str, float, Transform3]]:
-        for transform in message.transforms:
-            try:
-                yield transform_from_ros(transform)
-            except FrameError as error:
-                self._node.get_logger().warning(f"left out: {error}", throttle_duration_sec=10.0)
 
 
 class TransformBroadcaster:

@@ -118,9 +118,12 @@ class SimulatorNode(FlorenceNode):
                 self._localiser.heard(stamp_from_ros(transform.header.stamp), time.monotonic())
 
     def _run(self) -> None:
-        # Raised on the executor's thread: a world that stands still without a word would be a riddle.
-        self.guarded(self._simulate)()
-        self.call_soon(lambda: None)
+        try:
+            self._simulate()
+        except Exception as error:
+            # Raised on the executor's thread: a world that stands still without a word would be a riddle.
+            self.fatal = error
+            self.call_soon(lambda: None)
 
     def _simulate(self) -> None:
         server = self._make_server()

@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 from typing import Any
 
-from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.declaration import MAGNITUDES, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 
@@ -155,6 +155,14 @@ def _read_boolean(text: str) -> bool:
     return text == "true"
 
 
+def _within_magnitude(text: str, value: float, kind: Kind) -> float:
+    most = MAGNITUDES.get(kind)
+    if most is not None and abs(value) > most:
+        limits = f"{format_value(-most, kind)} to {format_value(most, kind)}"
+        raise ConfigError(f"{text!r} is too large", valid=[limits])
+    return value
+
+
 def _read_quantity(text: str, kind: Kind) -> float:
     match = _QUANTITY.fullmatch(text)
     units = UNITS.get(kind, {})
@@ -165,7 +173,7 @@ def _read_quantity(text: str, kind: Kind) -> float:
     if not math.isfinite(number * units.get(unit, 1.0)):
         raise ConfigError(f"{text!r} is too large", valid=[_EXAMPLES[kind]])
     if unit in units:
-        return number * units[unit]
+        return _within_magnitude(text, number * units[unit], kind)
     if not unit and (kind is Kind.NUMBER or number == 0.0):
         return number
     if not unit:

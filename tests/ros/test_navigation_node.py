@@ -58,7 +58,7 @@ class Robot(FlorenceNode):
     """Plays the base and the laser, and hears what navigation says."""
 
     def __init__(self) -> None:
-        super().__init__("robot")
+        super().__init__("robot", parameters=SIMULATED)
         self.world = World(START, seed=2)
         self.world.now = 100.0
         self.commands: list[Twist] = []
@@ -389,7 +389,9 @@ def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> 
     refused = scene.send(scene.poses, to(Pose2(3.0, 2.4)))
     end = scene.robot.world.now + 1.0
     scene.play_until(lambda: scene.robot.world.now > end)
-    assert not refused.accepted and len(scene.robot.commands) == commands
+    refusal = scene.result_of(refused)
+    assert refusal.status == 6 and "florence release" in refusal.result.error_msg
+    assert len(scene.robot.commands) == commands
     override.publish(Bool(data=False))
     scene.ros.spin_until(lambda: not scene.navigation._overridden, what="the release")
     scene.play_until(lambda: scene.robot.world.now > end + 1.0)

@@ -219,13 +219,20 @@ def test_pictures_without_a_pose_are_not_usable(ros: Any, robot: Robot, tracker:
     assert (result.error_code, result.pictures) == (NO_PICTURE, 0)
 
 
-@pytest.mark.parametrize("window", [-1.0, 100.0, math.nan])
-def test_a_senseless_window_is_refused(
-    ros: Any, robot: Robot, tracker: UserTrackerNode, window: float
-) -> None:
-    refused = look(ros, robot, window)
+def test_a_window_that_is_too_long_is_refused(ros: Any, robot: Robot, tracker: UserTrackerNode) -> None:
+    refused = look(ros, robot, 100.0)
     assert (refused.status, refused.result.error_code) == (6, REFUSED)
     assert refused.result.error_msg.startswith("window: ")
+    assert robot.pictures.get_subscription_count() == 0, "nothing has begun"
+
+
+@pytest.mark.parametrize("window", [-1.0, math.nan])
+def test_a_look_with_a_senseless_window_ends_with_the_reason(
+    ros: Any, robot: Robot, tracker: UserTrackerNode, window: float
+) -> None:
+    end = look(ros, robot, window)
+    assert end.status == 6
+    assert end.result.error_msg == f"window is {window:g} (would have worked: 0 to 3600 s)"
     assert robot.pictures.get_subscription_count() == 0, "nothing has begun"
 
 

@@ -266,7 +266,10 @@ def broken():
 
 def failing():
     node = Talker("b")
-    node.timebase.call_at(0.0, lambda: 1 / 0)
+    node.on_failure = lambda reason: print("made safe:", reason, flush=True)
+    # The three of one moment: the last one is called although the others raise.
+    for callback in (lambda: 1 / 0, lambda: 1 / 0, lambda: print("b goes on", flush=True)):
+        node.timebase.call_at(0.0, callback)
     return node
 
 second = {"broken": broken, "failing": failing, "typo": lambda: Talker("b", {"rat": 1.0})}
@@ -288,7 +291,6 @@ def test_a_signal_ends_the_process_in_order(start_process: Any, number: signal.S
     ("how", "text", "closed"),
     [
         ("broken", "error: no such device (would have worked: /dev/ttyUSB0)", ["closing a"]),
-        ("failing", "ZeroDivisionError", ["closing b", "closing a"]),
         ("typo", "error: node b has no parameter 'rat'", ["closing b", "closing a"]),
     ],
 )
@@ -297,6 +299,14 @@ def test_a_failure_closes_all_and_is_told(start_process: Any, how: str, text: st
     assert child.process.wait(GENEROUS_S) == 1
     assert text in child.output
     assert [line for line in child.output.splitlines() if line.startswith("closing")] == closed
+
+
+def test_a_callback_that_fails_ends_no_process(start_process: Any) -> None:
+    child = start_process("-c", CHILD, "failing")
+    child.wait_for("b goes on")
+    child.wait_for("made safe: the node b failed: ZeroDivisionError")
+    assert child.end() == 0
+    assert child.output.count("Traceback") == 1, "the second one is from the same kind of place"
 
 
 def test_a_failure_while_closing_does_not_stop_the_others(start_process: Any) -> None:

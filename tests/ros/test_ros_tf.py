@@ -20,6 +20,7 @@ from florence_bt.ros.qos import TF
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 
 pytestmark = pytest.mark.ros
+SIMULATED = {"use_sim_time": True}
 
 LASER = Transform3.from_xyz_rpy((0.1, 0.0, 0.2), (math.pi, 0.0, 0.0))
 CAMERA = Transform3.from_xyz_rpy((0.0, 0.0, 0.5), (0.0, 0.1, 0.0))
@@ -40,7 +41,8 @@ def test_static_transforms_reach_late_listeners_from_every_broadcaster(ros: Any)
 def test_moving_transforms(ros: Any) -> None:
     node = ros.add(FlorenceNode("base"))
     broadcaster = TransformBroadcaster(node)
-    buffer = TransformListener(ros.add(FlorenceNode("listener"))).buffer
+    # Its stamps are of a simulated time that nobody tells.
+    buffer = TransformListener(ros.add(FlorenceNode("listener", parameters=SIMULATED))).buffer
     ros.spin_until(lambda: node.count_subscribers("/tf") == 1)
     for step in range(50):
         broadcaster.send("odom", "base_footprint", 10.0 + 0.1 * step, Pose2(0.1 * step, 0.0, 0.5))
@@ -61,13 +63,16 @@ def test_a_lost_transform_does_not_hold_the_next_ones_back(ros: Any) -> None:
     assert told.qos_profile.reliability is ReliabilityPolicy.RELIABLE, "as tf2's listeners want it"
 
 
-def test_a_broken_transform_is_left_out(ros: Any) -> None:
+def test_a_message_with_a_broken_transform_is_refused(ros: Any) -> None:
     node = ros.add(FlorenceNode("base"))
-    buffer = TransformListener(ros.add(FlorenceNode("listener"))).buffer
+    listener = ros.add(FlorenceNode("listener", parameters=SIMULATED))
+    buffer = TransformListener(listener).buffer
     publisher = node.create_publisher(TFMessage, "/tf", TF)
     ros.spin_until(lambda: node.count_subscribers("/tf") == 1)
     good, broken = TransformStamped(child_frame_id="good"), TransformStamped(child_frame_id="broken")
     good.header.frame_id = broken.header.frame_id = "odom"
     broken.transform.rotation.w = 0.0
     publisher.publish(TFMessage(transforms=[broken, good]))
+    publisher.publish(TFMessage(transforms=[good]))
     ros.spin_until(lambda: buffer.frames() == ("good",))
+    assert listener.health.refused == {"/tf": 1}

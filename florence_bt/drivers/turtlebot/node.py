@@ -18,6 +18,7 @@ from std_msgs.msg import Bool
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
+from florence_bt.core.geometry import STANDSTILL
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.turtlebot import wheel_joints
@@ -187,6 +188,17 @@ class TurtlebotNode(FlorenceNode):
         if self._driver.rts is not None and self._driver.rts is not self._rts:
             self._rts = self._driver.rts
             port.set_rts(self._rts)
+
+    # ---- trouble ----------------------------------------------------------------------------------------
+
+    def on_failure(self, reason: str) -> None:
+        """Stop the base until the next good command."""
+        self._driver.command(STANDSTILL, self.timebase.now(), manual=self._driver.manual_override)
+        self._port.pump()
+
+    def on_refused(self, topic: str) -> None:
+        """A command that nobody can mean stops the base."""
+        self.on_failure(f"a message on {topic} was refused")
 
     # ---- commands ---------------------------------------------------------------------------------------
 

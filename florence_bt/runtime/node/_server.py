@@ -80,7 +80,7 @@ class MissionNode(FlorenceNode):
         self._skills = make_skills(self)
         actions = exclusive_actions(self._skills, declarations)
         goals = OpenGoals(self, {skill.action for skill in actions})
-        robot_goals = RobotGoals(goals, actions)
+        self._robot_goals = RobotGoals(goals, actions)
         safety = make_safety(self, goals) if make_safety is not None else None
         runs_folder = Path(self._settings.runs_folder)
         self._journal = Journal(
@@ -113,8 +113,8 @@ class MissionNode(FlorenceNode):
         self._triggers = Triggers(self, self._missions, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
         self._watching = Watching(self, lambda: self._missions.tree)
-        self._controls = Controls(self, self._missions, self._reload, robot_goals)
-        self._questions = Questions(self, self._missions, declarations, runs_folder, robot_goals)
+        self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
+        self._questions = Questions(self, self._missions, declarations, runs_folder, self._robot_goals)
         self._missions.add_listener(self._on_event)
         self._missions.on_tick = self._after_tick
         self._questions.tell_findings()
@@ -155,6 +155,13 @@ class MissionNode(FlorenceNode):
         self._on_recorded = None
         self._missions.blocked_by = "the mission server is shutting down"
         self._missions.abandon("the mission server is shutting down")
+
+    def on_failure(self, reason: str) -> None:
+        """Stop the robot, and the run that may not go on as it should; those that wait are not touched."""
+        try:
+            self._robot_goals.cancel_all()
+        finally:
+            self._missions.stop(reason)
 
     def _after_tick(self, run: MissionRun) -> None:
         duration = time.perf_counter() - self._missions.woken

@@ -38,6 +38,11 @@ class VelocityFilterNode(FlorenceNode):
             ticker.close()
         super().close()
 
+    def on_failure(self, reason: str) -> None:
+        """Stop at once; the next good command counts again."""
+        for ticker in self.tickers.values():
+            ticker.stop()
+
     def _make_ticker(self, topic: str, limits: VelocityFilterParameters) -> VelocityTicker:
         publisher = self.create_publisher(Twist, f"filtered_{topic}", RELIABLE)
         ticker = VelocityTicker(self.timebase, lambda twist: publisher.publish(twist_to_ros(twist)), limits)

@@ -50,6 +50,13 @@ class VelocityTicker:
         self._publish(STANDSTILL)
         self._wake()
 
+    def stop(self) -> None:
+        """Publish a zero at once; unless a hard stop holds, the next command counts."""
+        held = self.filter.stopped
+        self.hard_stop()
+        if not held:
+            self.release()
+
     def release(self) -> None:
         """End a hard stop."""
         self.filter.release()

@@ -94,6 +94,7 @@ class LocaliserNode(FlorenceNode):
         self._deviations = (p.initial_deviation_xy, p.initial_deviation_xy, p.initial_deviation_yaw)
         self._localiser: Localiser | None = None
         self._queue = ScanQueue()
+        self.ros_timebase.on_reset(self._queue.clear)
         self._frames = TransformListener(self, moving=False)
         self._broadcaster = TransformBroadcaster(self)
         self._pose_publisher = self.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED)

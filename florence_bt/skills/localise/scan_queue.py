@@ -25,6 +25,12 @@ class ScanQueue:
         self._waiting: dict[str, deque[LaserScan]] = {}
         self.odometry: Odometry | None = None
 
+    def clear(self) -> None:
+        """Forget everything: the clock was set back, and what comes now is older than what is known."""
+        self._poses.clear_moving()
+        self._waiting.clear()
+        self.odometry = None
+
     def add_odometry(self, odometry: Odometry) -> None:
         """Remember where the base was."""
         if not odometry.pose.is_finite():

@@ -5,6 +5,7 @@ Free of numpy and ROS: ``florence check`` reads hotspot files too.
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import shutil
@@ -79,6 +80,10 @@ class Hotspots:
     def __len__(self) -> int:
         """How many there are."""
         return len(self._by_label)
+
+    def copy(self) -> Hotspots:
+        """The same hotspots, to go back to."""
+        return Hotspots(self, self._positions)
 
     def labels(self) -> tuple[str, ...]:
         """Every label in order."""
@@ -166,8 +171,10 @@ def dump_hotspots(hotspots: Hotspots) -> str:
 def save_hotspots(hotspots: Hotspots, path: str | Path) -> None:
     """Write a hotspot file in one step; the old one is kept beside it with the ending ``.bak``.
 
+    What was written is read back, with the reader of the next start, before it takes the old file's place.
+
     Raises:
-        ConfigError: The file cannot be written; the old one is untouched.
+        ConfigError: The file cannot be written, or not be read back; the old one is untouched.
     """
     target = Path(path)
     fresh = target.with_name(target.name + ".new")
@@ -176,11 +183,23 @@ def save_hotspots(hotspots: Hotspots, path: str | Path) -> None:
             stream.write(dump_hotspots(hotspots))
             stream.flush()
             os.fsync(stream.fileno())
+        _read_back(hotspots, fresh)
         if target.exists():
             shutil.copy2(target, target.with_name(target.name + ".bak"))
         fresh.replace(target)
     except OSError as error:
         raise ConfigError(f"cannot write the hotspots: {error}", file=path) from error
+
+
+def _read_back(hotspots: Hotspots, path: Path) -> None:
+    """Raise a ConfigError when a file would not give these hotspots at the next start."""
+    try:
+        read = tuple(load_hotspots(path))
+    except ConfigError as error:
+        raise ConfigError(f"it could not be read back: {error.problem}", valid=error.valid) from error
+    for wanted, found in itertools.zip_longest(hotspots, read):
+        if wanted != found:
+            raise ConfigError(f"{wanted} would be read back as {found}", valid=["plain text as the label"])
 
 
 class _Reader:

@@ -23,6 +23,8 @@ STATUS_OF_RUN_STATE = {
 Before the first goal an actionlib client answers LOST: it has no goal that it could know about.
 """
 
+MAX_HOTSPOTS = 1000
+"""More take so long to write and to read back that nobody else would be answered."""
 NO_POSE = "the robot does not know where it is: no transform from map to base_link"
 USER_UNKNOWN = "nobody has told yet where the user is (setUserPosRoom or setUserPosXYPhi would)"
 
@@ -110,6 +112,8 @@ class Locator:
             return failure("bad_input", "a hotspot needs a label")
         if not pose.is_finite():
             return failure("bad_input", f"the pose of a hotspot must be finite, not {pose}")
+        if self.hotspots.get(label) is None and len(self.hotspots) >= MAX_HOTSPOTS:
+            return failure("bad_input", f"there are {MAX_HOTSPOTS} hotspots already; move one of them")
         self.hotspots.put(label, pose)
         return success()
 

@@ -173,10 +173,13 @@ class LocatorNode(FlorenceNode):
     def _on_set_hotspot(
         self, request: SetHotspot.Request, response: SetHotspot.Response
     ) -> SetHotspot.Response:
+        before = self._locator.hotspots.copy()
         result = self._locator.set_hotspot(request.label, _pose_of(request))
         response.success, response.message = result.succeeded, result.reason
         if result.succeeded:
             response.success, response.message = self._save_hotspots()
+        if not response.success:
+            self._locator.hotspots = before
         return response
 
     def _save_hotspots(self) -> tuple[bool, str]:
@@ -186,7 +189,7 @@ class LocatorNode(FlorenceNode):
         try:
             save_hotspots(self._locator.hotspots, Path(file))
         except ConfigError as error:
-            return False, f"kept until the node ends: {error}"
+            return False, f"not saved, and not kept: {error}"
         return True, f"saved in {file}"
 
     def _on_set_user_room(self, request: SetRoom.Request, response: SetRoom.Response) -> SetRoom.Response:

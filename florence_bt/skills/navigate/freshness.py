@@ -10,7 +10,8 @@ class Freshness:
     """Remembers the newest scan of each sensor and says what is missing.
 
     Args:
-        timeout: Older data counts as missing, in seconds.
+        timeout: Older data counts as missing, in seconds; data from as far ahead too, because it would look
+            fresh for too long after the sensor has fallen silent.
         scan_timeout: A sensor of which nothing has come for so long counts as missing, in seconds. Scans that
             come regularly may be older: on a busy machine all are late.
         required: The sensors without which the robot does not move.
@@ -25,7 +26,7 @@ class Freshness:
 
     def saw(self, source: str, stamp: float, arrived: float) -> None:
         """A scan came."""
-        self._scans[source] = max(stamp, self._scans.get(source, stamp))
+        self._scans[source] = stamp
         self._arrived[source] = arrived
 
     def missing(
@@ -34,16 +35,16 @@ class Freshness:
         """What is missing, as (code, reason); None when all is there."""
         if odometry is None or not odometry.pose.is_finite():
             return "no_pose", "the base says nothing about its odometry"
-        if now - odometry.stamp > self._timeout:
-            return "no_pose", f"the odometry is older than {self._timeout:g} s"
+        if abs(now - odometry.stamp) > self._timeout:
+            return "no_pose", f"the odometry is not of the last {self._timeout:g} s"
         if needs_map and (map_from_odom is None or not map_from_odom.is_finite()):
             return "no_pose", "the robot does not know where it is in the map"
         for source in self._required:
             stamp = self._scans.get(source)
             if stamp is None:
                 return "no_scan", f"no scan of {source!r} has come yet"
-            if now - stamp > self._timeout:
-                return "no_scan", f"the last scan of {source!r} is older than {self._timeout:g} s"
-            if now - self._arrived[source] > self._scan_timeout:
+            if abs(now - stamp) > self._timeout:
+                return "no_scan", f"the last scan of {source!r} is not of the last {self._timeout:g} s"
+            if not 0.0 <= now - self._arrived[source] <= self._scan_timeout:
                 return "no_scan", f"no scan of {source!r} has come for {self._scan_timeout:g} s"
         return None

@@ -54,7 +54,12 @@ from florence_bt.skills.localise.scan_queue import ScanQueue
 from florence_bt.skills.navigate.base_stop import BaseStop
 from florence_bt.skills.navigate.goal_check import problem_with_quaternion
 from florence_bt.skills.navigate.navigator import Navigator
-from florence_bt.skills.navigate.results import SERVER_CODES, navigate_error_code, spin_error_code
+from florence_bt.skills.navigate.results import (
+    SERVER_CODES,
+    SPIN_SERVER_CODES,
+    navigate_error_code,
+    spin_error_code,
+)
 from florence_bt.skills.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
@@ -95,6 +100,7 @@ class NavigationNode(FlorenceNode):
         self._navigator: Navigator | None = None
         self._base_stop = BaseStop()
         self._queue = ScanQueue()
+        self.ros_timebase.on_reset(self._forget_readings)
         self._taken: dict[str, float] = {}
         self._cycle: Timer | None = None
         self._overdue: Timer | None = None
@@ -113,10 +119,20 @@ class NavigationNode(FlorenceNode):
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
         self._poses = SingleGoalServer(
-            self, NavigateToPose, "navigate_to_pose", on_goal=self._on_pose_goal, on_cancel=self._on_cancel
+            self,
+            NavigateToPose,
+            "navigate_to_pose",
+            on_goal=self._on_pose_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SERVER_CODES["bad_input"],
         )
         self._spins = SingleGoalServer(
-            self, Spin, "spin", on_goal=self._on_spin_goal, on_cancel=self._on_cancel
+            self,
+            Spin,
+            "spin",
+            on_goal=self._on_spin_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SPIN_SERVER_CODES["bad_input"],
         )
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
@@ -134,6 +150,16 @@ class NavigationNode(FlorenceNode):
         if self._cycle is not None:
             self._velocity.publish(twist_to_ros(STANDSTILL))
             self._stop_cycle()
+
+    def on_failure(self, reason: str) -> None:
+        """Stop the robot and end the goal, which cannot be trusted to go on well."""
+        if self._cycle is not None:
+            self._abandon(failure("server_failed", reason))
+
+    def _forget_readings(self) -> None:
+        """The clock was set back: what was stamped before is of no use."""
+        self._queue.clear()
+        self._taken.clear()
 
     # What the robot is told.
 

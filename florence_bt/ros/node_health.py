@@ -1,0 +1,116 @@
+"""What goes wrong in a node although it goes on: messages it refuses and callbacks that fail."""
+
+from __future__ import annotations
+
+import traceback
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+
+from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.qos import RELIABLE
+
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
+
+REFUSAL_LOG_PERIOD_S = 1.0
+"""Seconds between two log lines about refused messages of one topic."""
+FAILURE_LOG_PERIOD_S = 10.0
+"""Seconds between two tracebacks from one line of code."""
+REPORT_PERIOD_S = 1.0
+"""Seconds between two diagnostics while something goes wrong."""
+REPORT_FOR_S = 10.0
+"""Seconds without trouble after which the diagnostics say so, once, and rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Diagnosis:
+    level: int
+    message: str
+    values: Mapping[str, str]
+
+
+class NodeHealth:
+    """Counts, logs and publishes the troubles of one node; costs nothing while there are none.
+
+    All methods belong to the executor's thread.
+
+    Attributes:
+        refused: How many messages were refused, by topic, service or action.
+        failed: How many callbacks failed, by the line of code that raised.
+    """
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self.refused: Counter[str] = Counter()
+        self.failed: Counter[str] = Counter()
+        self._node = node
+        self._last: dict[str, str] = {}
+        self._logged: dict[str, float] = {}
+        self._publisher: Any = None
+        self._reporting = False
+        self._quiet_at = 0.0
+
+    def count_refused(self, source: str, problem: str) -> None:
+        """A message was not used.
+
+        Args:
+            source: Topic, service or action.
+            problem: What is wrong with it, and what would have worked.
+        """
+        self.refused[source] += 1
+        self._last[source] = problem
+        if self._may_log(source, REFUSAL_LOG_PERIOD_S):
+            count = self.refused[source]
+            self._node.get_logger().warning(f"{source}: message refused ({count} so far): {problem}")
+        self._report_soon()
+
+    def count_failed(self, error: Exception) -> None:
+        """A callback raised."""
+        frames = traceback.extract_tb(error.__traceback__)
+        source = f"{frames[-1].filename}:{frames[-1].lineno}" if frames else type(error).__name__
+        self.failed[source] += 1
+        self._last[source] = f"{type(error).__name__}: {error}"
+        if self._may_log(source, FAILURE_LOG_PERIOD_S):
+            text = "".join(traceback.format_exception(error))
+            count = self.failed[source]
+            self._node.get_logger().error(f"a callback failed ({count} so far); the node goes on:\n{text}")
+        self._report_soon()
+
+    def _may_log(self, source: str, period_s: float) -> bool:
+        now = self._node.steady.now()
+        if now - self._logged.get(source, -period_s) < period_s:
+            return False
+        self._logged[source] = now
+        return True
+
+    def _report_soon(self) -> None:
+        self._quiet_at = self._node.steady.now() + REPORT_FOR_S
+        if not self._reporting:
+            self._reporting = True
+            self._report()
+
+    def _report(self) -> None:
+        """Publish now and once a second, until it has been quiet for a while."""
+        node = self._node
+        if self._publisher is None:
+            self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        now = node.steady.now()
+        self._reporting = now < self._quiet_at
+        found = {
+            "messages": self._diagnosis(self.refused, 1, "messages are refused"),
+            "callbacks": self._diagnosis(self.failed, 2, "callbacks fail"),
+        }
+        self._publisher.publish(
+            diagnostics_to_ros(found, node.get_name(), node.get_name(), node.timebase.now())
+        )
+        if self._reporting:
+            node.steady.call_at(now + REPORT_PERIOD_S, self._report)
+
+    def _diagnosis(self, counts: Mapping[str, int], level: int, problem: str) -> _Diagnosis:
+        values = {source: f"{count}; the last: {self._last[source]}" for source, count in counts.items()}
+        if counts and self._reporting:
+            return _Diagnosis(level, problem, values)
+        return _Diagnosis(0, "no trouble", values)

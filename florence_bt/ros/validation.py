@@ -1,0 +1,355 @@
+"""What a message from outside may hold: one check per type, in one table. Nothing of ROS is imported here.
+
+The nodes apply the table to every subscription, service and goal (:mod:`florence_bt.ros.node`,
+:mod:`florence_bt.ros.action_server`). A type without numbers that could do harm needs no check; neither do
+types of other packages, whose skills know best. docs/safety.md has the limits as a table for people.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.geometry import MAX_ANGLE_RAD, MAX_DISTANCE_M
+
+NANO = 1_000_000_000
+MAX_SPEED_MPS, MAX_TURN_RATE = 10.0, 100.0
+"""m/s and rad/s; the limits of the base itself are far below."""
+MAX_ACCELERATION = 1_000.0
+"""m/s^2"""
+MAX_STAMP_OFFSET_S = 10.0
+"""How far the stamp of a reading may be from the present time."""
+MIN_RESOLUTION_M, MAX_RESOLUTION_M = 0.001, 10.0
+MAX_CELLS = 25_000_000
+"""Of a map: 250 m x 250 m at 5 cm."""
+MAX_BEAMS = 20_000
+MAX_PIXELS_A_SIDE = 10_000
+MAX_FOCAL_LENGTH_PX = 100_000.0
+MAX_LOOK_S = 3_600.0
+MAX_ITEMS = 1_000
+"""Transforms or joints in one message."""
+MAX_NAME = 200
+"""Characters of a frame, a label or another name."""
+MIN_SQUARED_NORM = 1e-6
+"""Of a quaternion; a shorter one has no direction (REFERENCE 7.3)."""
+
+Now = Callable[[float], float]
+"""Given a stamp in seconds, the present time to hold it against; zero while that is not known."""
+Check = Callable[[Any, Now | None], None]
+"""Given a message and who tells the time (None where stamps do not matter); raises BadMessage."""
+
+
+class BadMessage(FlorenceError):
+    """A message holds what nobody can mean; says what would have worked."""
+
+    def __init__(self, problem: str, valid: str) -> None:
+        super().__init__(f"{problem} (would have worked: {valid})")
+
+
+def type_name(message_type: type) -> str:
+    """The key of a type in :data:`CHECKS`: ``nav_msgs/Odometry``, ``nav2_msgs/Spin_Goal``."""
+    return f"{message_type.__module__.partition('.')[0]}/{message_type.__name__}"
+
+
+def problem_with(message: Any, now: Now | None = None) -> str | None:
+    """Why a message is not to be used, or None when it may be.
+
+    Args:
+        message: A message, the request of a service or a goal.
+        now: Tells the present time; None where stamps do not matter.
+    """
+    check = CHECKS.get(type_name(type(message)))
+    if check is None:
+        return None
+    try:
+        check(message, now)
+    except BadMessage as error:
+        return str(error)
+    return None
+
+
+def check_time(sec: int, nanosec: int) -> None:
+    """Raise BadMessage when the present time cannot be this."""
+    if sec < 0 or nanosec >= NANO:
+        raise BadMessage(f"the time is {sec} s and {nanosec} ns", f"0 s and more, 0 to {NANO - 1} ns")
+
+
+# ---- parts of messages --------------------------------------------------------------------------------
+
+
+def _within(name: str, value: float, limit: float, unit: str) -> None:
+    # Written so that NaN fails too.
+    if not -limit <= value <= limit:
+        raise BadMessage(f"{name} is {value:g}", f"{-limit:g} to {limit:g} {unit}".rstrip())
+
+
+def _between(name: str, value: float, low: float, high: float, unit: str = "") -> None:
+    if not low <= value <= high:
+        raise BadMessage(f"{name} is {value:g}", f"{low:g} to {high:g} {unit}".rstrip())
+
+
+def _place(name: str, part: Any) -> None:
+    for axis, value in (("x", part.x), ("y", part.y), ("z", part.z)):
+        _within(f"{name}.{axis}", value, MAX_DISTANCE_M, "m")
+
+
+def _rotation(name: str, q: Any, shortest: float = MIN_SQUARED_NORM) -> None:
+    x, y, z, w = q.x, q.y, q.z, q.w
+    if not shortest <= x * x + y * y + z * z + w * w < math.inf:
+        raise BadMessage(f"{name} is ({x:g}, {y:g}, {z:g}, {w:g}), not a rotation", "a unit quaternion")
+
+
+def _velocity(name: str, linear: Any, angular: Any) -> None:
+    for axis in "xyz":
+        _within(f"{name}linear.{axis}", getattr(linear, axis), MAX_SPEED_MPS, "m/s")
+        _within(f"{name}angular.{axis}", getattr(angular, axis), MAX_TURN_RATE, "rad/s")
+
+
+def _name(name: str, text: str, longest: int = MAX_NAME) -> None:
+    if len(text) > longest:
+        raise BadMessage(f"{name} has {len(text)} characters", f"at most {longest}")
+    if not text.isprintable():
+        raise BadMessage(f"{name} is {text!r}", "characters that can be printed")
+
+
+def _stamp(name: str, stamp: Any, now: Now | None) -> None:
+    if now is None:
+        return
+    if stamp.nanosec >= NANO:
+        raise BadMessage(f"{name} has {stamp.nanosec} ns", f"0 to {NANO - 1} ns")
+    seconds = stamp.sec + stamp.nanosec * 1e-9
+    present = now(seconds)
+    ahead = seconds - present
+    if present > 0.0 and not -MAX_STAMP_OFFSET_S <= ahead <= MAX_STAMP_OFFSET_S:
+        relation = "after" if ahead > 0.0 else "before"
+        raise BadMessage(
+            f"{name} is {abs(ahead):.1f} s {relation} the present time",
+            f"within {MAX_STAMP_OFFSET_S:g} s of it",
+        )
+
+
+def _clock(message: Any, now: Now | None) -> None:
+    check_time(message.clock.sec, message.clock.nanosec)
+
+
+def _header(header: Any, now: Now | None) -> None:
+    _name("header.frame_id", header.frame_id)
+    _stamp("header.stamp", header.stamp, now)
+
+
+def _planar(message: Any, now: Now | None) -> None:
+    """A request with ``x``, ``y`` and ``phi``."""
+    _within("x", message.x, MAX_DISTANCE_M, "m")
+    _within("y", message.y, MAX_DISTANCE_M, "m")
+    _within("phi", message.phi, MAX_ANGLE_RAD, "rad")
+
+
+# ---- whole messages -----------------------------------------------------------------------------------
+
+
+def _twist(message: Any, now: Now | None) -> None:
+    _velocity("", message.linear, message.angular)
+
+
+def _odometry(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    _place("pose.position", message.pose.pose.position)
+    _rotation("pose.orientation", message.pose.pose.orientation)
+    twist = message.twist.twist
+    _velocity("twist.", twist.linear, twist.angular)
+
+
+def _transforms(message: Any, now: Now | None) -> None:
+    if len(message.transforms) > MAX_ITEMS:
+        raise BadMessage(f"{len(message.transforms)} transforms", f"at most {MAX_ITEMS}")
+    for one in message.transforms:
+        _header(one.header, now)
+        _name("child_frame_id", one.child_frame_id)
+        _place(f"the translation of {one.child_frame_id!r}", one.transform.translation)
+        _rotation(f"the rotation of {one.child_frame_id!r}", one.transform.rotation)
+
+
+def _scan(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    beams = len(message.ranges)
+    _between("the number of ranges", beams, 1, MAX_BEAMS)
+    if len(message.intensities) not in (0, beams):
+        raise BadMessage(f"{len(message.intensities)} intensities for {beams} ranges", f"none or {beams}")
+    for name in ("angle_min", "angle_max"):
+        _within(name, getattr(message, name), 2 * math.tau, "rad")
+    _within("the angle from the first to the last beam", message.angle_increment * beams, 2 * math.tau, "rad")
+    _between("range_min", message.range_min, 0.0, MAX_DISTANCE_M, "m")
+    _between("range_max", message.range_max, message.range_min, MAX_DISTANCE_M, "m")
+    for name in ("time_increment", "scan_time"):
+        _between(name, getattr(message, name), 0.0, MAX_STAMP_OFFSET_S, "s")
+
+
+def _map(message: Any, now: Now | None) -> None:
+    info = message.info
+    cells = info.width * info.height
+    _between("the number of cells", cells, 1, MAX_CELLS)
+    _between("resolution", info.resolution, MIN_RESOLUTION_M, MAX_RESOLUTION_M, "m")
+    _between("the longer side", max(info.width, info.height) * info.resolution, 0.0, MAX_DISTANCE_M, "m")
+    if len(message.data) != cells:
+        raise BadMessage(
+            f"a map of {info.width} x {info.height} cells has {len(message.data)} values", f"{cells} values"
+        )
+    _place("origin.position", info.origin.position)
+    _rotation("origin.orientation", info.origin.orientation)
+
+
+def _image(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    _between("width", message.width, 1, MAX_PIXELS_A_SIDE, "pixels")
+    _between("height", message.height, 1, MAX_PIXELS_A_SIDE, "pixels")
+    if len(message.data) != message.step * message.height:
+        raise BadMessage(
+            f"{message.height} rows of {message.step} bytes have {len(message.data)} bytes",
+            f"{message.step * message.height} bytes",
+        )
+
+
+def _camera(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    _between("width", message.width, 1, MAX_PIXELS_A_SIDE, "pixels")
+    _between("height", message.height, 1, MAX_PIXELS_A_SIDE, "pixels")
+    for index in (0, 4):
+        _between(f"k[{index}] (the focal length)", message.k[index], 1.0, MAX_FOCAL_LENGTH_PX, "pixels")
+    for index in (2, 5):
+        _within(f"k[{index}] (the optical axis)", message.k[index], MAX_FOCAL_LENGTH_PX, "pixels")
+
+
+def _imu(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    for axis in "xyz":
+        acceleration = getattr(message.linear_acceleration, axis)
+        _within(f"linear_acceleration.{axis}", acceleration, MAX_ACCELERATION, "m/s^2")
+        _within(f"angular_velocity.{axis}", getattr(message.angular_velocity, axis), MAX_TURN_RATE, "rad/s")
+    _rotation("orientation", message.orientation, shortest=0.0)  # all zeros: not measured
+
+
+def _joints(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    _between("the number of joints", len(message.name), 0, MAX_ITEMS)
+    for values, what in ((message.position, "positions"), (message.velocity, "velocities")):
+        if len(values) not in (0, len(message.name)):
+            raise BadMessage(f"{len(values)} {what} of {len(message.name)} joints", "one each, or none")
+        if not np.isfinite(values).all():
+            raise BadMessage(f"{what} that are not finite", "numbers")
+
+
+def _base_state(message: Any, now: Now | None) -> None:
+    _header(message.header, now)
+    _within("distance", message.distance, MAX_DISTANCE_M, "m")
+    _within("angle", message.angle, MAX_ANGLE_RAD, "rad")
+
+
+def _pose_stamped(message: Any, now: Now | None) -> None:
+    # The time of a goal is not used, and people leave it out.
+    _name("header.frame_id", message.header.frame_id)
+    _place("pose.position", message.pose.position)
+    # What is too short, or tilted, ends the goal that it is meant for: NavigationNode says so.
+    _rotation("pose.orientation", message.pose.orientation, shortest=0.0)
+
+
+def _pose_with_covariance(message: Any, now: Now | None) -> None:
+    _name("header.frame_id", message.header.frame_id)
+    _place("pose.position", message.pose.pose.position)
+    _rotation("pose.orientation", message.pose.pose.orientation)
+    if not (np.abs(message.pose.covariance) <= MAX_DISTANCE_M**2).all():  # NaN fails too
+        raise BadMessage("a covariance that is not finite or too large", f"at most {MAX_DISTANCE_M**2:g}")
+
+
+def _detected_user(message: Any, now: Now | None) -> None:
+    _within("user_position_x", message.user_position_x, MAX_DISTANCE_M, "m")
+    _within("user_position_y", message.user_position_y, MAX_DISTANCE_M, "m")
+
+
+def _run_state(message: Any, now: Now | None) -> None:
+    for name in ("run_id", "mission", "state", "code"):
+        _name(name, getattr(message, name))
+
+
+def _number(message: Any, now: Now | None) -> None:
+    _within("data", message.data, MAX_DISTANCE_M, "")
+
+
+def _battery(message: Any, now: Now | None) -> None:
+    for name in ("voltage", "current", "charge", "capacity"):  # NaN: not measured
+        if math.isinf(getattr(message, name)):
+            raise BadMessage(f"{name} is infinite", "a number, or NaN when it is not measured")
+
+
+def _parameters(message: Any, now: Now | None) -> None:
+    # rclpy 7.1 raises at an unknown type.
+    for parameter in message.parameters:
+        _between(f"the type of {parameter.name[:MAX_NAME]!r}", parameter.value.type, 0, 9)
+
+
+def _label(message: Any, now: Now | None) -> None:
+    _name("label", message.label)
+
+
+def _room(message: Any, now: Now | None) -> None:
+    _name("room", message.room)
+
+
+def _hotspot(message: Any, now: Now | None) -> None:
+    _label(message, now)
+    _planar(message, now)
+
+
+def _approach(message: Any, now: Now | None) -> None:
+    for name in ("user_x", "user_y", "robot_x", "robot_y"):
+        _within(name, getattr(message, name), MAX_DISTANCE_M, "m")
+    _between("safe_distance", message.safe_distance, 0.0, MAX_DISTANCE_M, "m")
+
+
+def _drive_goal(message: Any, now: Now | None) -> None:
+    _pose_stamped(message.pose, now)
+
+
+def _spin_goal(message: Any, now: Now | None) -> None:
+    _within("target_yaw", message.target_yaw, MAX_ANGLE_RAD, "rad")
+
+
+def _look_goal(message: Any, now: Now | None) -> None:
+    _between("window", message.window, 0.0, MAX_LOOK_S, "s")
+
+
+CHECKS: Mapping[str, Check] = {
+    "geometry_msgs/Twist": _twist,
+    "geometry_msgs/PoseStamped": _pose_stamped,
+    "geometry_msgs/PoseWithCovarianceStamped": _pose_with_covariance,
+    "nav_msgs/Odometry": _odometry,
+    "nav_msgs/OccupancyGrid": _map,
+    "rcl_interfaces/SetParameters_Request": _parameters,
+    "rcl_interfaces/SetParametersAtomically_Request": _parameters,
+    "rosgraph_msgs/Clock": _clock,
+    "sensor_msgs/LaserScan": _scan,
+    "sensor_msgs/Image": _image,
+    "sensor_msgs/CameraInfo": _camera,
+    "sensor_msgs/Imu": _imu,
+    "sensor_msgs/JointState": _joints,
+    "sensor_msgs/BatteryState": _battery,
+    "std_msgs/Float64": _number,
+    "tf2_msgs/TFMessage": _transforms,
+    "florence_interfaces/DetectedUser": _detected_user,
+    "florence_interfaces/RunState": _run_state,
+    "florence_interfaces/TurtlebotSensorState": _base_state,
+    "florence_interfaces/GetHotspot_Request": _label,
+    "florence_interfaces/GotoRoom_Request": _room,
+    "florence_interfaces/GotoXYPhi_Request": _planar,
+    "florence_interfaces/ProposeApproach_Request": _approach,
+    "florence_interfaces/SetHotspot_Request": _hotspot,
+    "florence_interfaces/SetRoom_Request": _room,
+    "florence_interfaces/SetXYPhi_Request": _planar,
+    "florence_interfaces/LookForUser_Goal": _look_goal,
+    "nav2_msgs/NavigateToPose_Goal": _drive_goal,
+    "nav2_msgs/Spin_Goal": _spin_goal,
+}
+"""Type -> its check. A type that is not here is not checked."""

@@ -1,0 +1,1 @@
+"""Attacks on a running system, to show that stop means stop and that no message ends it."""
