@@ -95,8 +95,8 @@ class SingleGoalServer:
     """Serves an action, one goal at a time.
 
     A refused goal is accepted and ends at once as ABORTED, with the reason in its result: ROS 2 has no place
-    for a reason in a rejection. The goal that is running goes on. Refused are goals that do not pass the check
-    of their type (:mod:`florence_bt.ros.validation`) and those that the component does not want.
+    for a reason in a rejection. The goal that is running goes on. Refused are goals that do not pass the
+    check of their type (:mod:`florence_bt.ros.validation`) and those that the component does not want.
 
     A newer goal replaces the running one, which ends as ABORTED. All methods belong to the executor's thread.
     """
