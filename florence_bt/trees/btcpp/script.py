@@ -103,8 +103,6 @@ def parse_script(text: str) -> list[Code]:
     Raises:
         ConfigError: It is no script. The error has no place in the file.
     """
-    if len(text) > MAX_LENGTH:
-        raise ConfigError(f"the script has more than {MAX_LENGTH} characters")
     return _Parser(text).statements()
 
 
@@ -193,6 +191,8 @@ def literal_kind(code: Code) -> Kind | None:
 
 class _Parser:
     def __init__(self, text: str) -> None:
+        if len(text) > MAX_LENGTH:
+            raise ConfigError(f"the script has more than {MAX_LENGTH} characters")
         self._tokens = list(_cut(text))
         self._at = 0
         self._depth = 0

@@ -70,7 +70,7 @@ class TreeFacts:
     guessed: dict[str, Use] = field(default_factory=dict)
     passed: dict[str, None] = field(default_factory=dict)
     names: Names = field(default_factory=lambda: Names("key"))
-    _writers: dict[str, list[int]] = field(default_factory=dict)
+    _writers: dict[str, list[int]] | None = None
 
     @cached_property
     def pointed(self) -> frozenset[str]:
@@ -121,13 +121,18 @@ class TreeFacts:
 
     def may_change(self, element: Element, key: str, facts: Facts) -> bool:
         """Whether something may write a key while a branch of an element runs: below it, or beside it."""
-        if key not in self._writers:
-            found = [event.element for event in self.events if key in facts.writes(self.tree.name, event)]
-            self._writers[key] = self._places.numbers(found)
-        beside = self._places.concurrent_above(element)
-        return any(
-            self._places.any_below(self._writers[key], each) for each in (element, beside) if each is not None
-        )
+        if self._writers is None:
+            self._writers = self._find_writers(facts)
+        found, beside = self._writers.get(key, []), self._places.concurrent_above(element)
+        return any(self._places.any_below(found, each) for each in (element, beside) if each is not None)
+
+    def _find_writers(self, facts: Facts) -> dict[str, list[int]]:
+        """Each key with the places where it is written."""
+        found: dict[str, list[Element]] = {}
+        for event in self.events:
+            for key in facts.writes(self.tree.name, event):
+                found.setdefault(key, []).append(event.element)
+        return {key: self._places.numbers(elements) for key, elements in found.items()}
 
     @property
     def calls(self) -> Iterator[SubTreeCall]:

@@ -11,14 +11,16 @@ from xml.parsers import expat
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.source import Position
 
-MAX_BYTES = 4_000_000
+MAX_BYTES = 1_000_000
 """Largest file that is read."""
-MAX_ELEMENTS = 10_000
+MAX_ELEMENTS = 5_000
 """Most elements in a file."""
 MAX_PORTS = 500
 """Most attributes of an element."""
-MAX_ATTRIBUTES = 20_000
+MAX_ATTRIBUTES = 10_000
 """Most attributes in a file."""
+MAX_TEXT = 10_000
+"""Most characters of an attribute, or of the text of an element: a mission can have no longer one."""
 MAX_DEPTH = 256
 """Deepest nesting of nodes, which is BehaviorTree.CPP's own limit."""
 _OUTER = 2
@@ -121,6 +123,9 @@ class _Builder:
             raise self._error(f"the file has more than {MAX_ELEMENTS} elements", place, ["<include>"])
         if len(flat) > 2 * MAX_PORTS:
             raise self._error(f"<{tag}> has more than {MAX_PORTS} attributes", place)
+        for name, value in zip(flat[::2], flat[1::2], strict=True):
+            if max(len(name), len(value)) > MAX_TEXT:
+                raise self._error(f"an attribute of <{tag:.100}> has more than {MAX_TEXT} characters", place)
         self._attributes += len(flat) // 2
         if self._attributes > MAX_ATTRIBUTES:
             raise self._error(f"the file has more than {MAX_ATTRIBUTES} attributes", place, ["<include>"])
@@ -137,7 +142,11 @@ class _Builder:
 
     def _characters(self, text: str) -> None:
         if self._open and not text.isspace():
-            self._open[-1].text += text
+            element = self._open[-1]
+            element.text += text
+            if len(element.text) > MAX_TEXT:
+                problem = f"the text in <{element.tag:.100}> has more than {MAX_TEXT} characters"
+                raise self._error(problem, element.position)
 
     def _refuse_doctype(self, *_: object) -> NoReturn:
         raise self._error(
