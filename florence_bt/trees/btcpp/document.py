@@ -199,9 +199,11 @@ class _Loader:
         self.add(root, target, document)
 
     def _tree(self, element: Element, path: Path, document: Document) -> None:
-        name = element.get("ID") or f"BehaviorTree{len(document.trees) + 1}"
-        if not element.get("ID") and document.version == 4:
-            self._notes.error(path, element.position, "a <BehaviorTree> needs an ID", ['ID="MainTree"'])
+        name = element.get("ID")
+        if not name:
+            same = sum(tree.file == path for tree in document.trees.values())
+            name = f"{path.stem}_{same + 1}" if same else path.stem
+            self._notes.notice(path, element.position, f"a <BehaviorTree> without ID is called {name!r} here")
         if name in document.trees:
             first = document.trees[name]
             message = f"the tree {name!r} stands twice (first in {first.file}:{first.element.position.line})"

@@ -7,7 +7,6 @@ writes it (inputs), and what it writes that its caller sees (outputs).
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -84,13 +83,10 @@ class TreeFacts:
         return {id(call.element): call for call in self.calls}
 
     @cached_property
-    def written_at(self) -> frozenset[tuple[int, str]]:
-        """The identity of each element that writes a key, with the key."""
-        return frozenset(
-            (id(event.element), event.key)
-            for event in self.events
-            if isinstance(event, Use) and event.access == WRITE
-        )
+    def writing_ports(self) -> frozenset[tuple[str, str]]:
+        """The ports of nodes of this tree that write keys: (registration ID, port)."""
+        uses = (event for event in self.events if isinstance(event, Use))
+        return frozenset(use.port for use in uses if use.port is not None and use.access == WRITE)
 
     @cached_property
     def _places(self) -> Places:
@@ -169,9 +165,10 @@ class Facts:
         self._mappings: dict[int, dict[str, str]] = {}
         self._shared = 0
         self.trees: dict[str, TreeFacts] = {}
+        guessed: dict[tuple[str, str], str] = {}
         for name, tree in document.trees.items():
             events = list(_events(tree, ports, is_main=name == document.main))
-            self.trees[name] = TreeFacts(tree, _settled(events))
+            self.trees[name] = TreeFacts(tree, _settled(events, guessed))
             for event in events:
                 if isinstance(event, Use) and event.access == UNKNOWN:
                     self.trees[name].guessed.setdefault(event.key, event)
@@ -312,19 +309,33 @@ def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTre
             yield SubTreeCall(element, element.get("ID"), keys, literals, autoremap)
 
 
-def _settled(events: list[Use | SubTreeCall]) -> list[Use | SubTreeCall]:
+def _settled(events: list[Use | SubTreeCall], guessed: dict[tuple[str, str], str]) -> list[Use | SubTreeCall]:
     """Decide whether ports of unknown direction are read or written.
 
-    A key that nothing is known to write, and that several nodes use, must come from one of them: the first.
+    A key that nothing is known to write, and that several ports use, must come from one of them: the first.
+    Of one element that has it twice the last port, for a node reads before it writes. A port has one
+    direction, wherever it is used.
+
+    Args:
+        events: What happens in a tree.
+        guessed: The ports that were decided on before; further ones are added.
     """
-    counts = Counter(event.key for event in events if isinstance(event, Use))
-    written = {event.key for event in events if isinstance(event, Use) and event.access == WRITE}
+    users: dict[str, set[tuple[str, str] | int]] = {}
+    last: dict[tuple[str, int], Use] = {}
+    written: set[str] = set()
+    for event in events:
+        if isinstance(event, Use):
+            users.setdefault(event.key, set()).add(event.port or id(event))
+            last[event.key, id(event.element)] = event
+            access = guessed.get(event.port or ("", ""), event.access)
+            written |= {event.key} if access == WRITE else set()
     settled: list[Use | SubTreeCall] = []
     for event in events:
-        if isinstance(event, Use) and event.access == UNKNOWN:
-            writes = event.key not in written and counts[event.key] > 1
-            if writes:
-                written.add(event.key)
-            event = replace(event, access=WRITE if writes else READ)
+        if isinstance(event, Use) and event.access == UNKNOWN and event.port is not None:
+            is_last = last[event.key, id(event.element)] is event
+            writes = is_last and event.key not in written and len(users[event.key]) > 1
+            access = guessed.setdefault(event.port, WRITE if writes else READ)
+            written |= {event.key} if access == WRITE else set()
+            event = replace(event, access=access)
         settled.append(event)
     return settled

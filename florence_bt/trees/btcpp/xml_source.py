@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -85,7 +86,29 @@ def parse_xml(data: bytes, path: Path) -> Element:
         raise ConfigError(
             f"the file has more than {MAX_BYTES} bytes", file=path, valid=["smaller files, with <include>"]
         )
-    return _Builder(path).build(data)
+    try:
+        return _Builder(path).build(data)
+    except _NotXml as error:
+        escaped = _ATTRIBUTE.sub(_with_escapes, data)
+        if escaped == data:
+            raise
+        try:
+            return _Builder(path).build(escaped)
+        except _NotXml:
+            raise error from None
+
+
+class _NotXml(ConfigError):
+    """The parser refuses the file."""
+
+
+_ATTRIBUTE = re.compile(rb"""=\s*(?:"[^"]*"|'[^']*')""")
+_RAW_AND = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+
+
+def _with_escapes(attribute: re.Match[bytes]) -> bytes:
+    """An attribute whose raw ``&`` and ``<`` are escaped; the parser of BehaviorTree.CPP takes them raw."""
+    return _RAW_AND.sub(b"&amp;", attribute[0]).replace(b"<", b"&lt;")
 
 
 class _Builder:
@@ -108,7 +131,8 @@ class _Builder:
             self._parser.Parse(data, True)
         except expat.ExpatError as error:
             place = Position(error.lineno, error.offset + 1)
-            raise self._error(f"not XML: {expat.errors.messages[error.code]}", place) from error
+            problem = f"not XML: {expat.errors.messages[error.code]}"
+            raise _NotXml(problem, file=self._path, line=place.line, column=place.column) from error
         except (LookupError, ValueError) as error:
             raise self._error(f"not XML: {error}", Position(1, 1), ["encoding UTF-8"]) from error
         assert self._root is not None  # expat refuses a file without an element
