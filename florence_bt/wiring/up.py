@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from florence_bt.core.errors import DeviceTimeout
+from florence_bt.wiring.client import MissionClient
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
 
 FOREVER_S = float("inf")
+
+
+def _findings(client: MissionClient) -> list[str]:
+    """What is wrong with missions and skills of the running system, a line each."""
+    try:
+        return list(client.missions().findings)
+    except DeviceTimeout as error:
+        return [f"whether missions or skills are missing is not known: {error}"]
 
 
 def run_up(options: BringUp) -> None:
@@ -25,6 +35,8 @@ def run_up(options: BringUp) -> None:
 
     with System(options) as system:
         seconds = system.wait_ready(say)
+        for finding in _findings(system.client):
+            say(finding)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         if not system.client.knows_pose():
             say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")

@@ -9,6 +9,7 @@ from florence_interfaces.srv import CheckMission, ListMissions, MissionStatus
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.skill import MissingSkill, Skill
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
@@ -30,6 +31,7 @@ class Questions:
         node: The node that serves them.
         missions: What runs the missions.
         declarations: What the skills say about themselves.
+        skills: The skills by name; those that are missing are told with the missions.
         runs_folder: Where the records of earlier runs are.
     """
 
@@ -38,11 +40,13 @@ class Questions:
         node: FlorenceNode,
         missions: Executor,
         declarations: Mapping[str, SkillDeclaration],
+        skills: Mapping[str, Skill],
         runs_folder: Path,
     ) -> None:
         self._node = node
         self._missions = missions
         self._declarations = declarations
+        self._skills = skills
         self._runs_folder = runs_folder
         self._checked: dict[str, tuple[Mission, str]] = {}
         node.create_service(MissionStatus, "florence_bt/status", self._on_status)
@@ -107,7 +111,13 @@ class Questions:
         response.names = [mission.name for mission in missions]
         response.descriptions = [mission.description for mission in missions]
         response.missions = [mission_to_ros(mission, self._problem(mission)) for mission in missions]
-        response.findings = [report_text([finding]) for finding in library.findings]
+        findings = [*library.findings, *getattr(self._declarations, "findings", ())]
+        response.findings = [report_text([finding]) for finding in findings]
+        response.findings += [
+            f"the skill {name!r} is missing: {skill.reason}"
+            for name, skill in self._skills.items()
+            if isinstance(skill, MissingSkill)
+        ]
         response.findings += self._missions.warnings()
         return response
 

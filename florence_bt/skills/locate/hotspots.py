@@ -153,7 +153,7 @@ def dump_hotspots(hotspots: Hotspots) -> str:
             "label": hotspot.label,
             "x": hotspot.pose.x,
             "y": hotspot.pose.y,
-            "phi": hotspot.pose.yaw,
+            "phi": yaw if abs(yaw := hotspot.pose.yaw) <= math.tau else math.remainder(yaw, math.tau),
             "kind": hotspot.kind,
         }
         if hotspot.polygon:

@@ -164,6 +164,12 @@ def test_reading_hotspots_loads_no_heavy_module() -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_a_pose_with_any_heading_is_kept() -> None:
-    pose = parse_hotspots("hotspots:\n  - {label: a, x: 0, y: 0, phi: 7.0}").get("a")
-    assert pose is not None and math.isclose(pose.pose.yaw, 7.0)
+def test_a_heading_of_up_to_a_turn_is_kept() -> None:
+    pose = parse_hotspots("hotspots:\n  - {label: a, x: 0, y: 0, phi: 6.0}").get("a")
+    assert pose is not None and math.isclose(pose.pose.yaw, 6.0)
+
+
+def test_a_heading_of_more_turns_is_saved_so_that_it_can_be_read() -> None:
+    text = dump_hotspots(Hotspots([Hotspot("a", Pose2(0.0, 0.0, 7.0), "room", ())]))
+    pose = parse_hotspots(text).get("a")
+    assert pose is not None and math.isclose(pose.pose.yaw, 7.0 - math.tau)
