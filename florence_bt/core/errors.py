@@ -7,8 +7,12 @@ wrong configuration, broken protocols, lost devices and bugs.
 from __future__ import annotations
 
 import difflib
+from bisect import bisect
 from collections.abc import Iterable
 from pathlib import Path
+
+MAX_COMPARED = 200
+"""With how many names a wrong one is compared; of more, those beside it in alphabetical order."""
 
 
 class FlorenceError(Exception):
@@ -110,15 +114,28 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
         names: All names that exist.
 
     Returns:
-        The close matches, best first, or all names in alphabetical order when none is close. A name of
-        several words is close when it has all the words that were wanted: ``front_door`` for ``door``.
+        The close matches, best first, or all names in alphabetical order (at most :data:`MAX_COMPARED`) when
+        none is close. A name of several words is close when it has all the words that were wanted:
+        ``front_door`` for ``door``.
     """
-    known = sorted(names)
+    known = _neighbours(wanted, names)
     close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.6)
     words = _words(wanted)
     longer = [name for name in known if words and words <= _words(name)] if len(wanted) > 2 else []
     closest = difflib.get_close_matches(wanted, close, n=3, cutoff=0.8)
     return tuple(dict.fromkeys((*closest, *longer, *close)))[:3] or tuple(known)
+
+
+def close_matches(wanted: str, names: Iterable[str]) -> list[str]:
+    """The names that look like ``wanted``, best first, at most three."""
+    return difflib.get_close_matches(wanted, _neighbours(wanted, names), n=3)
+
+
+def _neighbours(wanted: str, names: Iterable[str]) -> list[str]:
+    """At most :data:`MAX_COMPARED` of the names, in alphabetical order: a comparison is slow."""
+    known = sorted(names)
+    first = max(0, bisect(known, wanted) - MAX_COMPARED // 2) if len(known) > MAX_COMPARED else 0
+    return known[first : first + MAX_COMPARED]
 
 
 def _words(name: str) -> set[str]:

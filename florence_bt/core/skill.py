@@ -11,7 +11,7 @@ import enum
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from florence_bt.core.outcome import Result
+from florence_bt.core.outcome import Result, failure
 
 Inputs = Mapping[str, Any]
 """The inputs of one run by name, in SI units, already checked against the skill's declaration."""
@@ -180,6 +180,21 @@ class FinishedRun:
 
     def on_change(self, callback: Callable[[], None]) -> None:
         """Nothing will change."""
+
+
+class MissingSkill:
+    """Stands for a skill that could not be made: every start fails with ``no_skill`` and the reason.
+
+    Attributes:
+        reason: Why it could not be made.
+    """
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+
+    def start(self, inputs: Inputs) -> FinishedRun:
+        """Fail at once."""
+        return FinishedRun(failure("no_skill", self.reason))
 
 
 class InstantSkill:

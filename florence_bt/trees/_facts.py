@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.trees import model
@@ -46,7 +48,6 @@ class MissionFacts:
         kinds: The kinds of its inputs and keys, as far as they are known.
         names: Input or key -> what its text must name (a hotspot, a room), because such an input of a skill
             is given it.
-        callees: The missions that it calls, each once.
         all: Every node from the root down, clean-ups included.
     """
 
@@ -54,7 +55,6 @@ class MissionFacts:
     nodes: Mapping[int, NodeFacts]
     kinds: Mapping[str, Kind]
     names: Mapping[str, str]
-    callees: tuple[str, ...]
     all: tuple[Node, ...]
 
     @property
@@ -82,16 +82,19 @@ class Facts:
         self.library = library
         self.declarations = declarations
         self._known: dict[int, MissionFacts] = {}
+        self._callees: dict[int, tuple[str, ...]] = {}
         self._kinds: dict[int, Mapping[str, Kind]] = {}
 
     def of(self, mission: Mission) -> MissionFacts:
         """What is known of a mission."""
+        if id(mission) in self._known:
+            return self._known[id(mission)]
         waiting, begun = [mission], set[int]()
         while waiting:
             top = waiting[-1]
             if id(top) not in self._known and id(top) not in begun:
                 begun.add(id(top))
-                below = (self.library.find(call.mission.text) for call in self.calls(top))
+                below = map(self.library.find, self.callees(top))
                 waiting += [each for each in below if each is not None and id(each) not in begun]
                 continue
             waiting.pop()
@@ -107,6 +110,33 @@ class Facts:
     def calls(self, mission: Mission) -> Iterator[model.Call]:
         """Every call of another mission."""
         return (node for node in mission.nodes() if isinstance(node, model.Call))
+
+    def callees(self, mission: Mission) -> tuple[str, ...]:
+        """The missions that a mission calls, each once."""
+        known = self._callees.get(id(mission))
+        if known is None:
+            names = dict.fromkeys(call.mission.text for call in self.calls(mission))
+            known = self._callees[id(mission)] = tuple(names)
+        return known
+
+    def callees_of(self, name: str) -> tuple[str, ...]:
+        """The missions that the mission of a name calls; none when there is no such mission."""
+        mission = self.library.find(name)
+        return self.callees(mission) if mission is not None else ()
+
+    def cycle_of(self, mission: Mission) -> frozenset[str]:
+        """The missions through which a mission calls itself, itself among them; none when it does not."""
+        if self.library.find(mission.name) is mission:
+            return self._cycles.get(mission.name, NOTHING)
+
+        def callees(name: str) -> tuple[str, ...]:
+            return self.callees(mission) if name == mission.name else self.callees_of(name)
+
+        return cycles([mission.name], callees).get(mission.name, NOTHING)
+
+    @cached_property
+    def _cycles(self) -> dict[str, frozenset[str]]:
+        return cycles(self.library.names(), self.callees_of)
 
     def output_kinds(self, node: model.Use | model.Call) -> Mapping[str, Kind]:
         """The outputs that a node can give, with their kinds."""
@@ -182,9 +212,6 @@ class _FactsOfMission:
             nodes=self._nodes,
             kinds=self._facts.key_kinds(self._mission),
             names=self._names(),
-            callees=tuple(
-                dict.fromkeys(node.mission.text for node in self._all if isinstance(node, model.Call))
-            ),
             all=self._all,
         )
 
@@ -237,13 +264,83 @@ class _FactsOfMission:
         return names
 
 
-def reachable(start: str, calls: Callable[[str], Iterable[str]]) -> dict[str, str]:
-    """Every name that can be reached from a name, each with the name from which it was reached first."""
+def reachable(start: Iterable[str], next_to: Callable[[str], Iterable[str]]) -> dict[str, str]:
+    """Every name that can be reached from some names, each with the name from which it was reached first."""
     came_from: dict[str, str] = {}
-    waiting = [start]
+    waiting = list(start)
     for name in waiting:
-        for called in calls(name):
-            if called not in came_from:
-                came_from[called] = name
-                waiting.append(called)
+        for found in next_to(name):
+            if found not in came_from:
+                came_from[found] = name
+                waiting.append(found)
     return came_from
+
+
+def callers_among(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dict[str, list[str]]:
+    """Each mission that some missions call, with those among them that call it."""
+    callers: dict[str, list[str]] = {}
+    for name in names:
+        for called in callees(name):
+            callers.setdefault(called, []).append(name)
+    return callers
+
+
+def chain_back(
+    start: str, goal: str, cycle: frozenset[str], callees: Callable[[str], Iterable[str]]
+) -> list[str]:
+    """The shortest chain of calls from one mission to another in the same cycle, both ends included."""
+    callers = callers_among(sorted(cycle), callees)
+    back = reachable([goal], lambda name: callers.get(name, ()))
+    chain = [start]
+    while chain[-1] != goal:
+        chain.append(back[chain[-1]])
+    return chain
+
+
+def cycles(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dict[str, frozenset[str]]:
+    """Each mission that calls itself, with all missions through which it does (itself among them).
+
+    Linear in the number of calls.
+
+    Args:
+        names: Where to begin.
+        callees: The missions that a mission calls.
+
+    Source: Tarjan, Depth-first search and linear graph algorithms, 1972 (strongly connected components).
+    """
+    number: dict[str, int] = {}
+    lowest: dict[str, float] = {}
+    open_names: list[str] = []
+    work: list[tuple[str, Iterator[str]]] = []
+    found: dict[str, frozenset[str]] = {}
+
+    def begin(name: str) -> None:
+        number[name] = lowest[name] = len(number)
+        open_names.append(name)
+        work.append((name, iter(callees(name))))
+
+    def close(name: str) -> None:
+        group = [open_names.pop()]
+        while group[-1] != name:
+            group.append(open_names.pop())
+        lowest.update(dict.fromkeys(group, math.inf))
+        if len(group) > 1 or name in callees(name):
+            found.update(dict.fromkeys(group, frozenset(group)))
+
+    for start in names:
+        if start not in number:
+            begin(start)
+        while work:
+            name, below = work[-1]
+            called = next(below, None)
+            if called is not None and called not in number:
+                begin(called)
+            elif called is not None:
+                lowest[name] = min(lowest[name], lowest[called])
+            else:
+                work.pop()
+                above = work[-1][0] if work else name
+                lowest[above] = min(lowest[above], lowest[name])
+                if lowest[name] == number[name]:
+                    close(name)
+    return found

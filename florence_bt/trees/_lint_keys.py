@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from difflib import get_close_matches
 
 from florence_bt.core.declaration import Kind
-from florence_bt.core.errors import closest_first
+from florence_bt.core.errors import close_matches, closest_first
 from florence_bt.trees import model
 from florence_bt.trees._facts import Facts
 from florence_bt.trees._flow import KeyFlow, State, Written
@@ -79,9 +78,11 @@ class KeyChecks:
     def read(self, reference: Reference, before: Written) -> Written:
         """A node reads a key that it needs (see :class:`florence_bt.trees._flow.Witness`)."""
         key, bit = reference.key, self._bits[reference.key]
+        if self._notes.full:
+            return before.plus(bit)
         if not before.maybe & bit:
             valid = [f"the node of line {line} before this one" for line in self._lines_that_write(key)]
-            close = get_close_matches(key, self._names(before.maybe), n=3)
+            close = close_matches(key, self._names(before.maybe))
             valid += [f"${name}" for name in close] or [f"a default of {key!r} under keys:"]
             message = f"the key {key!r} is read before any node has written it"
             self._notes.error(reference.position, message, valid)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 
 from florence_bt.core.declaration import Port
-from florence_bt.core.errors import closest_first
+from florence_bt.core.errors import close_matches, closest_first
 from florence_bt.trees import model
 from florence_bt.trees._ends import COUNT, PAUSE
 from florence_bt.trees._facts import Facts
@@ -136,7 +136,7 @@ class NameChecks:
                 self._values.check(value, ports[name.text], name.text)
             else:
                 # A misspelt input is not reported as missing too.
-                names.update(difflib.get_close_matches(name.text, ports, n=1))
+                names.update(close_matches(name.text, ports)[:1])
                 self._notes.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
         for missing in (name for name, port in ports.items() if port.required and name not in names):
             about = f" ({ports[missing].description})" if ports[missing].description else ""
@@ -195,16 +195,14 @@ class NameChecks:
 
     def _check_policy(self, node: model.Parallel) -> None:
         policy, count = node.policy, len(node.children)
-        titles = [child.title for child in node.children]
+        titles = Counter(child.title for child in node.children)
         position = policy.position or node.position
         for name in policy.names:
             if name.text not in titles:
                 message = f"the policy names {name.text!r}, but no branch has this name"
                 self._notes.unknown(name.position, message, name.text, titles)
-            elif titles.count(name.text) > 1:
-                message = (
-                    f"the policy names {name.text!r}, but {titles.count(name.text)} branches have this name"
-                )
+            elif titles[name.text] > 1:
+                message = f"the policy names {name.text!r}, but {titles[name.text]} branches have this name"
                 self._notes.error(name.position, message, ["a `name` of its own for each branch"])
         if policy.kind is PolicyKind.COUNTED:
             for what, number in (("succeed", policy.succeed), ("fail", policy.fail)):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees import model
-from florence_bt.trees._facts import Facts, reachable
+from florence_bt.trees._facts import Facts, chain_back
 from florence_bt.trees._notes import Notes
 from florence_bt.trees.model import Mission, Node
 from florence_bt.trees.source import Position
@@ -17,6 +17,8 @@ MAX_NODES = 50_000
 MAX_TREE_DEPTH = 150
 """How many nodes stand one above the other at most, those of called missions included."""
 _ASK_ONCE = "memory: true, to ask only once"
+MAX_CHAIN = 100
+"""Through how many missions a mission may call itself for the whole chain to be shown."""
 
 
 def check_structure(mission: Mission, facts: Facts, notes: Notes) -> None:
@@ -52,30 +54,20 @@ def _asked_beside(node: Node, facts: Facts) -> Iterator[tuple[Node, Node]]:
 
 
 def _check_recursion(mission: Mission, facts: Facts, notes: Notes) -> None:
-    back = _ways_back(mission, facts)
+    cycle = facts.cycle_of(mission)
+    if not cycle:
+        return
+
+    def callees(name: str) -> tuple[str, ...]:
+        return facts.callees(mission) if name == mission.name else facts.callees_of(name)
+
     for call in facts.of(mission).all:
-        if not isinstance(call, model.Call):
-            continue
-        name = call.mission.text
-        if name == mission.name or name in back:
-            chain = [mission.name, name]
-            while chain[-1] != mission.name:
-                chain.append(back[chain[-1]])
-            notes.error(call.mission.position, f"the mission calls itself: {' -> '.join(chain)}")
-
-
-def _ways_back(mission: Mission, facts: Facts) -> dict[str, str]:
-    """Every mission that leads back to a mission, with the mission to which it goes on the shortest way."""
-
-    def called_by(name: str) -> Iterable[str]:
-        known = facts.of(mission) if name == mission.name else facts.called(name)
-        return known.callees if known is not None else ()
-
-    callers: dict[str, list[str]] = {}
-    for name in (mission.name, *reachable(mission.name, called_by)):
-        for called in called_by(name):
-            callers.setdefault(called, []).append(name)
-    return reachable(mission.name, lambda name: callers.get(name, ()))
+        if isinstance(call, model.Call) and call.mission.text in cycle and not notes.full:
+            rest = [call.mission.text, "...", mission.name]
+            if len(cycle) <= MAX_CHAIN:
+                rest = chain_back(call.mission.text, mission.name, cycle, callees)
+            chain = " -> ".join([mission.name, *rest])
+            notes.error(call.mission.position, f"the mission calls itself: {chain}")
 
 
 def _check_size(mission: Mission, facts: Facts, notes: Notes) -> None:

@@ -58,7 +58,7 @@ def collect_declarations(*, third_party: bool = True) -> Declarations:
     further: dict[str, SkillDeclaration] = {}
     owners: dict[str, str] = {}
     for owner, module in packages.skill_modules():
-        for skill in _skills_in(module):
+        for skill in skills_in(module):
             if skill.name in own or further.get(skill.name, skill) is not skill:
                 other = owners.get(skill.name, "Florence BT itself")
                 packages.refuse(
@@ -80,7 +80,7 @@ def declarations_in(modules: Iterable[ModuleType]) -> Declarations:
     declared: dict[str, SkillDeclaration] = {}
     homes: dict[str, str] = {}
     for module in modules:
-        for skill in _skills_in(module):
+        for skill in skills_in(module):
             if declared.get(skill.name) is skill:
                 continue
             if skill.name in declared:
@@ -95,7 +95,8 @@ def declarations_in(modules: Iterable[ModuleType]) -> Declarations:
     return Declarations(declared.values())
 
 
-def _skills_in(module: ModuleType) -> Iterator[SkillDeclaration]:
+def skills_in(module: ModuleType) -> Iterator[SkillDeclaration]:
+    """The skills that a module declares."""
     return (value for value in vars(module).values() if isinstance(value, SkillDeclaration))
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from functools import cache
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.trees._facts import Facts, reachable
+from florence_bt.trees._facts import Facts, callers_among, reachable
 from florence_bt.trees._lint_declared import lacking_skills
 from florence_bt.trees._lint_keys import KeyChecks
 from florence_bt.trees._lint_names import NameChecks
@@ -89,38 +88,34 @@ def errors_of_called(
     """
     facts = Facts(library, dict(library.with_declared(declarations)))
     checked = {id(mission) for mission in missions}
-    first: dict[str, Finding | None] = {}
+    called = dict.fromkeys(name for mission in missions for name in facts.callees(mission))
+    reached = [*called, *(name for name in reachable(called, facts.callees_of) if name not in called)]
+    errors: dict[str, Finding] = {}
+    for name in reached:
+        mission = library.find(name)
+        if mission is not None and id(mission) not in checked:
+            found = sort_findings(_check_mission(mission, facts, None))
+            if has_errors(found):
+                errors[name] = next(finding for finding in found if finding.severity == ERROR)
+    callers = callers_among(reached, facts.callees_of)
+    leads_to = {**reachable(errors, lambda name: callers.get(name, ())), **{name: name for name in errors}}
 
-    def error_in(name: str) -> Finding | None:
-        called = library.find(name)
-        if called is None or id(called) in checked:
-            return None
-        if name not in first:
-            found = sort_findings(_check_mission(called, facts, None))
-            first[name] = next((finding for finding in found if finding.severity == ERROR), None)
-        return first[name]
-
-    @cache
-    def all_below(name: str) -> dict[str, str]:
-        return {name: "", **reachable(name, lambda caller: _callees(caller, facts))}
+    def first_error(name: str) -> tuple[str, Finding]:
+        while leads_to[name] != name:
+            name = leads_to[name]
+        return name, errors[name]
 
     findings: list[Finding] = []
     for mission in missions:
+        cycle = facts.cycle_of(mission)
         for call in facts.calls(mission):
-            below = all_below(call.mission.text)
-            if mission.name in below:
-                continue  # it calls itself, which is told
-            wrong = next(((name, error) for name in below if (error := error_in(name)) is not None), None)
-            if wrong is not None:
-                place = call.mission.position
-                message = f"the mission {wrong[0]!r} has errors; the first one: {wrong[1].as_error()}"
-                findings.append(Finding(str(mission.file), place.line, place.column, ERROR, message))
+            if call.mission.text not in leads_to or call.mission.text in cycle:
+                continue  # what calls itself is told at its own place
+            name, error = first_error(call.mission.text)
+            place = call.mission.position
+            message = f"the mission {name!r} has errors; the first one: {error.as_error()}"
+            findings.append(Finding(str(mission.file), place.line, place.column, ERROR, message))
     return findings
-
-
-def _callees(name: str, facts: Facts) -> Iterable[str]:
-    mission = facts.library.find(name)
-    return facts.of(mission).callees if mission is not None else ()
 
 
 def written_labels(

@@ -27,16 +27,22 @@ class MissionLibrary:
     """
 
     def __init__(self) -> None:
-        self.findings: list[Finding] = []
+        self._findings: list[Finding] = []
         self.folders: list[Path] = []
         """The folders that were read, the first one first."""
         self.declarations: dict[str, SkillDeclaration] = {}
         """Skills that files beside the missions declare, whether anybody has written them or not."""
         self._skills_files: set[Path] = set()
+        self._skills_folders: set[Path] = set()
         self._missions: dict[str, Mission] = {}
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
         self._fitting: dict[int, Mission] = {}
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What is wrong with files and packages that could not be read, by file and place."""
+        return sort_findings(self._findings)
 
     @classmethod
     def load(
@@ -59,7 +65,7 @@ class MissionLibrary:
         packages = ThirdParty()
         further = built_in if third_party is None else third_party
         installed = [folder for _, folder in packages.mission_folders()] if further else []
-        library.findings += packages.findings
+        library._findings += packages.findings
         library.folders = ([BUILT_IN] if built_in else []) + [*installed, *folders]
         for folder in library.folders:
             if not folder.is_dir():
@@ -77,8 +83,7 @@ class MissionLibrary:
         if is_skills_file(path):
             self._add_skills(path)
             return None
-        for beside in sorted(path.parent.glob(f"*{ENDING}")):
-            self._add_skills(beside)
+        self._add_skills_of(path.parent)
         self._note_shadow(path)
         self._fitting.clear()
         self._unreadable.pop(path.stem, None)
@@ -86,7 +91,7 @@ class MissionLibrary:
         try:
             mission = read_mission(path)
         except ConfigError as error:
-            self.findings = sort_findings([*self.findings, finding_from_error(error)])
+            self._findings.append(finding_from_error(error))
             self._unreadable[path.stem] = error
             return None
         # The stem counts, also when the file calls the mission something else: that is one of its findings.
@@ -97,6 +102,12 @@ class MissionLibrary:
         """The given skills, and behind them those that are only declared; later ones are seen too."""
         return ChainMap(dict(declarations), self.declarations)
 
+    def _add_skills_of(self, folder: Path) -> None:
+        if folder not in self._skills_folders:
+            self._skills_folders.add(folder)
+            for path in sorted(folder.glob(f"*{ENDING}")):
+                self._add_skills(path)
+
     def _add_skills(self, path: Path) -> None:
         if path in self._skills_files:
             return
@@ -104,9 +115,9 @@ class MissionLibrary:
         try:
             declared = read_skills_file(path)
         except ConfigError as error:
-            self.findings = sort_findings([*self.findings, finding_from_error(error)])
+            self._findings.append(finding_from_error(error))
             return
-        self.findings = sort_findings([*self.findings, *declared.findings])
+        self._findings += declared.findings
         self.declarations.update(declared.declarations)
 
     def _note_shadow(self, path: Path) -> None:
@@ -114,7 +125,7 @@ class MissionLibrary:
         self._files[path.stem] = path
         if earlier is not None and not _same_mission(earlier, path):
             message = f"this mission shadows the one of the same name in {earlier}"
-            self.findings = sort_findings([*self.findings, Finding(str(path), 1, 1, WARNING, message)])
+            self._findings.append(Finding(str(path), 1, 1, WARNING, message))
 
     def put(self, mission: Mission) -> None:
         """Let a mission that was read earlier count instead of what its file says now."""

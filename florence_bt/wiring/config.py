@@ -21,7 +21,8 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
     """Read a configuration.
 
     Args:
-        file: The file; ``config/robot.yaml`` of this package when not given.
+        file: The file; ``config/robot.yaml`` of this package when not given. The form of ROS 2 parameter
+            files (``node: {ros__parameters: {...}}``, also with ``/`` before the node) is read too.
 
     Returns:
         Node name -> parameter name -> value.
@@ -37,16 +38,30 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
         content = yaml.load(data, Loader=_LOADER)
     except EmptyFile:
         content = None
+    except (ValueError, OverflowError) as error:  # a date or a number that Python does not have
+        raise ConfigError(
+            f"a value cannot be read: {error}", file=path, valid=["quotes round a text"]
+        ) from error
     except yaml.YAMLError as error:
         raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
     if not isinstance(content, Mapping):
         raise ConfigError("must map node names to their parameters", file=path, valid=["navigate: {...}"])
-    for node, parameters in content.items():
-        if not isinstance(parameters, Mapping):
-            raise ConfigError(
-                f"{node} must map parameter names to values", file=path, valid=[f"{node}: {{...}}"]
+    return {str(node).removeprefix("/"): _parameters(node, value, path) for node, value in content.items()}
+
+
+def _parameters(node: str, section: object, path: Path) -> Parameters:
+    inner = section.get("ros__parameters") if isinstance(section, Mapping) and len(section) == 1 else None
+    parameters = section if inner is None else inner
+    if not isinstance(parameters, Mapping):
+        raise ConfigError(f"{node} must map parameter names to values", file=path, valid=[f"{node}: {{...}}"])
+    for name, value in parameters.items():
+        parts = value if isinstance(value, list) else [value]
+        if not all(isinstance(part, bool | int | float | str) for part in parts):
+            problem = (
+                f"{node}: the parameter {name!r} is not a number, a text, a truth value or a list of them"
             )
-    return {str(node): dict(parameters) for node, parameters in content.items()}
+            raise ConfigError(problem, file=path, valid=[f"{node}: {{name: value}}"])
+    return dict(parameters)
 
 
 def section(config: Mapping[str, Parameters], node: str, **overrides: Any) -> Parameters:

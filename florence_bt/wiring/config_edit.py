@@ -49,8 +49,10 @@ def _with_number(text: str, file: Path, node: str, name: str, number: str) -> st
     if not isinstance(source, Table):
         raise ConfigError("must map node names to their parameters", file=file, valid=[f"{node}: {{...}}"])
     for key, section in source.entries:
-        if key.text != node:
+        if key.text.removeprefix("/") != node:
             continue
+        if isinstance(section, Table):
+            section = section.get("ros__parameters") or section
         if not isinstance(section, Table):
             raise ConfigError(
                 f"{node} must map parameter names to values",

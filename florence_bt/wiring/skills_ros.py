@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import ModuleType
 from typing import Any
 
 from builtin_interfaces.msg import Duration
@@ -13,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
-from florence_bt.core.skill import Inputs, Skill, SkillRun
+from florence_bt.core.skill import Inputs, MissingSkill, Skill, SkillRun
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.conversions import pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
@@ -24,6 +25,7 @@ from florence_bt.skills.locate.locator import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigate.results import result_from_navigate, result_from_spin
 from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, START_TRACKER, STOP_TRACKER
+from florence_bt.trees.declarations import skills_in
 from florence_bt.trees.third_party import ThirdParty
 
 TURN_ALLOWANCE_S = 10
@@ -42,18 +44,14 @@ def make_skills(node: FlorenceNode) -> dict[str, Skill]:
 
 
 def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[str, Skill]:
-    """What ``make_skills`` of each package gives; one that breaks is reported and takes nothing else away."""
+    """What ``make_skills`` of each package gives; a skill that breaks takes nothing else away."""
     log = node.get_logger()
     skills: dict[str, Skill] = {}
     packages = ThirdParty()
     for owner, module in packages.skill_modules():
-        make = getattr(module, "make_skills", None)
-        try:
-            made = dict(make(node)) if make is not None else {}
-        except Exception as error:
-            log.error(f"{owner}: make_skills of {module.__name__} failed: {type(error).__name__}: {error}")
-            continue
-        for name, skill in made.items():
+        for name, skill in skills_of_module(module, node).items():
+            if isinstance(skill, MissingSkill):
+                log.error(f"{owner}: the skill {name!r} is missing: {skill.reason}")
             if name in own or name in skills:
                 log.warning(f"{owner}: its skill {name!r} does not count: there is one of that name")
             else:
@@ -61,6 +59,35 @@ def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[st
     for finding in packages.findings:
         log.warning(f"{finding.file}: {finding.message}")
     return skills
+
+
+def skills_of_module(module: ModuleType, node: FlorenceNode) -> dict[str, Skill]:
+    """The skills that a module makes; those that it declares and that break are :class:`MissingSkill`.
+
+    Args:
+        module: A module with ``make_skills``, which gives skills, or functions without arguments that make
+            them.
+        node: The node of the skills.
+    """
+    declared = [declaration.name for declaration in skills_in(module)]
+    make = getattr(module, "make_skills", None)
+    made = _attempt(lambda: dict(make(node)) if make is not None else {}, f"make_skills of {module.__name__}")
+    if isinstance(made, MissingSkill):
+        return dict.fromkeys(declared, made)
+    skills: dict[str, Skill] = {}
+    for name, skill in made.items():
+        is_made = hasattr(skill, "start") or not callable(skill)
+        skills[name] = skill if is_made else _attempt(skill, f"its factory in {module.__name__}")
+    nothing = MissingSkill(f"make_skills of {module.__name__} does not make it")
+    return {**dict.fromkeys(declared, nothing), **skills}
+
+
+def _attempt(make: Callable[[], Any], what: str) -> Any:
+    """What a stranger's function gives; a :class:`MissingSkill` with the reason when it fails."""
+    try:
+        return make()
+    except (Exception, SystemExit) as error:
+        return MissingSkill(f"{what} failed: {type(error).__name__}: {error}")
 
 
 def _base_skills(node: FlorenceNode) -> dict[str, Skill]:

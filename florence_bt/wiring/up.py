@@ -6,12 +6,22 @@ import os
 
 from rich.console import Console
 
+from florence_bt.core.errors import DeviceTimeout
 from florence_bt.ros.environment import reach_of
+from florence_bt.wiring.client import MissionClient
 from florence_bt.wiring.journal_view import left_runs, what_became_of
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.system import System
 
 FOREVER_S = float("inf")
+
+
+def _findings(client: MissionClient) -> list[str]:
+    """What is wrong with missions and skills of the running system, a line each."""
+    try:
+        return list(client.missions().findings)
+    except DeviceTimeout as error:
+        return [f"whether missions or skills are missing is not known: {error}"]
 
 
 def run_up(options: BringUp) -> None:
@@ -33,6 +43,8 @@ def run_up(options: BringUp) -> None:
         if not reach.this_machine:
             say(f"open to {reach.text}")
         seconds = system.wait_ready()
+        for finding in _findings(system.client):
+            say(finding)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
         for line in what_became_of(options.runs, left):
             say(line)

@@ -9,6 +9,7 @@ from florence_interfaces.srv import CheckMission, ListMissions, MissionStatus
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.skill import MissingSkill, Skill
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
@@ -31,6 +32,7 @@ class Questions:
         node: The node that serves them.
         missions: What runs the missions.
         declarations: What the skills say about themselves.
+        skills: The skills by name; those that are missing are told with the missions.
         runs_folder: Where the records of earlier runs are.
         goals: The open goals that use the robot.
     """
@@ -40,12 +42,14 @@ class Questions:
         node: FlorenceNode,
         missions: Executor,
         declarations: Mapping[str, SkillDeclaration],
+        skills: Mapping[str, Skill],
         runs_folder: Path,
         goals: RobotGoals,
     ) -> None:
         self._node = node
         self._missions = missions
         self._declarations = declarations
+        self._skills = skills
         self._runs_folder = runs_folder
         self._goals = goals
         self._checked: dict[str, tuple[Mission, str]] = {}
@@ -112,7 +116,13 @@ class Questions:
         response.names = [mission.name for mission in missions]
         response.descriptions = [mission.description for mission in missions]
         response.missions = [mission_to_ros(mission, self._problem(mission)) for mission in missions]
-        response.findings = [report_text([finding]) for finding in library.findings]
+        findings = [*library.findings, *getattr(self._declarations, "findings", ())]
+        response.findings = [report_text([finding]) for finding in findings]
+        response.findings += [
+            f"the skill {name!r} is missing: {skill.reason}"
+            for name, skill in self._skills.items()
+            if isinstance(skill, MissingSkill)
+        ]
         response.findings += self._missions.warnings()
         return response
 

@@ -114,7 +114,9 @@ class MissionNode(FlorenceNode):
         self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
-        self._questions = Questions(self, self._missions, declarations, runs_folder, self._robot_goals)
+        self._questions = Questions(
+            self, self._missions, declarations, self._skills, runs_folder, self._robot_goals
+        )
         self._missions.add_listener(self._on_event)
         self._missions.on_tick = self._after_tick
         self._questions.tell_findings()

@@ -158,7 +158,7 @@ def dump_hotspots(hotspots: Hotspots) -> str:
             "label": hotspot.label,
             "x": hotspot.pose.x,
             "y": hotspot.pose.y,
-            "phi": hotspot.pose.yaw,
+            "phi": yaw if abs(yaw := hotspot.pose.yaw) <= math.tau else math.remainder(yaw, math.tau),
             "kind": hotspot.kind,
         }
         if hotspot.polygon:
@@ -233,7 +233,7 @@ class _Reader:
             raise self._error(
                 f"the kind {kind!r} does not exist", fields["kind"], valid=closest_first(kind, KINDS)
             )
-        phi = self._number(fields["phi"], "phi") if "phi" in fields else 0.0
+        phi = self._angle(fields["phi"]) if "phi" in fields else 0.0
         pose = Pose2(self._number(fields["x"], "x"), self._number(fields["y"], "y"), phi)
         polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()
         return Hotspot(label, pose, kind, polygon)
@@ -278,6 +278,16 @@ class _Reader:
         if not math.isfinite(number):
             raise self._error(f"{name} must be a finite number, not {text!r}", source)
         return number
+
+    def _angle(self, source: Source) -> float:
+        angle = self._number(source, "phi")
+        if abs(angle) > math.tau:
+            problem = f"phi is in radians, and {angle:g} is more than a whole turn"
+            in_degrees = (
+                (f"{math.radians(angle):.4f}, if {angle:g} degrees are meant",) if abs(angle) <= 360 else ()
+            )
+            raise self._error(problem, source, valid=in_degrees or ("-3.14 to 3.14",))
+        return angle
 
     def _error(self, problem: str, source: Source, valid: Iterable[str] = ()) -> ConfigError:
         position = source.position

@@ -162,11 +162,9 @@ class Converter:
 
     def direction(self, element: Element, attribute: str) -> str:
         """Whether a port that no model describes is read or written here."""
-        key = pointer(element.get(attribute), attribute)
-        if key is None:
+        if pointer(element.get(attribute), attribute) is None:
             return "in"
-        local = self.tree.local(key, self.facts.main)
-        return "out" if (id(element), local) in self.tree.written_at else "in"
+        return "out" if (registration(element), attribute) in self.tree.writing_ports else "in"
 
     def changes_below(self, element: Element, key: str) -> bool:
         """Whether a key may change while a branch of an element runs."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from florence_bt.core.declaration import Kind
 from florence_bt.trees.btcpp.convert import NOTHING, Converter, Node, paced, put
 from florence_bt.trees.btcpp.key_uses import pointer
-from florence_bt.trees.btcpp.values_in import written_value
+from florence_bt.trees.btcpp.values_in import text_value, written_value
 from florence_bt.trees.btcpp.vocabulary import FOREVER, LOOP_KINDS
 from florence_bt.trees.btcpp.xml_source import Element
 
 MAX_LOOP = 100
-"""Most values of a loop that are written out one after the other."""
+"""Most values of a loop that are written out."""
 
 
 def inverter(c: Converter, e: Element) -> Node:
@@ -84,7 +84,7 @@ def precondition(c: Converter, e: Element) -> Node:
 
 
 def loop(c: Converter, e: Element) -> Node:
-    """``LoopInt`` and its like: a queue that is written out is done one value after the other."""
+    """``LoopInt`` and its like, for a queue that is written out."""
     queue, target = e.get("queue"), pointer(e.get("value"), "value")
     if pointer(queue, "queue") is not None or queue.startswith("json:") or target is None:
         return c.stand_in(e, "a queue that comes from a key has no equivalent")
@@ -96,13 +96,18 @@ def loop(c: Converter, e: Element) -> Node:
         return dict(NOTHING) if empty != "FAILURE" else {"fail": "the queue is empty"}
     key = c.key_name(target)
     kind = c.kind(target) or LOOP_KINDS[e.tag]
-    steps: list[Node] = []
+    number = c.new_key("round", Kind.INTEGER, "0")
+    values: dict[str, Node] = {}
     for item in items:
-        value, problem = written_value(item.strip(), kind)
+        value, problem = (
+            (text_value(item, None), "") if kind is Kind.TEXT else written_value(item.strip(), kind)
+        )
         if problem:
             c.lost(e, problem)
-        steps += [{"set": {key: value}}, c.only_child(e)]
-    return {"sequence": steps}
+        values[str(len(values) + 1)] = {"set": {key: value}}
+    count = {"set": {number: f"${{${number} + 1}}"}}
+    rounds = {"sequence": [count, {"switch": f"${number}", "cases": values}, c.only_child(e)]}
+    return {"sequence": [{"set": {number: "0"}}, {"repeat": str(len(items)), "do": rounds}]}
 
 
 def without_equivalent(c: Converter, e: Element) -> Node:

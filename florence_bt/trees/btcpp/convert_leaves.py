@@ -10,7 +10,7 @@ from florence_bt.trees.btcpp.convert import NOTHING, Converter, Node
 from florence_bt.trees.btcpp.key_uses import pointer, port_of_skill, registration
 from florence_bt.trees.btcpp.names import identifier
 from florence_bt.trees.btcpp.skill_book import SkillEntry
-from florence_bt.trees.btcpp.values_in import written_value
+from florence_bt.trees.btcpp.values_in import text_value, written_value
 from florence_bt.trees.btcpp.vocabulary import MARK
 from florence_bt.trees.btcpp.written import read_flow
 from florence_bt.trees.btcpp.xml_source import Element
@@ -55,6 +55,8 @@ def set_blackboard(c: Converter, e: Element) -> Node:
     target = pointer(e.get("output_key"), "output_key") or e.get("output_key")
     if not target:
         return c.stand_in(e, "it names no output_key")
+    if c.kind(target) is Kind.TEXT and pointer(e.get("value"), "value") is None:
+        return {"set": {c.key_name(target): text_value(e.get("value"), None)}}
     return {"set": {c.key_name(target): c.value(e, "value", c.kind(target))}}
 
 

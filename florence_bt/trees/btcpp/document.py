@@ -10,7 +10,7 @@ from florence_bt.trees.btcpp.known_attributes import attributes_of, left_over
 from florence_bt.trees.btcpp.notes import LossNotes
 from florence_bt.trees.btcpp.port_models import NodeModel, read_models
 from florence_bt.trees.btcpp.vocabulary import CATEGORIES, MARK, V3_NAMES, category_of
-from florence_bt.trees.btcpp.xml_source import Element, read_xml
+from florence_bt.trees.btcpp.xml_source import MAX_ELEMENTS, Element, read_xml
 from florence_bt.trees.source import Position
 
 MAX_FILES = 100
@@ -134,10 +134,15 @@ class _Loader:
     def __init__(self, notes: LossNotes) -> None:
         self._notes = notes
         self._seen: set[Path] = set()
+        self._elements = 0
 
     def add(self, root: Element, path: Path, document: Document) -> None:
         """Add the trees of a file."""
         self._seen.add(path.resolve())
+        self._elements += sum(1 for _ in root.walk())
+        if self._elements > MAX_ELEMENTS:
+            problem = f"all files together have more than {MAX_ELEMENTS} elements"
+            raise ConfigError(problem, file=path, valid=["several imports"])
         self._groot(root, path)
         for name, model in read_models(root).items():
             document.models.setdefault(name, model)
@@ -194,9 +199,11 @@ class _Loader:
         self.add(root, target, document)
 
     def _tree(self, element: Element, path: Path, document: Document) -> None:
-        name = element.get("ID") or f"BehaviorTree{len(document.trees) + 1}"
-        if not element.get("ID") and document.version == 4:
-            self._notes.error(path, element.position, "a <BehaviorTree> needs an ID", ['ID="MainTree"'])
+        name = element.get("ID")
+        if not name:
+            same = sum(tree.file == path for tree in document.trees.values())
+            name = f"{path.stem}_{same + 1}" if same else path.stem
+            self._notes.notice(path, element.position, f"a <BehaviorTree> without ID is called {name!r} here")
         if name in document.trees:
             first = document.trees[name]
             message = f"the tree {name!r} stands twice (first in {first.file}:{first.element.position.line})"

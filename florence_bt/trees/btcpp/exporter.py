@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees import model
+from florence_bt.trees._facts import chain_back, cycles
 from florence_bt.trees.btcpp.nodes_out import NodeWriter
 from florence_bt.trees.btcpp.notes import LossNotes
 from florence_bt.trees.btcpp.si_values import script_number, si_text
@@ -73,24 +74,28 @@ def export_mission(
 
 
 def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
-    found: dict[str, Mission] = {}
-    waiting: list[tuple[Mission, tuple[str, ...]]] = [(library.get(name), (name,))]
-    while waiting:
-        mission, callers = waiting.pop(0)
-        found[mission.name] = mission
-        for node in mission.nodes():
-            if not isinstance(node, model.Call):
-                continue
-            called = node.mission.text
-            if called in callers:
-                chain = " -> ".join((*callers, called))
-                raise _error(mission, node, f"the mission {called!r} calls itself: {chain}")
+    found = {name: library.get(name)}
+    callees: dict[str, list[str]] = {}
+    for caller in (waiting := [name]):
+        mission = found[caller]
+        calls = [node for node in mission.nodes() if isinstance(node, model.Call)]
+        callees[caller] = [call.mission.text for call in calls]
+        for call in calls:
+            called = call.mission.text
             if library.find(called) is None:
-                raise _error(
-                    mission, node, f"there is no mission {called!r}", closest_first(called, library.names())
-                )
+                problem = f"there is no mission {called!r}"
+                raise _error(mission, call, problem, closest_first(called, library.names()))
             if called not in found:
-                waiting.append((library.get(called), (*callers, called)))
+                found[called] = library.get(called)
+                waiting.append(called)
+    for caller, cycle in cycles([name], callees.__getitem__).items():
+        called = next(each for each in callees[caller] if each in cycle)
+        chain = [caller, *chain_back(called, caller, cycle, callees.__getitem__)]
+        mission = found[caller]
+        call = next(
+            node for node in mission.nodes() if isinstance(node, model.Call) and node.mission.text == called
+        )
+        raise _error(mission, call, f"the mission {caller!r} calls itself: {' -> '.join(chain)}")
     return list(found.values())
 
 

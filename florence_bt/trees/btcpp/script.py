@@ -5,6 +5,7 @@ The precedence is theirs: ``&&`` and ``||`` bind equally and from the left, ``a 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from florence_bt.core.errors import ConfigError
 
 MAX_LENGTH = 10_000
 """Longest script that is read."""
+MAX_DIGITS = 40
+"""Most digits of a whole number; one of 64 bits, as BehaviorTree.CPP has them, needs no more than 19."""
 MAX_DEPTH = 40
 """Deepest nesting of parentheses and operators."""
 
@@ -103,8 +106,6 @@ def parse_script(text: str) -> list[Code]:
     Raises:
         ConfigError: It is no script. The error has no place in the file.
     """
-    if len(text) > MAX_LENGTH:
-        raise ConfigError(f"the script has more than {MAX_LENGTH} characters")
     return _Parser(text).statements()
 
 
@@ -193,6 +194,8 @@ def literal_kind(code: Code) -> Kind | None:
 
 class _Parser:
     def __init__(self, text: str) -> None:
+        if len(text) > MAX_LENGTH:
+            raise ConfigError(f"the script has more than {MAX_LENGTH} characters")
         self._tokens = list(_cut(text))
         self._at = 0
         self._depth = 0
@@ -313,9 +316,15 @@ def _before(kind: str, text: str) -> str:
 
 
 def _number(text: str) -> int | float:
-    if text[:2] in ("0x", "0X"):
-        return int(text, 16)
-    return int(text) if text.isdecimal() else float(text)
+    digits, base = (text[2:], 16) if text[:2] in ("0x", "0X") else (text, 10)
+    if base == 10 and not text.isdecimal():
+        number = float(text)
+        if not math.isfinite(number):
+            raise ConfigError(f"the number {text:.40} is too large")
+        return number
+    if len(digits) > MAX_DIGITS or int(digits, base) >= 1 << 63:
+        raise ConfigError(f"the number {text:.40} does not fit into 64 bits")
+    return int(digits, base)
 
 
 def _cut(text: str) -> Iterator[tuple[str, str]]:

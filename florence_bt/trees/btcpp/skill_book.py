@@ -12,6 +12,7 @@ from florence_bt.trees.btcpp.names import Names, skill_names
 from florence_bt.trees.btcpp.port_models import PortModel
 from florence_bt.trees.btcpp.si_values import read_number, read_truth
 from florence_bt.trees.btcpp.xml_source import Element
+from florence_bt.trees.kinds import NEVER_INPUTS
 from florence_bt.trees.quantities import read_value
 
 DEADLINE_S = 300.0
@@ -38,7 +39,7 @@ class SkillEntry:
     name: str
     category: str
     uses: list[Element] = field(default_factory=list)
-    names: Names = field(default_factory=lambda: Names("port"))
+    names: Names = field(default_factory=lambda: Names("port", NEVER_INPUTS))
     directions: dict[str, str] = field(default_factory=dict)
 
 

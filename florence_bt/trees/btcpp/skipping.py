@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.trust import trusted_guards
 from florence_bt.trees.btcpp.vocabulary import MARK, POST_CONDITIONS
 from florence_bt.trees.btcpp.xml_source import Element
+from florence_bt.trees.expressions.parser import parse_expression
 
 Node = dict[str, Any]
 
@@ -60,11 +62,21 @@ def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
     if element.tag in GATHERING:
         nodes = next(node[kind] for kind in ("sequence", "selector", "parallel") if kind in node)
         if all(_is_guarded(child, below) for child, below in zip(element.children, nodes, strict=True)):
-            return {**node, "when": " or ".join(f"({kept(below)})" for below in nodes)}, ""
+            when = " or ".join(f"({kept(below)})" for below in nodes)
+            return ({**node, "when": when}, "") if _is_short_enough(when) else (node, _UNEVEN)
         if all(map(_can_skip, element.children)):
             return node, _UNEVEN
     scripts = any(name in element.attributes for name in POST_CONDITIONS)
     return node, _SCRIPTS if scripts and _can_skip(element) else ""
+
+
+def _is_short_enough(expression: str) -> bool:
+    """Whether an expression keeps the limits of a mission."""
+    try:
+        parse_expression(expression)
+    except ConfigError:
+        return False
+    return True
 
 
 def _inside(element: Element) -> list[Element]:

@@ -7,7 +7,6 @@ writes it (inputs), and what it writes that its caller sees (outputs).
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -70,7 +69,7 @@ class TreeFacts:
     guessed: dict[str, Use] = field(default_factory=dict)
     passed: dict[str, None] = field(default_factory=dict)
     names: Names = field(default_factory=lambda: Names("key"))
-    _writers: dict[str, list[int]] = field(default_factory=dict)
+    _writers: dict[str, list[int]] | None = None
 
     @cached_property
     def pointed(self) -> frozenset[str]:
@@ -84,13 +83,10 @@ class TreeFacts:
         return {id(call.element): call for call in self.calls}
 
     @cached_property
-    def written_at(self) -> frozenset[tuple[int, str]]:
-        """The identity of each element that writes a key, with the key."""
-        return frozenset(
-            (id(event.element), event.key)
-            for event in self.events
-            if isinstance(event, Use) and event.access == WRITE
-        )
+    def writing_ports(self) -> frozenset[tuple[str, str]]:
+        """The ports of nodes of this tree that write keys: (registration ID, port)."""
+        uses = (event for event in self.events if isinstance(event, Use))
+        return frozenset(use.port for use in uses if use.port is not None and use.access == WRITE)
 
     @cached_property
     def _places(self) -> Places:
@@ -121,13 +117,18 @@ class TreeFacts:
 
     def may_change(self, element: Element, key: str, facts: Facts) -> bool:
         """Whether something may write a key while a branch of an element runs: below it, or beside it."""
-        if key not in self._writers:
-            found = [event.element for event in self.events if key in facts.writes(self.tree.name, event)]
-            self._writers[key] = self._places.numbers(found)
-        beside = self._places.concurrent_above(element)
-        return any(
-            self._places.any_below(self._writers[key], each) for each in (element, beside) if each is not None
-        )
+        if self._writers is None:
+            self._writers = self._find_writers(facts)
+        found, beside = self._writers.get(key, []), self._places.concurrent_above(element)
+        return any(self._places.any_below(found, each) for each in (element, beside) if each is not None)
+
+    def _find_writers(self, facts: Facts) -> dict[str, list[int]]:
+        """Each key with the places where it is written."""
+        found: dict[str, list[Element]] = {}
+        for event in self.events:
+            for key in facts.writes(self.tree.name, event):
+                found.setdefault(key, []).append(event.element)
+        return {key: self._places.numbers(elements) for key, elements in found.items()}
 
     @property
     def calls(self) -> Iterator[SubTreeCall]:
@@ -164,9 +165,10 @@ class Facts:
         self._mappings: dict[int, dict[str, str]] = {}
         self._shared = 0
         self.trees: dict[str, TreeFacts] = {}
+        guessed: dict[tuple[str, str], str] = {}
         for name, tree in document.trees.items():
             events = list(_events(tree, ports, is_main=name == document.main))
-            self.trees[name] = TreeFacts(tree, _settled(events))
+            self.trees[name] = TreeFacts(tree, _settled(events, guessed))
             for event in events:
                 if isinstance(event, Use) and event.access == UNKNOWN:
                     self.trees[name].guessed.setdefault(event.key, event)
@@ -307,19 +309,33 @@ def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTre
             yield SubTreeCall(element, element.get("ID"), keys, literals, autoremap)
 
 
-def _settled(events: list[Use | SubTreeCall]) -> list[Use | SubTreeCall]:
+def _settled(events: list[Use | SubTreeCall], guessed: dict[tuple[str, str], str]) -> list[Use | SubTreeCall]:
     """Decide whether ports of unknown direction are read or written.
 
-    A key that nothing is known to write, and that several nodes use, must come from one of them: the first.
+    A key that nothing is known to write, and that several ports use, must come from one of them: the first.
+    Of one element that has it twice the last port, for a node reads before it writes. A port has one
+    direction, wherever it is used.
+
+    Args:
+        events: What happens in a tree.
+        guessed: The ports that were decided on before; further ones are added.
     """
-    counts = Counter(event.key for event in events if isinstance(event, Use))
-    written = {event.key for event in events if isinstance(event, Use) and event.access == WRITE}
+    users: dict[str, set[tuple[str, str] | int]] = {}
+    last: dict[tuple[str, int], Use] = {}
+    written: set[str] = set()
+    for event in events:
+        if isinstance(event, Use):
+            users.setdefault(event.key, set()).add(event.port or id(event))
+            last[event.key, id(event.element)] = event
+            access = guessed.get(event.port or ("", ""), event.access)
+            written |= {event.key} if access == WRITE else set()
     settled: list[Use | SubTreeCall] = []
     for event in events:
-        if isinstance(event, Use) and event.access == UNKNOWN:
-            writes = event.key not in written and counts[event.key] > 1
-            if writes:
-                written.add(event.key)
-            event = replace(event, access=WRITE if writes else READ)
+        if isinstance(event, Use) and event.access == UNKNOWN and event.port is not None:
+            is_last = last[event.key, id(event.element)] is event
+            writes = is_last and event.key not in written and len(users[event.key]) > 1
+            access = guessed.setdefault(event.port, WRITE if writes else READ)
+            written |= {event.key} if access == WRITE else set()
+            event = replace(event, access=access)
         settled.append(event)
     return settled

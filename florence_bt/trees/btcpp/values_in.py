@@ -56,12 +56,20 @@ def literal_text(number: int | float, kind: Kind | None) -> str:
 def text_value(text: str, kind: Kind | None) -> str:
     """A text; in quotes where it would be read as something else, and with its dollar signs doubled."""
     escaped = text.replace("$", "$$")
-    certain = kind is Kind.TEXT or guess_value(text)[0] is Kind.TEXT
     return (
         escaped
-        if certain and escaped.strip() == escaped and escaped not in ("", "~", "null")
+        if (kind is Kind.TEXT or _reads_as_text(text))
+        and escaped.strip() == escaped
+        and escaped not in ("", "~", "null")
         else Quoted(escaped)
     )
+
+
+def _reads_as_text(text: str) -> bool:
+    try:
+        return guess_value(text)[0] is Kind.TEXT
+    except ConfigError:  # a number that is too large
+        return False
 
 
 def _quantity(text: str, kind: Kind) -> tuple[Any, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,14 +12,16 @@ from xml.parsers import expat
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.source import Position
 
-MAX_BYTES = 4_000_000
+MAX_BYTES = 1_000_000
 """Largest file that is read."""
-MAX_ELEMENTS = 10_000
+MAX_ELEMENTS = 5_000
 """Most elements in a file."""
 MAX_PORTS = 500
 """Most attributes of an element."""
-MAX_ATTRIBUTES = 20_000
+MAX_ATTRIBUTES = 10_000
 """Most attributes in a file."""
+MAX_TEXT = 10_000
+"""Most characters of an attribute, or of the text of an element: a mission can have no longer one."""
 MAX_DEPTH = 256
 """Deepest nesting of nodes, which is BehaviorTree.CPP's own limit."""
 _OUTER = 2
@@ -83,7 +86,29 @@ def parse_xml(data: bytes, path: Path) -> Element:
         raise ConfigError(
             f"the file has more than {MAX_BYTES} bytes", file=path, valid=["smaller files, with <include>"]
         )
-    return _Builder(path).build(data)
+    try:
+        return _Builder(path).build(data)
+    except _NotXml as error:
+        escaped = _ATTRIBUTE.sub(_with_escapes, data)
+        if escaped == data:
+            raise
+        try:
+            return _Builder(path).build(escaped)
+        except _NotXml:
+            raise error from None
+
+
+class _NotXml(ConfigError):
+    """The parser refuses the file."""
+
+
+_ATTRIBUTE = re.compile(rb"""=\s*(?:"[^"]*"|'[^']*')""")
+_RAW_AND = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+
+
+def _with_escapes(attribute: re.Match[bytes]) -> bytes:
+    """An attribute whose raw ``&`` and ``<`` are escaped; the parser of BehaviorTree.CPP takes them raw."""
+    return _RAW_AND.sub(b"&amp;", attribute[0]).replace(b"<", b"&lt;")
 
 
 class _Builder:
@@ -106,7 +131,8 @@ class _Builder:
             self._parser.Parse(data, True)
         except expat.ExpatError as error:
             place = Position(error.lineno, error.offset + 1)
-            raise self._error(f"not XML: {expat.errors.messages[error.code]}", place) from error
+            problem = f"not XML: {expat.errors.messages[error.code]}"
+            raise _NotXml(problem, file=self._path, line=place.line, column=place.column) from error
         except (LookupError, ValueError) as error:
             raise self._error(f"not XML: {error}", Position(1, 1), ["encoding UTF-8"]) from error
         assert self._root is not None  # expat refuses a file without an element
@@ -121,6 +147,9 @@ class _Builder:
             raise self._error(f"the file has more than {MAX_ELEMENTS} elements", place, ["<include>"])
         if len(flat) > 2 * MAX_PORTS:
             raise self._error(f"<{tag}> has more than {MAX_PORTS} attributes", place)
+        for name, value in zip(flat[::2], flat[1::2], strict=True):
+            if max(len(name), len(value)) > MAX_TEXT:
+                raise self._error(f"an attribute of <{tag:.100}> has more than {MAX_TEXT} characters", place)
         self._attributes += len(flat) // 2
         if self._attributes > MAX_ATTRIBUTES:
             raise self._error(f"the file has more than {MAX_ATTRIBUTES} attributes", place, ["<include>"])
@@ -137,7 +166,11 @@ class _Builder:
 
     def _characters(self, text: str) -> None:
         if self._open and not text.isspace():
-            self._open[-1].text += text
+            element = self._open[-1]
+            element.text += text
+            if len(element.text) > MAX_TEXT:
+                problem = f"the text in <{element.tag:.100}> has more than {MAX_TEXT} characters"
+                raise self._error(problem, element.position)
 
     def _refuse_doctype(self, *_: object) -> NoReturn:
         raise self._error(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from florence_bt.core.declaration import Kind
@@ -113,16 +113,17 @@ class Expression:
         text: As the author wrote it, on one line, without ``${`` and ``}``.
         term: The syntax tree.
         position: Where it begins.
+        keys: The names of the keys that it reads, each once, in the order of the text.
     """
 
     text: str
     term: Term
     position: Position
+    keys: tuple[str, ...] = field(init=False, compare=False, repr=False)
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The names of the keys that it reads, each once, in the order of the text."""
-        return tuple(dict.fromkeys(key.key for key in keys_of(self.term)))
+    def __post_init__(self) -> None:
+        """Look for the keys once: every check asks for them."""
+        object.__setattr__(self, "keys", tuple(dict.fromkeys(key.key for key in keys_of(self.term))))
 
 
 def parts_of(term: Term) -> tuple[Term, ...]:

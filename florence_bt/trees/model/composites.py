@@ -113,7 +113,7 @@ class Parallel(Node):
     @property
     def selected(self) -> tuple[Node, ...]:
         """The branches that the policy names, by title; names that fit none are left out."""
-        wanted = [name.text for name in self.policy.names]
+        wanted = {name.text for name in self.policy.names}
         return tuple(child for child in self.children if child.title in wanted)
 
 

@@ -1,4 +1,4 @@
-"""Python and the libraries, by their metadata: nothing is imported."""
+"""Python and the libraries, by their metadata, and the packages with skills, which are imported."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from florence_bt.trees.declarations import collect_declarations
 from florence_bt.wiring.doctor.finding import Finding, good, note, problem, warning
 
 GROUP = "libraries"
@@ -61,6 +62,9 @@ def check_libraries(
     yield _python(sys.version_info[:3])
     for library in LIBRARIES:
         yield _library(library, version_of)
+    for finding in collect_declarations().findings:
+        advice = "mend the package, or uninstall it: its skills are missing"
+        yield warning(GROUP, finding.file, finding.message, advice)
     if find_library("freenect"):
         yield good(GROUP, "libfreenect", "installed")
     else:

@@ -46,6 +46,15 @@ def test_a_file_is_read() -> None:
     assert len(hotspots) == 2
 
 
+@pytest.mark.parametrize(
+    ("phi", "valid"),
+    [("90", "1.5708, if 90 degrees are meant"), ("-180", "-3.1416"), ("400", "-3.14 to 3.14")],
+)
+def test_degrees_in_place_of_radians_are_refused(phi: str, valid: str) -> None:
+    with pytest.raises(ConfigError, match=f"phi is in radians, and {phi} is more than a whole turn.*{valid}"):
+        parse_hotspots(f"hotspots: [{{label: a, x: 1, y: 2, phi: {phi}}}]")
+
+
 @pytest.mark.parametrize("text", ["", "hotspots: []", "# nothing\n"])
 def test_an_empty_file_has_no_hotspots(text: str) -> None:
     assert len(parse_hotspots(text)) == 0
@@ -93,7 +102,7 @@ HOTSPOTS = st.lists(
     st.builds(
         Hotspot,
         st.text(st.characters(exclude_categories=("Cs", "Cc", "Zs", "Zl", "Zp")), min_size=1, max_size=12),
-        st.builds(Pose2, NUMBERS, NUMBERS, NUMBERS),
+        st.builds(Pose2, NUMBERS, NUMBERS, st.floats(-math.tau, math.tau)),
         st.sampled_from(("room", "object")),
         st.lists(st.tuples(NUMBERS, NUMBERS), min_size=3, max_size=5).map(tuple) | st.just(()),
     ),
@@ -155,6 +164,12 @@ def test_reading_hotspots_loads_no_heavy_module() -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_a_pose_with_any_heading_is_kept() -> None:
-    pose = parse_hotspots("hotspots:\n  - {label: a, x: 0, y: 0, phi: 7.0}").get("a")
-    assert pose is not None and math.isclose(pose.pose.yaw, 7.0)
+def test_a_heading_of_up_to_a_turn_is_kept() -> None:
+    pose = parse_hotspots("hotspots:\n  - {label: a, x: 0, y: 0, phi: 6.0}").get("a")
+    assert pose is not None and math.isclose(pose.pose.yaw, 6.0)
+
+
+def test_a_heading_of_more_turns_is_saved_so_that_it_can_be_read() -> None:
+    text = dump_hotspots(Hotspots([Hotspot("a", Pose2(0.0, 0.0, 7.0), "room", ())]))
+    pose = parse_hotspots(text).get("a")
+    assert pose is not None and math.isclose(pose.pose.yaw, 7.0 - math.tau)

@@ -37,6 +37,38 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, name):
         load_config(tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    "content",
+    [
+        "navigate: {speed: 1.5, frames: [map, odom]}",
+        "navigate: {ros__parameters: {speed: 1.5, frames: [map, odom]}}",
+        "/navigate:\n  ros__parameters:\n    speed: 1.5\n    frames: [map, odom]\n",
+    ],
+)
+def test_parameter_files_of_ros_are_read_too(tmp_path, content):
+    file = tmp_path / "robot.yaml"
+    file.write_text(content)
+    assert load_config(file) == {"navigate": {"speed": 1.5, "frames": ["map", "odom"]}}
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("navigate: {ros__parameters: 3}", "navigate must map parameter names"),
+        ("navigate: {a: {b: 1}}", "the parameter 'a' is not a number"),
+        ("navigate: {ros__parameters: {a: {b: 1}}}", "the parameter 'a' is not a number"),
+        ("navigate: {a: 2020-01-01}", "the parameter 'a' is not a number"),
+        ("navigate: {a: 2020-13-99}", "a value cannot be read: month must be"),
+        (f"navigate: {{a: {'9' * 5000}}}", "a value cannot be read: Exceeds the limit"),
+    ],
+)
+def test_values_that_are_no_parameters(tmp_path, content, problem):
+    file = tmp_path / "robot.yaml"
+    file.write_text(content)
+    with pytest.raises(ConfigError, match=problem):
+        load_config(file)
+
+
 def test_overrides_go_over_the_configuration_and_none_is_no_override():
     config = {"navigate": {"speed": 1, "frame": "map"}}
     assert section(config, "navigate", speed=2, frame=None) == {"speed": 2, "frame": "map"}

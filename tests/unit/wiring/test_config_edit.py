@@ -31,6 +31,8 @@ def file(tmp_path):
         ("base: {port: x}\n", "base: {gain: 2.5, port: x}\n"),
         ("base: {gain: 1, port: x}\n", "base: {gain: 2.5, port: x}\n"),
         ("base: {}\n", "base: {gain: 2.5}\n"),
+        ("/base:\n  ros__parameters:\n    gain: 1\n", "/base:\n  ros__parameters:\n    gain: 2.5\n"),
+        ("base: {ros__parameters: {port: x}}\n", "base: {ros__parameters: {gain: 2.5, port: x}}\n"),
         ("other: {gain: 1}", "other: {gain: 1}\n\nbase:\n  gain: 2.5\n"),
         ("# nothing yet\n", "# nothing yet\nbase:\n  gain: 2.5\n"),
         ("", "base:\n  gain: 2.5\n"),

@@ -318,6 +318,15 @@ def test_included_files(exchange, told):
         assert [(s, line) for s, line, text in found if message in text] == [(severity, 5)]
 
 
+def test_included_files_with_too_many_elements_together(exchange):
+    for number in range(2):
+        nodes = "<A/>" * 2600
+        text = f'<root BTCPP_format="4"><BehaviorTree ID="T{number}"><Sequence>{nodes}</Sequence></BehaviorTree></root>'
+        (exchange.folder / f"t{number}.xml").write_text(text)
+    with pytest.raises(ConfigError, match="all files together have more than 5000 elements"):
+        exchange.imported(tree("<A/>", more='<include path="t0.xml"/><include path="t1.xml"/>'))
+
+
 def test_models_of_further_files(exchange):
     model = exchange.folder / "nodes.xml"
     model.write_text(
