@@ -118,7 +118,7 @@ def _trees_in(root: Element) -> list[Element]:
 
 
 def _name_by_file(root: Element, file: Path, shared: set[str]) -> None:
-    """Put the name of a file before those of its trees that other files have too, also where it calls them."""
+    """Put the name of a file before those of its trees that other files have too, and in its calls."""
     new = {
         tree.get("ID"): f"{file.stem}_{tree.get('ID')}"
         for tree in _trees_in(root)
