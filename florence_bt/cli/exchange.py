@@ -25,7 +25,9 @@ StrictOption = Annotated[
     epilog=f"Example: florence import navigate.xml -o missions/\n\n{EXIT_CODES}",
 )
 def import_(
-    file: Annotated[Path, typer.Argument(help="XML file of BehaviorTree.CPP, version 4 or 3.")],
+    file: Annotated[
+        Path, typer.Argument(help="XML file of BehaviorTree.CPP, version 4 or 3, or a folder of them.")
+    ],
     folder: Annotated[Path, typer.Option("-o", "--out", help="Folder for the mission files.")],
     models: Annotated[
         list[Path] | None,

@@ -80,11 +80,18 @@ class Converter:
         """The kind of a key."""
         return self.facts.kind(self.tree.tree.name, self.tree.local(foreign, self.facts.main))
 
-    def new_key(self, wanted: str, kind: Kind, default: str) -> str:
-        """A key that the mission needs for itself, with its value at the start."""
+    def new_key(self, wanted: str, kind: Kind, default: str | None) -> str:
+        """A key that the mission needs for itself, with its value at the start if it has one."""
         name = self.tree.names.of(f"{wanted} {len(self.keys) + 1}")
-        self.keys[name] = {"type": kind.value, "default": default}
+        self.keys[name] = (
+            {"type": kind.value} if default is None else {"type": kind.value, "default": default}
+        )
         return name
+
+    def start_with(self, foreign: str, kind: Kind, default: str) -> None:
+        """Give a key that the tree writes a value at the start."""
+        if foreign not in self.tree.all_inputs(self.facts):
+            self.keys[self.key_name(foreign)] = {"type": kind.value, "default": default}
 
     def value(self, element: Element, attribute: str, kind: Kind | None) -> Any:
         """The value of an attribute as it is written in a mission."""

@@ -8,11 +8,11 @@ from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.convert import Converter, Node, put
 from florence_bt.trees.btcpp.convert_leaves import skill
-from florence_bt.trees.btcpp.key_uses import pointer, registration
-from florence_bt.trees.btcpp.si_values import read_number
+from florence_bt.trees.btcpp.key_uses import READ, WRITE, pointer, registration
+from florence_bt.trees.btcpp.si_values import quantity_text, read_number
 from florence_bt.trees.btcpp.trust import trusted_cases
 from florence_bt.trees.btcpp.values_in import written_value
-from florence_bt.trees.btcpp.vocabulary import MARK
+from florence_bt.trees.btcpp.vocabulary import FOREVER, MARK
 from florence_bt.trees.btcpp.written import Quoted, read_flow
 from florence_bt.trees.btcpp.xml_source import Element
 
@@ -220,15 +220,74 @@ def round_robin(c: Converter, e: Element) -> Node:
     return {"retry": str(count), "do": {"sequence": steps}}
 
 
+_PACES = {"RateController": ("hz", "1"), "SpeedController": ("max_rate", "1")}
+"""Nav2's decorators that start their child again -> the port with their highest rate in Hz, its default."""
+_AGAIN = "100 ms"
+"""How often what is done with every tick there is done here; a new start of a skill is not free."""
+
+
 def pipeline_sequence(c: Converter, e: Element) -> Node:
-    """Nav2's ``PipelineSequence``."""
-    c.lost(e, "earlier nodes are not done again while a later one runs; imported as a sequence")
-    return {"sequence": c.children(e)}
+    """Nav2's ``PipelineSequence``: while a node runs, those before it are done again."""
+    *earlier, last = e.children
+    first = [c.node(child) for child in earlier]
+    if not any(_is_done_again(c, child) for child in earlier):
+        return {"sequence": [*first, c.node(last)]}
+    if any(below.tag == e.tag for child in earlier for below in child.walk()):
+        # What is done again is written twice: one in another would grow without end.
+        c.lost(e, "another PipelineSequence stands before its last node; imported as a sequence")
+        return {"sequence": [*first, c.node(last)]}
+    rounds: Node = {"delay": _shortest_pace(c, earlier), "do": {"sequence": first}}
+    again: Node = {"name": "again", "repeat": str(FOREVER), "do": rounds}
+    node = _started_again(c, earlier, last)
+    node = node if "name" in node else {"name": registration(last), **node}
+    return {"sequence": [*first, {"parallel": [node, again], "policy": [node["name"]]}]}
+
+
+def _is_done_again(c: Converter, e: Element) -> bool:
+    """Whether it makes a difference that a node is done again: not for a goal that nothing changes."""
+    goal = pointer(e.get("goal", "{goal}"), "goal")
+    return e.tag != "GoalUpdatedController" or (goal is not None and c.changes_below(e, goal))
+
+
+def _shortest_pace(c: Converter, earlier: list[Element]) -> str:
+    periods = []
+    for child in earlier:
+        port, default = _PACES.get(child.tag, ("", ""))
+        rate = read_number(child.get(port, default)) if port else None
+        if rate is not None and rate > 0:
+            periods.append(1 / rate)
+        elif child.tag == "DistanceController":
+            periods.append(1.0)
+    return quantity_text(min(periods), Kind.DURATION) if periods else _AGAIN
+
+
+def _started_again(c: Converter, earlier: list[Element], last: Element) -> Node:
+    """The last node of a pipeline; it starts again when a key that it reads is given another value.
+
+    There a running node looks at its ports with every tick.
+    """
+    written = {use.key for use in c.tree.uses_below(earlier) if use.access == WRITE}
+    read = dict.fromkeys(use.key for use in c.tree.uses_below([last]) if use.access == READ)
+    keys = [key for key in read if key in written and c.kind(key) is not Kind.POSE]
+    node = c.node(last)
+    if not keys:
+        return node
+    seen = {key: c.new_key(f"started with {key}", c.kind(key) or Kind.TEXT, None) for key in keys}
+    same = " and ".join(f"${c.key_name(key)} == ${name}" for key, name in seen.items())
+    c.notice(last, "it is stopped and started again with new values; there it goes on with them")
+    steps = [{"set": {name: f"${c.key_name(key)}" for key, name in seen.items()}}, put(node, "while", same)]
+    return {"retry": str(FOREVER), "on": ["guard_failed"], "do": {"sequence": steps}}
 
 
 def paced_child(c: Converter, e: Element) -> Node:
-    """Nav2's ``RateController`` and its like, which start their child at once and then again and again."""
-    c.lost(e, f"the child is done once, not again and again; {_ports_in_words(e)}")
+    """Nav2's ``RateController`` and its like: at the first tick they start their child, and end as it ends.
+
+    Only what is ticked again after its end (in a ``PipelineSequence``, a reactive control) starts it again.
+    """
+    if e.tag == "DistanceController":
+        c.lost(e, f"done again every second, not after a distance; {_ports_in_words(e)}")
+    elif c.tree.is_ticked_again(e) and _is_done_again(c, e):
+        c.lost(e, f"the child is done once, not again and again; {_ports_in_words(e)}")
     return {"sequence": c.children(e), "name": e.get("name") or e.tag}
 
 

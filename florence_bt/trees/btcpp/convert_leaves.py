@@ -9,6 +9,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.btcpp.convert import NOTHING, Converter, Node
 from florence_bt.trees.btcpp.key_uses import pointer, port_of_skill, registration
 from florence_bt.trees.btcpp.names import identifier
+from florence_bt.trees.btcpp.nav2 import ERROR_PORTS
 from florence_bt.trees.btcpp.skill_book import SkillEntry
 from florence_bt.trees.btcpp.values_in import text_value, written_value
 from florence_bt.trees.btcpp.vocabulary import MARK
@@ -147,6 +148,10 @@ def _port(
         if declared is not None and port_of_skill(declared, attribute)[1] == "out":
             name = attribute if attribute in declared.outputs else attribute.removeprefix("out_")
         outputs[name] = c.key_name(key)
+        if c.ports.nav2.find(node) is not None and attribute in ERROR_PORTS:
+            c.start_with(key, *ERROR_PORTS[attribute])
+            if c.tree.local(key, c.facts.main) in c.tree.read_keys:
+                c.lost(e, f"{attribute} is written when the node succeeds; there also when it fails")
 
 
 # ---- our own ------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -42,7 +43,7 @@ class Document:
     """All trees of a file and of the files that it includes.
 
     Attributes:
-        file: The file.
+        file: The file, or the folder of all files.
         version: 3 or 4.
         main: The name of the tree that is executed, None when the file does not say.
         trees: The trees by name, in the order of the files.
@@ -57,15 +58,17 @@ class Document:
 
 
 def load_document(path: Path, notes: LossNotes) -> Document:
-    """Read a file with everything that it includes.
+    """Read a file with everything that it includes, or all XML files of a folder as one project.
 
     Args:
-        path: The file.
+        path: The file or the folder.
         notes: Receives what breaks the rules of the format, as errors, and what is left out.
 
     Raises:
         ConfigError: The file, or one that it includes, cannot be read or is no XML.
     """
+    if path.is_dir():
+        return _load_folder(path, notes)
     loader = _Loader(notes)
     root = read_xml(path)
     if root.tag != "root":
@@ -79,9 +82,52 @@ def load_document(path: Path, notes: LossNotes) -> Document:
     document = Document(path, _version(root, path))
     loader.add(root, path, document)
     loader.check_main(root, document)
+    _finish(document, notes)
+    return document
+
+
+def _finish(document: Document, notes: LossNotes) -> None:
     _name_compact_calls(document)
     _note_left_over(document, notes)
+
+
+def _load_folder(folder: Path, notes: LossNotes) -> Document:
+    """All XML files of a folder and of those below it; none of its trees is the main one."""
+    files = sorted(folder.rglob("*.xml"))
+    if not 0 < len(files) <= MAX_FILES:
+        problem = f"the folder has {len(files)} XML files" if files else "the folder has no XML file"
+        raise ConfigError(problem, file=folder, valid=[f"1 to {MAX_FILES} XML files"])
+    roots = {file: read_xml(file) for file in files}
+    ids = Counter(name for root in roots.values() for name in {tree.get("ID") for tree in _trees_in(root)})
+    loader, document = _Loader(notes), Document(folder, 4)
+    for file, root in roots.items():
+        if root.tag != "root":
+            notes.notice(file, root.position, f"a file that begins with <{root.tag}> is left out")
+        elif not loader.has_seen(file):
+            _version(root, file)
+            _name_by_file(root, file, {name for name, count in ids.items() if name and count > 1})
+            loader.add(root, file, document)
+    if not document.trees:
+        raise ConfigError("the folder has no tree", file=folder, valid=['<BehaviorTree ID="...">'])
+    _finish(document, notes)
     return document
+
+
+def _trees_in(root: Element) -> list[Element]:
+    return [element for element in root.children if element.tag == "BehaviorTree"]
+
+
+def _name_by_file(root: Element, file: Path, shared: set[str]) -> None:
+    """Put the name of a file before those of its trees that other files have too, and in its calls."""
+    new = {
+        tree.get("ID"): f"{file.stem}_{tree.get('ID')}"
+        for tree in _trees_in(root)
+        if tree.get("ID") in shared
+    }
+    for element in root.walk():
+        if element.tag in ("BehaviorTree", "SubTree", "SubTreePlus") and element.get("ID") in new:
+            element.attributes["ID"] = new[element.get("ID")]
+        element.tag = new.get(element.tag, element.tag)
 
 
 def _name_compact_calls(document: Document) -> None:
@@ -156,6 +202,10 @@ class _Loader:
                     self._notes.error(
                         path, element.position, f"<{tag}> has no place in <root>", _ROOT_CHILDREN[:3]
                     )
+
+    def has_seen(self, path: Path) -> bool:
+        """Whether a file was read, included by another one."""
+        return path.resolve() in self._seen
 
     def check_main(self, root: Element, document: Document) -> None:
         """Find the main tree."""

@@ -55,10 +55,10 @@ class Imported:
 def import_trees(
     path: Path, declarations: Mapping[str, SkillDeclaration], models: Sequence[Path] = ()
 ) -> Imported:
-    """Convert the trees of a file.
+    """Convert the trees of a file, or of all files of a folder.
 
     Args:
-        path: The file, version 3 or 4.
+        path: The file, version 3 or 4; or a folder, whose files are one project.
         declarations: The skills of this installation.
         models: Further files whose ``TreeNodesModel`` says what the nodes' ports are.
 
@@ -216,7 +216,8 @@ class _Import:
                 self._facts.note_kind(node, name, guess_kind(value))
 
     def _note_names(self) -> None:
-        file, place = self._document.file, next(iter(self._document.trees.values())).element.position
+        first = next(iter(self._document.trees.values()))
+        file, place = first.file, first.element.position
         renamed = {name: mission for name, mission in self._missions.items() if name != mission}
         if renamed:
             self._notes.notice(file, place, f"trees are called differently now: {_pairs(renamed)}")

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from florence_bt.core.declaration import Kind
 from florence_bt.trees.btcpp.port_models import NodeModel, PortModel
+from florence_bt.trees.btcpp.written import Quoted
 
+ERROR_PORTS = {"error_code_id": (Kind.INTEGER, "0"), "error_msg": (Kind.TEXT, Quoted(""))}
+"""The ports of how an action ended -> kind and value at the start, as Nav2's bt_navigator gives them."""
 _ENDS = "error_code_id error_msg"
 _CANCELS = ("AssistedTeleop", "BackUp", "ComputeAndTrackRoute", "Control", "DriveOnHeading", "Spin", "Wait")
 _ROUTE = "route path"

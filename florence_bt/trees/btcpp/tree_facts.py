@@ -130,6 +130,21 @@ class TreeFacts:
                 found.setdefault(key, []).append(event.element)
         return {key: self._places.numbers(elements) for key, elements in found.items()}
 
+    def uses_below(self, elements: list[Element]) -> Iterator[Use]:
+        """The uses of keys in some elements and below them."""
+        inside = {id(below) for element in elements for below in element.walk()}
+        return (e for e in self.events if isinstance(e, Use) and id(e.element) in inside)
+
+    def is_ticked_again(self, element: Element) -> bool:
+        """Whether an element can be ticked after its end, but not by a ``PipelineSequence`` just above."""
+        above = self._places.concurrent_above(element)
+        return above is not None and not (above.tag == "PipelineSequence" and element in above.children)
+
+    @cached_property
+    def read_keys(self) -> frozenset[str]:
+        """The keys that something reads."""
+        return frozenset(e.key for e in self.events if isinstance(e, Use) and e.access == READ)
+
     @property
     def calls(self) -> Iterator[SubTreeCall]:
         """The calls of other trees."""
