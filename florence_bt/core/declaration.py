@@ -50,7 +50,13 @@ class Kind(enum.Enum):
                 return (float, int)
 
 
-REQUIRED: Any = object()
+class _Required(enum.Enum):
+    """One value that stays itself when it travels to another process."""
+
+    REQUIRED = "required"
+
+
+REQUIRED: Any = _Required.REQUIRED
 """The default of a port that must be given."""
 
 

@@ -6,6 +6,7 @@ import filecmp
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
@@ -37,6 +38,10 @@ class MissionLibrary:
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
         self._fitting: dict[int, Mission] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process: identities of objects mean nothing there."""
+        return {**self.__dict__, "_fitting": {}}
 
     @classmethod
     def load(
