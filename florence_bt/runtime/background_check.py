@@ -8,6 +8,7 @@ those in force at once.
 
 from __future__ import annotations
 
+import gc
 import pickle
 import subprocess
 import sys
@@ -98,9 +99,13 @@ class BackgroundCheck:
             self._call_soon(lambda: self._failed(process))
             return
         source = _Slices(pickled)
-        report = pickle.Unpickler(source).load()
-        begin = source.position
-        missions = pickle.Unpickler(source).load()
+        gc.disable()  # a collection would look at all that was read so far, and the executor would wait for it
+        try:
+            report = pickle.Unpickler(source).load()
+            begin = source.position
+            missions = pickle.Unpickler(source).load()
+        finally:
+            gc.enable()
         self._call_soon(lambda: self._checked(process, report, missions, pickled[begin:]))
 
     def _checked(
@@ -110,6 +115,7 @@ class BackgroundCheck:
             return  # it came too late
         self._missions, self._pickled, self._report = missions, pickled, report
         self._adopt(missions)
+        gc.freeze()  # as at the start of the process: what lives long is not looked at by the collector
         if not self._edited():
             self._answer("")
         elif self._checks < AGAIN:
