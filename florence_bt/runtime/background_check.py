@@ -99,7 +99,7 @@ class BackgroundCheck:
             self._call_soon(lambda: self._failed(process))
             return
         source = _Slices(pickled)
-        gc.disable()  # a collection would look at all that was read so far, and the executor would wait for it
+        gc.disable()  # a collection looks at all that was read so far, and the executor waits for it
         try:
             report = pickle.Unpickler(source).load()
             begin = source.position
