@@ -57,7 +57,14 @@ MAGNITUDES: Mapping[Kind, float] = {
 }
 """The largest absolute value of a kind, SI units: what is beyond is a mistake."""
 
-REQUIRED: Any = object()
+
+class _Required(enum.Enum):
+    """One value that stays itself when it travels to another process."""
+
+    REQUIRED = "required"
+
+
+REQUIRED: Any = _Required.REQUIRED
 """The default of a port that must be given."""
 
 

@@ -22,9 +22,11 @@ from florence_bt.runtime.run_queue import RunQueue
 from florence_bt.runtime.runs_in_sight import RunsInSight
 from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun
 from florence_bt.runtime.world import World
-from florence_bt.trees.findings import raise_first_error
+from florence_bt.trees.findings import Finding, raise_first_error
 from florence_bt.trees.inputs import parse_inputs
+from florence_bt.trees.lint import check
 from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.model import Mission
 
 __all__ = ["END_LIMIT_S", "QUEUE_LIMIT", "Executor", "RequestRefused"]
 
@@ -52,6 +54,7 @@ class Executor(RunsInSight):
         queue_limit: How many runs may wait for their turn.
         stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
         let_others_run: Called when the skills of a tick were started and only the telling is left.
+        reload_at_trigger: Whether a trigger takes edits over itself; otherwise whoever calls it sees to that.
 
     Attributes:
         on_tick: Called with the run after each tick.
@@ -71,6 +74,7 @@ class Executor(RunsInSight):
         queue_limit: int = QUEUE_LIMIT,
         stopwatch: Callable[[], float] | None = None,
         let_others_run: Callable[[], None] = lambda: None,
+        reload_at_trigger: bool = True,
     ) -> None:
         super().__init__(RunQueue(queue_limit))
         self._missions = library
@@ -85,6 +89,7 @@ class Executor(RunsInSight):
         self._wake_asked = False
         self._stopwatch = stopwatch or clock.now
         self._let_others_run = let_others_run
+        self._reload_at_trigger = reload_at_trigger
         self.woken = 0.0
 
     def add_listener(self, listener: Listener) -> None:
@@ -119,7 +124,8 @@ class Executor(RunsInSight):
                 worked.
             RequestRefused: Another mission runs, too many wait, or triggers are blocked.
         """
-        self.reload()
+        if self._reload_at_trigger:
+            self.reload()
         mission = self.library.get(request.mission)
         raise_first_error(mission.findings)
         inputs = parse_inputs(mission, request.inputs)
@@ -179,6 +185,17 @@ class Executor(RunsInSight):
         """
         missions = self._missions
         return missions.refresh() if isinstance(missions, MissionFolders) else ReloadReport()
+
+    def adopt(self, missions: MissionFolders) -> None:
+        """Replace the missions in force by those that were read and checked elsewhere."""
+        self._missions = missions
+
+    def findings_of(self, mission: Mission) -> list[Finding]:
+        """What the check says about a mission in force."""
+        missions = self._missions
+        if isinstance(missions, MissionFolders):
+            return missions.findings_of(mission)
+        return check(mission, missions, self._declarations)
 
     def warnings(self) -> list[str]:
         """What people should know though missions run: edits that do not count, a journal in trouble."""

@@ -11,14 +11,16 @@ import os
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees import model
-from florence_bt.trees.findings import ERROR
+from florence_bt.trees.findings import ERROR, Finding
 from florence_bt.trees.lint import check
 from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.model import Mission
 
 Stamp = tuple[int, int, int]
 """Time of the last change in ns, size in bytes, inode: what an edit changes."""
@@ -90,6 +92,7 @@ class MissionFolders:
         self._hotspots = hotspots
         self._date_ns = date_ns
         self._known_versions: dict[str, str] = {}
+        self._checked: dict[str, tuple[Mission, list[Finding]]] = {}
         self._stamps: dict[Path, Stamp] = {}
         self._prints: dict[Path, str] = {}
         self._young: set[Path] = set()
@@ -117,7 +120,7 @@ class MissionFolders:
         Raises:
             ConfigError: A folder does not exist.
         """
-        return cls(lambda: MissionLibrary.load(folders, built_in=built_in), declarations, hotspots)
+        return cls(partial(MissionLibrary.load, folders, built_in=built_in), declarations, hotspots)
 
     def refresh(self) -> ReloadReport:
         """Take edits over, if there are any; a look at the files' dates when there are none.
@@ -125,7 +128,7 @@ class MissionFolders:
         A folder that is out of reach for a moment changes nothing.
         """
         try:
-            return self._reload() if self._edited() else ReloadReport(held=dict(self.held))
+            return self._reload() if self.edited() else ReloadReport(held=dict(self.held))
         except (OSError, ConfigError) as error:
             return ReloadReport(held={**self.held, "the folders": f"cannot be read: {error}"})
 
@@ -154,7 +157,14 @@ class MissionFolders:
                         stamps[folder / entry.name] = _stamp(entry)
         return stamps
 
-    def _edited(self) -> bool:
+    def findings_of(self, mission: Mission) -> list[Finding]:
+        """What the check says about a mission in force; it is checked once as long as it stays."""
+        known = self._checked.get(mission.name)
+        if known is None or known[0] is not mission:
+            known = self._checked[mission.name] = mission, check(mission, self.library, self._declarations)
+        return known[1]
+
+    def edited(self) -> bool:
         """Whether a file is not as it was read; young ones are compared by their texts."""
         stamps = self._look()
         if stamps != self._stamps or any(_fingerprint(path) != self._prints[path] for path in self._young):
@@ -203,6 +213,7 @@ class MissionFolders:
             versions[name] = self._versions[name]
         self._stamps, self.library, self._versions, self.held = stamps, new, versions, held
         self._known_versions.clear()
+        self._checked.clear()
         good = sorted(edited - set(held))
         broken = {name: text for name in good if (text := self._error_of(new, name))}
         return ReloadReport(

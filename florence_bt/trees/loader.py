@@ -6,6 +6,7 @@ import filecmp
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
@@ -43,6 +44,10 @@ class MissionLibrary:
     def findings(self) -> list[Finding]:
         """What is wrong with files and packages that could not be read, by file and place."""
         return sort_findings(self._findings)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process: identities of objects mean nothing there."""
+        return {**self.__dict__, "_fitting": {}}
 
     @classmethod
     def load(

@@ -361,7 +361,7 @@ def test_a_trigger_that_is_called_while_its_mission_goes_does_not_end_the_server
     (bench.missions / "be_quick.yaml").unlink()
     for _ in range(5):
         client.call_async(Trigger.Request())
-    bench.server._reload()
+    bench.server._reload(lambda success, report: None)
     bench.ros.loop.drain(50)
     bench.ros.spin_until(lambda: not client.service_is_ready(), what="the end of the trigger")
     assert bench.run("drive_once").accepted

@@ -8,6 +8,7 @@ from florence_interfaces.srv import PauseMission, ReloadMissions, ResumeMission,
 from std_msgs.msg import Bool
 
 from florence_bt.core.errors import FlorenceError
+from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
@@ -23,7 +24,7 @@ class Controls:
     Args:
         node: The node that serves them.
         missions: What runs the missions.
-        reload: Reads the mission files again: (whether all of it went well, a report for people).
+        reload: Reads the mission files again; tells later whether all went well, and a report for people.
         goals: The open goals that use the robot.
     """
 
@@ -31,7 +32,7 @@ class Controls:
         self,
         node: FlorenceNode,
         missions: Executor,
-        reload: Callable[[], tuple[bool, str]],
+        reload: Callable[[Callable[[bool, str], None]], None],
         goals: RobotGoals,
     ) -> None:
         self._node = node
@@ -41,7 +42,7 @@ class Controls:
         node.create_service(StopMission, "florence_bt/stop", self._on_stop)
         node.create_service(PauseMission, "florence_bt/pause", self._on_pause)
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
-        node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
+        allow_deferred(node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload))
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
 
     def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
@@ -87,11 +88,15 @@ class Controls:
         response.success, response.message = True, f"{run.run_id} goes on{waits}"
         return response
 
-    def _on_reload(
-        self, request: ReloadMissions.Request, response: ReloadMissions.Response
-    ) -> ReloadMissions.Response:
-        response.success, response.report = self._reload()
-        return response
+    def _on_reload(self, request: ReloadMissions.Request, response: ReloadMissions.Response) -> Deferred:
+        answer = Deferred()
+
+        def reloaded(success: bool, report: str) -> None:
+            response.success, response.report = success, report
+            answer.answer(response)
+
+        self._reload(reloaded)
+        return answer
 
     def _on_override(self, message: Bool) -> None:
         """True: every run and every goal ends, nothing may start. False: missions may start, nothing resumes.

@@ -20,7 +20,6 @@ from florence_bt.runtime.requests import checked_text
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
 from florence_bt.trees.findings import ERROR, has_errors
-from florence_bt.trees.lint import check
 from florence_bt.trees.model import Mission
 from florence_bt.trees.report import report_text
 
@@ -52,7 +51,6 @@ class Questions:
         self._skills = skills
         self._runs_folder = runs_folder
         self._goals = goals
-        self._checked: dict[str, tuple[Mission, str]] = {}
         node.create_service(MissionStatus, "florence_bt/status", self._on_status)
         node.create_service(ListMissions, "florence_bt/list_missions", self._on_list)
         node.create_service(CheckMission, "florence_bt/check_mission", self._on_check)
@@ -127,13 +125,9 @@ class Questions:
         return response
 
     def _problem(self, mission: Mission) -> str:
-        """Why a mission cannot run, as the check says it; a mission is checked once as long as it stays."""
-        known = self._checked.get(mission.name)
-        if known is None or known[0] is not mission:
-            findings = check(mission, self._missions.library, self._declarations)
-            errors = [finding for finding in findings if finding.severity == ERROR]
-            known = self._checked[mission.name] = (mission, report_text(errors) if errors else "")
-        return known[1]
+        """Why a mission cannot run, as the check says it."""
+        errors = [one for one in self._missions.findings_of(mission) if one.severity == ERROR]
+        return report_text(errors) if errors else ""
 
     def _on_check(
         self, request: CheckMission.Request, response: CheckMission.Response
@@ -144,7 +138,7 @@ class Questions:
         except ConfigError as error:
             response.report = str(error)
             return response
-        findings = check(mission, self._missions.library, self._declarations)
+        findings = self._missions.findings_of(mission)
         response.ok = not has_errors(findings)
         response.report = report_text(findings) if findings else f"{mission.name}: no problem found"
         return response

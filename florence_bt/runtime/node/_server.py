@@ -17,10 +17,11 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.tf import TransformListener
+from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.events import Event, EventKind
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
-from florence_bt.runtime.missions import MissionFolders
+from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.runtime.node._controls import Controls
 from florence_bt.runtime.node._questions import Questions
 from florence_bt.runtime.node._robot_goals import RobotGoals, exclusive_actions
@@ -90,8 +91,9 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(self._journal.close)
+        missions = self._load_missions(declarations)
         self._missions = Executor(
-            self._load_missions(declarations),
+            missions,
             self._skills,
             declarations,
             self.timebase,
@@ -100,7 +102,10 @@ class MissionNode(FlorenceNode):
             log=self._journal,
             stopwatch=time.perf_counter,
             let_others_run=os.sched_yield,
+            reload_at_trigger=False,
         )
+        self._edits = BackgroundCheck(missions, self._missions.adopt, self.call_soon, self.steady)
+        self.on_close(self._edits.close)
         recorder = RunRecorder(
             self._missions,
             runs_folder,
@@ -110,7 +115,7 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(recorder.close)
-        self._triggers = Triggers(self, self._missions, runs_folder)
+        self._triggers = Triggers(self, self._missions, self._edits, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
@@ -183,11 +188,15 @@ class MissionNode(FlorenceNode):
                 self._forget_transforms()
             self._triggers.on_end(run)
 
-    def _reload(self) -> tuple[bool, str]:
-        """Read the mission files again; the triggers by name follow."""
-        report = self._missions.reload()
-        self._triggers.sync()
-        return report.ok, report.text()
+    def _reload(self, answer: Callable[[bool, str], None]) -> None:
+        """Take over what was edited in the mission files; the triggers by name follow."""
+
+        def report(problem: str, report: ReloadReport) -> None:
+            # Others who wait for this check are answered first: the trigger of one may be one that goes.
+            self.call_soon(self._triggers.sync)
+            answer(report.ok and not problem, problem or report.text())
+
+        self._edits.when_fresh(report)
 
     def _recorded(self, record: RunRecord) -> None:
         if self._on_recorded is not None:

@@ -14,8 +14,11 @@ from std_srvs.srv import Trigger
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
+from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.past_requests import same_again
 from florence_bt.runtime.requests import request_from_texts
 from florence_bt.runtime.run import MissionRun, Policy, RunStatus
@@ -29,18 +32,22 @@ class Triggers:
     Args:
         node: The node that serves them.
         missions: What runs the missions.
+        edits: Reads and checks edited missions; a trigger waits for that.
         runs_folder: Where the journal is: the id of an earlier run starts the same mission once more.
     """
 
-    def __init__(self, node: FlorenceNode, missions: Executor, runs_folder: Path) -> None:
+    def __init__(
+        self, node: FlorenceNode, missions: Executor, edits: BackgroundCheck, runs_folder: Path
+    ) -> None:
         self._node = node
         self._missions = missions
+        self._edits = edits
         self._runs_folder = runs_folder
         self._run_of_action: str | None = None
         self._replaced: MissionRun | None = None
         self._by_name: dict[str, Any] = {}
         self._served: MissionLibrary | None = None
-        node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission)
+        allow_deferred(node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission))
         self._action = SingleGoalServer(
             node,
             ExecuteMission,
@@ -69,6 +76,7 @@ class Triggers:
                 self._by_name[name] = self._node.create_service(
                     Trigger, service, partial(self._on_trigger, name)
                 )
+                allow_deferred(self._by_name[name])
         for name in tuple(self._by_name):
             if name not in wanted:
                 self._node.retire_service(self._by_name.pop(name))
@@ -118,26 +126,41 @@ class Triggers:
             result.cause = run.mission
         return result
 
-    def _on_run_mission(
-        self, request: RunMission.Request, response: RunMission.Response
-    ) -> RunMission.Response:
-        response.accepted, response.run_id, response.message = self._start(
-            request.mission,
-            request.input_names,
-            request.input_values,
-            request.caller or "run_mission service",
-            request.policy,
-            request.priority,
-        )
-        return response
+    def _on_run_mission(self, request: RunMission.Request, response: RunMission.Response) -> Deferred:
+        answer = Deferred()
 
-    def _on_trigger(
-        self, mission: str, request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
-        accepted, run_id, message = self._start(mission, (), (), f"missions/{mission} service", "", 0)
-        response.success = accepted
-        response.message = f"{message} (run {run_id})" if accepted else message
-        return response
+        def start(problem: str, report: ReloadReport) -> None:
+            response.accepted, response.run_id, response.message = (False, "", problem)
+            if not problem:
+                response.accepted, response.run_id, response.message = self._start(
+                    request.mission,
+                    request.input_names,
+                    request.input_values,
+                    request.caller or "run_mission service",
+                    request.policy,
+                    request.priority,
+                )
+            answer.answer(response)
+
+        self._edits.when_fresh(start)
+        return answer
+
+    def _on_trigger(self, mission: str, request: Trigger.Request, response: Trigger.Response) -> Deferred:
+        answer = Deferred()
+        service = self._by_name.get(mission)
+
+        def start(problem: str, report: ReloadReport) -> None:
+            if self._by_name.get(mission) is not service:
+                return  # the trigger has gone meanwhile, and with it the way to answer
+            response.success, response.message = False, problem
+            if not problem:
+                caller = f"missions/{mission} service"
+                response.success, run_id, message = self._start(mission, (), (), caller, "", 0)
+                response.message = f"{message} (run {run_id})" if response.success else message
+            answer.answer(response)
+
+        self._edits.when_fresh(start)
+        return answer
 
     def _on_goal(self, goal: ExecuteMission.Goal) -> str | None:
         older = self._run_of_action
@@ -145,6 +168,10 @@ class Triggers:
             return (
                 f"this action has one goal at a time, now {older}; to queue more use the service run_mission"
             )
+        checked: list[str] = []
+        self._edits.when_fresh(lambda problem, report: checked.append(problem))
+        if not checked:
+            return "missions were edited and are being checked; send the goal again in a moment"
         accepted, run_id, message = self._start(
             goal.mission,
             goal.input_names,

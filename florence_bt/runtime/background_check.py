@@ -1,0 +1,193 @@
+"""Reads and checks edited mission files beside the executor: in a process of its own, once per edit.
+
+A thread would not do: it shares the interpreter, and while a file of 304 kB was read and checked the executor
+waited up to 600 ms for its turn. The process gets the missions in force as a pickle, takes the edits over as
+:meth:`MissionFolders.refresh` does, and gives its missions back. They are read in small slices, and replace
+those in force at once.
+"""
+
+from __future__ import annotations
+
+import gc
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+from florence_bt.core.clock import Clock, Timer
+from florence_bt.runtime.missions import MissionFolders, ReloadReport
+
+LIMIT_S = 25.0
+"""How long a check may take; the first start of Python on a busy machine takes some seconds of it."""
+AGAIN = 5
+"""How often files that were edited during their check are checked again before somebody gets an answer."""
+SLICE_S = 0.0005
+"""How long the interpreter is kept from the executor at a time."""
+
+WhenFresh = Callable[[str, ReloadReport], None]
+"""Called with why the files could not be checked (mostly empty) and what became of the edits."""
+
+
+class BackgroundCheck:
+    """Keeps missions up to date without holding their executor up.
+
+    Args:
+        missions: The missions in force.
+        adopt: Takes newer ones over, on the executor's thread.
+        call_soon: Runs a callback on the executor's thread; may be called from any thread.
+        steady: For the limit.
+    """
+
+    def __init__(
+        self,
+        missions: MissionFolders,
+        adopt: Callable[[MissionFolders], None],
+        call_soon: Callable[[Callable[[], None]], object],
+        steady: Clock,
+    ) -> None:
+        self._missions = missions
+        self._adopt = adopt
+        self._call_soon = call_soon
+        self._steady = steady
+        self._pickled = pickle.dumps(missions, PROTOCOL)
+        self._waiting: list[WhenFresh] = []
+        self._report = ReloadReport()
+        self._checks = 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._limit: Timer | None = None
+
+    def when_fresh(self, then: WhenFresh) -> None:
+        """Call back when every edit until now has been checked: at once when there is none."""
+        if not self._waiting and not self._edited():
+            then("", self._missions.refresh())
+            return
+        self._waiting.append(then)
+        if self._limit is None:
+            self._checks = 0
+            self._report = ReloadReport()
+            self._limit = self._steady.call_at(self._steady.now() + LIMIT_S, self._too_late)
+            self._start()
+
+    def close(self) -> None:
+        """End a check that goes on; nobody is called back any more."""
+        self._waiting.clear()
+        self._stop()
+
+    def _edited(self) -> bool:
+        try:
+            return self._missions.edited()
+        except OSError:
+            return False  # a folder that is out of reach for a moment changes nothing
+
+    def _start(self) -> None:
+        self._checks += 1
+        try:
+            process = self._process = subprocess.Popen(
+                [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            )
+        except OSError as error:
+            self._answer(f"the missions cannot be checked: {error}")
+            return
+        threading.Thread(target=self._work, args=(process,), name="check", daemon=True).start()
+
+    def _work(self, process: subprocess.Popen[bytes]) -> None:
+        """Wait for the process, and read what it says; on a thread of its own."""
+        pickled, _ = process.communicate(self._pickled)
+        if process.returncode != 0:
+            self._call_soon(lambda: self._failed(process))
+            return
+        source = _Slices(pickled)
+        gc.disable()  # a collection looks at all that was read so far, and the executor waits for it
+        try:
+            report = pickle.Unpickler(source).load()
+            begin = source.position
+            missions = pickle.Unpickler(source).load()
+        finally:
+            gc.enable()
+        self._call_soon(lambda: self._checked(process, report, missions, pickled[begin:]))
+
+    def _checked(
+        self, process: subprocess.Popen[bytes], report: ReloadReport, missions: MissionFolders, pickled: bytes
+    ) -> None:
+        if process is not self._process:
+            return  # it came too late
+        self._missions, self._pickled, self._report = missions, pickled, report
+        self._adopt(missions)
+        gc.freeze()  # as at the start of the process: what lives long is not looked at by the collector
+        if not self._edited():
+            self._answer("")
+        elif self._checks < AGAIN:
+            self._start()
+        else:
+            self._answer("the files of the missions are being written at this moment; ask again")
+
+    def _failed(self, process: subprocess.Popen[bytes]) -> None:
+        if process is self._process:
+            code = process.returncode
+            self._answer(f"the check of the missions ended with code {code}; its error is in the log")
+
+    def _too_late(self) -> None:
+        self._answer(
+            f"the edited missions were not checked within {LIMIT_S:g} s; undo the edit, or ask again"
+        )
+
+    def _answer(self, problem: str) -> None:
+        waiting, self._waiting = self._waiting, []
+        self._stop()
+        for then in waiting:
+            then(problem, self._report)
+
+    def _stop(self) -> None:
+        if self._limit is not None:
+            self._limit.cancel()
+            self._limit = None
+        if self._process is not None:
+            if self._process.poll() is None:
+                self._process.kill()
+            self._process = None
+
+
+PROTOCOL = 3
+"""Of the pickles: later ones are read in frames of 64 kB, which keeps the interpreter for 10 ms at a time."""
+
+
+class _Slices:
+    """Bytes to unpickle; whoever reads them lets other threads run every :data:`SLICE_S`."""
+
+    def __init__(self, data: bytes) -> None:
+        self.position = 0
+        self._data = data
+        self._until = time.perf_counter() + SLICE_S
+
+    def read(self, count: int) -> bytes:
+        """The next bytes."""
+        self._let_others_run()
+        begin, self.position = self.position, self.position + count
+        return self._data[begin : self.position]
+
+    def readline(self) -> bytes:
+        """The next line."""
+        self._let_others_run()
+        begin, self.position = self.position, self._data.index(b"\n", self.position) + 1
+        return self._data[begin : self.position]
+
+    def _let_others_run(self) -> None:
+        if time.perf_counter() >= self._until:
+            time.sleep(SLICE_S)
+            self._until = time.perf_counter() + SLICE_S
+
+
+def main() -> None:
+    """Take edits over: missions in on the standard input, the report and the missions out."""
+    missions: MissionFolders = pickle.load(sys.stdin.buffer)
+    report = missions.refresh()
+    for mission in missions.library:
+        missions.findings_of(mission)
+    pickle.dump(report, sys.stdout.buffer, PROTOCOL)
+    pickle.dump(missions, sys.stdout.buffer, PROTOCOL)
+
+
+if __name__ == "__main__":
+    main()
