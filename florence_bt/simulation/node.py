@@ -79,7 +79,8 @@ class SimulatorNode(FlorenceNode):
         self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
         self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
-        self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
+        # This node makes the time that the others have; its own is the wall clock.
+        self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR, judge_stamps=False)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated hardware")
         self._thread.start()
