@@ -48,8 +48,10 @@ _CODES = {"float": "f", "double": "d", "uint8": "B", "octet": "B", "int8": "b"}
 def load_type(name: str) -> Any:
     """The class of a type by its name in the graph: ``nav_msgs/msg/Odometry``, or ``nav_msgs/Odometry``."""
     package, *middle, last = name.split("/")
-    module = importlib.import_module(f"{package}.{middle[0] if middle else 'msg'}")
     action, _, part = last.rpartition("_")  # what an action is made of
+    if part in ("Goal", "Result", "Feedback"):
+        return getattr(getattr(importlib.import_module(f"{package}.action"), action), part)
+    module = importlib.import_module(f"{package}.{middle[0] if middle else 'msg'}")
     if part in ("FeedbackMessage", "SendGoal", "GetResult"):
         return getattr(getattr(module, action).Impl, part + ("" if part == "FeedbackMessage" else "Service"))
     return getattr(module, last)
