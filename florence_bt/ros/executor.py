@@ -75,7 +75,8 @@ class SpinLoop:
                 node.served_by = None
         for node in own:
             if node.fatal is not None:
-                raise node.fatal
+                fatal, node.fatal = node.fatal, None
+                raise fatal
             while node.failures:
                 error = node.failures.popleft()
                 if not self._keep_going:

@@ -105,16 +105,23 @@ class FlorenceNode(Node):
         topic: str,
         callback: Callable[..., None],
         qos_profile: QoSProfile | int,
+        *,
+        judge_stamps: bool = True,
         **options: Any,
     ) -> Subscription:
         """A subscription of rclpy whose callback gets only messages that pass the check of their type.
 
-        A stamp must be near the present time, except on a latched topic, whose last message may be old.
+        A stamp must be near the present time of the node, except on a latched topic, whose last message may
+        be old, and with ``judge_stamps=False``, where the stamps are of another clock than the node's.
         """
         latched = (
             isinstance(qos_profile, QoSProfile) and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
         )
-        now = None if latched else lambda stamp: self.ros_timebase.now_near(stamp, MAX_STAMP_OFFSET_S)
+        now = (
+            None
+            if latched or not judge_stamps
+            else lambda stamp: self.ros_timebase.now_near(stamp, MAX_STAMP_OFFSET_S)
+        )
 
         # Wrapped, so that rclpy sees whether the callback also takes the information about the message.
         @functools.wraps(callback)

@@ -17,7 +17,7 @@ from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import MAX_ANGLE_RAD, MAX_DISTANCE_M
 
 NANO = 1_000_000_000
-MAX_SPEED_MPS, MAX_TURN_RATE = 10.0, 100.0
+MAX_SPEED_MPS, MAX_TURN_RATE = 100.0, 100.0
 """m/s and rad/s; the limits of the base itself are far below."""
 MAX_ACCELERATION = 1_000.0
 """m/s^2"""

@@ -91,12 +91,15 @@ class SimulatorNode(FlorenceNode):
             None if self._settings.catch_up else self.create_publisher(ClockMessage, "/clock", RELIABLE)
         )
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
+        # This node makes the time that the others have; its own is the wall clock.
         self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
-        self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR)
+        self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR, judge_stamps=False)
         self._filters = SlowestReader(MOST_FILTERED_LAG_S, PATIENCE_S)
-        self.create_subscription(LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR)
+        self.create_subscription(
+            LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR, judge_stamps=False
+        )
         self._localiser = SlowestReader(MOST_LAG_S, LOCALISER_PATIENCE_S)
-        self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER)
+        self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER, judge_stamps=False)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated hardware")
         self._thread.start()

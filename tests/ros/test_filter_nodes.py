@@ -277,7 +277,7 @@ def test_late_listeners_learn_the_frames_and_the_description(ros: Any) -> None:
 
 def test_the_wheels_follow_the_odometry(ros: Any) -> None:
     ros.add(RobotDescriptionNode(parameters={"use_sim_time": True}))
-    base = ros.add(FlorenceNode("base"))
+    base = ros.add(FlorenceNode("base", parameters={"use_sim_time": True}))
     moved: list[Any] = []
     base.create_subscription(TFMessage, "/tf", moved.append, TF)
     joints = base.create_publisher(JointState, "joint_states", RELIABLE)

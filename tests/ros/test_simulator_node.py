@@ -66,7 +66,7 @@ def simulator_beside_a_driver(ros, monkeypatch):
     simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
 
     def told(stamp: float) -> None:
-        message = LaserScan()
+        message = LaserScan(ranges=[1.0], range_max=4.0)
         message.header.stamp = stamp_to_ros(stamp)
         scans.publish(message)
 

@@ -48,7 +48,13 @@ _CODES = {"float": "f", "double": "d", "uint8": "B", "octet": "B", "int8": "b"}
 def load_type(name: str) -> Any:
     """The class of a type by its name in the graph: ``nav_msgs/msg/Odometry``, or ``nav_msgs/Odometry``."""
     package, *middle, last = name.split("/")
-    return getattr(importlib.import_module(f"{package}.{middle[0] if middle else 'msg'}"), last)
+    action, _, part = last.rpartition("_")  # what an action is made of
+    if part in ("Goal", "Result", "Feedback"):
+        return getattr(getattr(importlib.import_module(f"{package}.action"), action), part)
+    module = importlib.import_module(f"{package}.{middle[0] if middle else 'msg'}")
+    if part in ("FeedbackMessage", "SendGoal", "GetResult"):
+        return getattr(getattr(module, action).Impl, part + ("" if part == "FeedbackMessage" else "Service"))
+    return getattr(module, last)
 
 
 def arbitrary(message_type: Any, rng: random.Random) -> Any:
@@ -209,12 +215,11 @@ def attack_with_messages(seconds: float, seed: int) -> Report:
     """
     import rclpy
 
-    with rclpy.init():
-        node = rclpy.create_node("attacker")
-        try:
-            return _Attack(node, random.Random(seed)).run(seconds)
-        finally:
-            node.destroy_node()
+    rclpy.init()
+    try:
+        return _Attack(rclpy.create_node("attacker"), random.Random(seed)).run(seconds)
+    finally:
+        rclpy.shutdown()
 
 
 class _Attack:

@@ -94,3 +94,16 @@ def test_a_mission_without_inputs():
     assert parse_inputs(mission, {}) == {}
     with pytest.raises(ConfigError, match="no inputs at all"):
         parse_inputs(mission, {"a": "1"})
+
+
+@pytest.mark.parametrize("far", ["1e308 m", "11 km", 1e17, -1e308])
+def test_a_length_that_nobody_can_mean_is_refused(far):
+    with pytest.raises(ConfigError, match=r"far: .*(too large|not between -10000 and 10000)"):
+        parse_inputs(MISSION, {"who": "", "far": far})
+
+
+def test_a_pose_that_is_too_far_away_is_refused():
+    with pytest.raises(ConfigError, match="too far away"):
+        parse_inputs(POSE, {"goal": Pose2(1e17, 0.0)})
+    with pytest.raises(ConfigError, match="too large"):
+        parse_inputs(POSE, {"goal": "{x: 1e308 m, y: 0 m, yaw: 0 deg}"})
