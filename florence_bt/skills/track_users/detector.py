@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import ColourImage, DepthImage
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.track_users._body import Camera, Front, find_head, fit_front, shape_spread
 from florence_bt.skills.track_users._plan_view import project_to_plan
@@ -110,6 +110,12 @@ def detect_people(
         distance = math.hypot(front.x - camera[0], front.y - camera[1])
         found.append(Detection(front.x, front.y, distance, 2.0 * front.half_width, top, histogram))
     return sorted(found, key=lambda detection: detection.distance)
+
+
+def load_compiled_code() -> None:
+    """Look at an empty picture: the first call in a process takes 0.4 s of computing, to load what numba needs."""
+    empty = np.full((2, 2), np.nan, np.float32)
+    detect_people(DepthImage(0.0, "", CameraModel(2, 2, 1.0, 1.0, 0.5, 0.5), empty), Transform3.identity())
 
 
 def _camera_place(optical_in_base: Transform3) -> Camera:

@@ -34,7 +34,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, NO_USER_SEEN
-from florence_bt.skills.track_users.detector import detect_people
+from florence_bt.skills.track_users.detector import detect_people, load_compiled_code
 from florence_bt.skills.track_users.known_obstacles import KnownObstacles
 from florence_bt.skills.track_users.look import LookForUser
 from florence_bt.skills.track_users.parameters import DetectorParameters, LookParameters, TrackerParameters
@@ -111,6 +111,7 @@ class UserTrackerNode(FlorenceNode):
         self._action = SingleGoalServer(
             self, LookAction, "look_for_user", on_goal=self._on_goal, on_cancel=self._on_cancel
         )
+        load_compiled_code()  # not amid a look: this process would not answer meanwhile
 
     # ---- start and stop -------------------------------------------------------------------------------
 
