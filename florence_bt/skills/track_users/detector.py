@@ -113,7 +113,7 @@ def detect_people(
 
 
 def load_compiled_code() -> None:
-    """Look at an empty picture: the first call in a process takes 0.4 s of computing, to load what numba needs."""
+    """Look at an empty picture: the first call in a process loads numba, 0.4 s of computing."""
     empty = np.full((2, 2), np.nan, np.float32)
     detect_people(DepthImage(0.0, "", CameraModel(2, 2, 1.0, 1.0, 0.5, 0.5), empty), Transform3.identity())
 
