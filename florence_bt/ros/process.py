@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import math
 import signal
 import socket
@@ -78,6 +79,8 @@ def run_nodes(
                 problem = nodes[-1].unknown_parameters()
                 if problem is not None:
                     raise problem
+            # The first log line of rclpy finds the file of every module: 55 ms that must not come in a drive.
+            inspect.getmodule(run_nodes.__code__)
             # What lives as long as the process is not looked at by the garbage collector any more.
             gc.collect()
             gc.freeze()
