@@ -50,7 +50,7 @@ class Spy:
         node = ros.add(FlorenceNode("spy", namespace=namespace))
         self.scans: list[LaserScan] = []
         self.reports: list[DiagnosticStatus] = []
-        node.create_subscription(LaserScan, "scan", self.scans.append, SENSOR)
+        node.create_subscription(LaserScan, "scan", self.scans.append, SENSOR, judge_stamps=False)
         node.create_subscription(
             DiagnosticArray, "diagnostics", lambda m: self.reports.extend(m.status), RELIABLE
         )
