@@ -11,11 +11,17 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from safety_campaign.kills import kill_many, kills_table
-from safety_campaign.overrides import override_many, overrides_table
-from safety_campaign.tables import write_between_marks
+from tools.safety_campaign.busy import goto_user_beside_load
+from tools.safety_campaign.kills import kill_many, kills_table
+from tools.safety_campaign.messages import attack_with_messages
+from tools.safety_campaign.overrides import override_many, overrides_table
+from tools.safety_campaign.restarts import restart_many
+from tools.safety_campaign.running_system import RunningSystem
+from tools.safety_campaign.tables import table, write_between_marks
+
+ATTACK_S = 120.0
 
 
 def _say(text: str) -> None:
@@ -30,18 +36,52 @@ def _kills(options: argparse.Namespace) -> str:
     return kills_table(kill_many(options.count or 60, options.others, options.seed, _say))
 
 
-ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {"overrides": _overrides, "kills": _kills}
+def _messages(options: argparse.Namespace) -> str:
+    """Messages for a while; then a mission must drive the robot again."""
+    with RunningSystem(options.seed) as system:
+        before = system.pids()
+        report = attack_with_messages(float(options.count or ATTACK_S), options.seed)
+        ended = [name for name, pid in before.items() if system.pid(name) != pid]
+        drives = system.drives_again()
+    rows = [(name, str(count)) for name, count in sorted(report.sent.items())]
+    rows.append(("all", str(sum(report.sent.values()))))
+    lines = (
+        table(("topic, service or action", "messages"), rows),
+        f"Processes ended: {', '.join(ended) or 'none'}. "
+        f"Nodes lost: {', '.join(report.nodes_lost) or 'none'}. "
+        f"A mission drives the robot afterwards: {'yes' if drives else 'no'}.",
+    )
+    return "\n\n".join(lines)
+
+
+def _restarts(options: argparse.Namespace) -> str:
+    return f"{restart_many(options.count or 200, options.seed)}."
+
+
+def _busy(options: argparse.Namespace) -> str:
+    return f"{goto_user_beside_load(options.count or 50, options.seed).text()}."
+
+
+ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {
+    "overrides": _overrides,
+    "kills": _kills,
+    "messages": _messages,
+    "restarts": _restarts,
+    "busy": _busy,
+}
 
 
 def main() -> int:
-    """Run one attack and print its table."""
+    """Run one attack and print what came of it."""
     parser = argparse.ArgumentParser(prog="python tools/safety_campaign", description=__doc__)
     parser.add_argument("attack", choices=sorted(ATTACKS))
-    parser.add_argument("--count", type=int, help="how often (default: the figure of docs/safety.md)")
+    parser.add_argument(
+        "--count", type=int, help="how often; of messages how many seconds (default: as in the docs)"
+    )
     parser.add_argument("--others", type=int, default=5, help="kills of each process but the mission server")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+        "--write", type=Path, metavar="PAGE", help="put the result between the marks of this page"
     )
     options = parser.parse_args()
     text = ATTACKS[options.attack](options)

@@ -8,8 +8,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from safety_campaign.running_system import CampaignFailed, RunningSystem
-from safety_campaign.tables import milliseconds, table
+from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.tables import milliseconds, table
 
 OTHERS = ("hardware", "navigation", "people", "simulator")
 IN_A_ROW = 3

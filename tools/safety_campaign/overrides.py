@@ -13,9 +13,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from geometry_msgs.msg import Twist
-from safety_campaign.running_system import CampaignFailed, RunningSystem
-from safety_campaign.tables import milliseconds, table
 from std_msgs.msg import Bool
+
+from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
+from tools.safety_campaign.tables import milliseconds, table
 
 SERVERS = ("alive", "hung", "dead")
 DRIVES = ("mission", "goal_pose", "foreign goal")

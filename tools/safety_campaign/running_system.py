@@ -20,6 +20,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, String
+from std_srvs.srv import SetBool
 
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
@@ -27,6 +28,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
+GROUPS = ("simulator", "hardware", "navigation", "people", "missions")
 READY_S = 300.0
 END_S = 60.0
 PATROL = """\
@@ -126,6 +128,11 @@ class RunningSystem:
                 return int(entry.name)
         return None
 
+    def pids(self) -> dict[str, int]:
+        """The processes that are there, by group."""
+        found = {group: self.pid(group) for group in GROUPS}
+        return {group: pid for group, pid in found.items() if pid is not None}
+
     def send(self, group: str, number: signal.Signals) -> None:
         """Send a signal to the process of a group."""
         pid = self.pid(group)
@@ -168,6 +175,16 @@ class RunningSystem:
         self.wait(future.done, "the answer of the mission server")
         if not future.result().accepted:
             raise CampaignFailed(f"patrol was refused: {future.result().message}")
+
+    def drives_again(self) -> bool:
+        """Whether a mission drives the robot once everything that holds it was let go."""
+        self.switch.publish(Bool(data=False))
+        hard_stop = self.node.create_client(SetBool, "velocity_filter/hard_stop")
+        self.wait(hard_stop.service_is_ready, "the velocity filter")
+        hard_stop.call_async(SetBool.Request(data=False))
+        self.spin(1.0)
+        self.drive_by_mission()
+        return self.spin_until(lambda: self.truth["moving"], 30.0)
 
     def drive_by_topic(self, x: float, y: float) -> None:
         """Send a goal as RViz does."""
