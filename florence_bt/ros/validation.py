@@ -30,6 +30,7 @@ MAX_BEAMS = 20_000
 MAX_PIXELS_A_SIDE = 10_000
 MAX_FOCAL_LENGTH_PX = 100_000.0
 MAX_LOOK_S = 3_600.0
+MAX_NOTE_S = 60.0
 MAX_ITEMS = 1_000
 """Transforms or joints in one message."""
 MAX_NAME = 200
@@ -309,6 +310,11 @@ def _approach(message: Any, now: Now | None) -> None:
     _between("safe_distance", message.safe_distance, 0.0, MAX_DISTANCE_M, "m")
 
 
+def _song(message: Any, now: Now | None) -> None:
+    for duration in message.durations:
+        _between("a duration", duration, 0.0, MAX_NOTE_S, "s")
+
+
 def _drive_goal(message: Any, now: Now | None) -> None:
     _pose_stamped(message.pose, now)
 
@@ -344,6 +350,7 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/GetHotspot_Request": _label,
     "florence_interfaces/GotoRoom_Request": _room,
     "florence_interfaces/GotoXYPhi_Request": _planar,
+    "florence_interfaces/PlaySong_Request": _song,
     "florence_interfaces/ProposeApproach_Request": _approach,
     "florence_interfaces/SetHotspot_Request": _hotspot,
     "florence_interfaces/SetRoom_Request": _room,

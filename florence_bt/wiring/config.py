@@ -56,7 +56,7 @@ def _parameters(node: str, section: object, path: Path) -> Parameters:
         raise ConfigError(f"{node} must map parameter names to values", file=path, valid=[f"{node}: {{...}}"])
     for name, value in parameters.items():
         parts = value if isinstance(value, list) else [value]
-        if not all(isinstance(part, bool | int | float | str) for part in parts):
+        if value is not None and not all(isinstance(part, bool | int | float | str) for part in parts):
             problem = (
                 f"{node}: the parameter {name!r} is not a number, a text, a truth value or a list of them"
             )

@@ -55,7 +55,7 @@ def worst(bench: PtyBench, name: str) -> tuple[Level, str]:
     ("values", "reason", "text"),
     [
         ({"wheel_drops": 4}, "WHEEL_DROP", "wheel hangs in the air"),
-        ({"wheel_drops": 16}, "WHEEL_DROP", "wheel hangs in the air"),
+        ({"wheel_drops": 16}, "WHEEL_DROP", "caster hangs in the air"),
         ({"cliffs": (False, False, True, False)}, "CLIFF", "misses the floor"),
         ({"left_bumper": True}, "BUMPER", "bumper is pressed"),
         ({"charger": True}, "CHARGER", "unplug it"),

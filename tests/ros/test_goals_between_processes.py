@@ -188,6 +188,7 @@ def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else
     moving.twist.twist.linear.x = 0.2
 
     def drive(message):
+        message.header.stamp = client.get_clock().now().to_msg()
         odometry.publish(message)
         return run.poll()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -102,11 +103,13 @@ class RunningSystem:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End it."""
+        """End it; its folder stays when something went wrong."""
         self._loop.close()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
         self._end()
+        if kind is None:
+            shutil.rmtree(self.folder)
 
     @property
     def output(self) -> str:
