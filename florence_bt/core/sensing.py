@@ -159,6 +159,11 @@ class OccupancyGrid:
         """Whether the cell lies in the grid."""
         return 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]
 
+    def is_occupied(self, x: float, y: float) -> bool:
+        """Whether a place (metres, frame of the map) is probably occupied; outside of the grid it is not."""
+        row, column = self.cell_of(x, y)
+        return self.contains(row, column) and bool(self.cells[row, column] > OCCUPIED // 2)
+
 
 @dataclass(frozen=True, slots=True)
 class TrackedUser:

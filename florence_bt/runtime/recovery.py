@@ -184,13 +184,16 @@ class Recovery:
         self._booting = bool(self._missing())
         run = self._safe_run = self._make_safe()
         run.on_change(lambda: self._look(run))
-        self._steady.call_at(self._steady.now() + SAFE_LIMIT_S, lambda: self._too_late(run))
+        self._safe_limit = self._steady.call_at(
+            self._steady.now() + SAFE_LIMIT_S, lambda: self._too_late(run)
+        )
         self._look(run)
 
     def _look(self, run: SkillRun) -> None:
         result = run.poll()
         if result is not None and self._safe_run is run:
             self._safe_run = None
+            self._safe_limit.cancel()
             self._stopped("" if result.succeeded else f"the robot could not be made safe: {result.reason}")
 
     def _too_late(self, run: SkillRun) -> None:

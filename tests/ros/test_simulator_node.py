@@ -40,6 +40,7 @@ class EmptyWorld:
         self.laser_speaks = True
         self.served = 0
         self.world = SimpleNamespace(resting=False)
+        self.motion = ((0.0, 0.0), False)
 
     def open(self):
         pass

@@ -5,11 +5,15 @@ All poses are in the map frame.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.skills.locate.hotspots import Hotspots
+
+if TYPE_CHECKING:
+    from florence_bt.core.sensing import OccupancyGrid
 
 STATUS_OF_RUN_STATE = {
     "IDLE": "LOST",
@@ -92,10 +96,7 @@ class Locator:
 
     def _in_obstacle(self, pose: Pose2) -> bool:
         """Whether the map, if it is known, has an obstacle at a point."""
-        if self.map is None:
-            return False
-        row, column = self.map.cell_of(pose.x, pose.y)
-        return self.map.contains(row, column) and bool(self.map.cells[row, column] > OCCUPIED // 2)
+        return self.map is not None and self.map.is_occupied(pose.x, pose.y)
 
     def set_user_room(self, label: str) -> Result:
         """Take over a room from a coarse sensor; a known position in the same room stays as it is."""

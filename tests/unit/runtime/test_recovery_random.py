@@ -46,7 +46,7 @@ def process(folder, seed, *, start, name):
     journal, told = Journal(folder / "runs"), []
     missions = MissionFolders.of([folder], DECLARATIONS, built_in=False)
     executor = Executor(missions, skills, DECLARATIONS, clock, RunIds(name), log=journal)
-    Recovery(executor, journal, DECLARATIONS, clock, told.append).begin(None)
+    Recovery(executor, journal, DECLARATIONS, clock, told.append).begin()
     return clock, executor, told
 
 

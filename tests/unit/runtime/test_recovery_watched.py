@@ -44,7 +44,7 @@ def guarded(folder, *, start, name, late=None, answers):
     journal = Journal(folder / "runs")
     timers = clock if late is None else Late(clock, late)
     executor = Executor(missions, skills, declarations, timers, RunIds(name), log=journal)
-    Recovery(executor, journal, declarations, clock, told.append).begin(None)
+    Recovery(executor, journal, declarations, clock, told.append).begin()
     return clock, skills, executor, told
 
 

@@ -160,7 +160,7 @@ def test_no_coverage_is_told_when_nothing_could_be_played(florence, tmp_path):
 
 def test_coverage_and_its_minimum(florence):
     done = florence("good.yaml", "--coverage")
-    assert done.exit_code == OK and "goto_room       3/3        3/8            0/10" in done.stdout
+    assert done.exit_code == OK and "goto_room       3/3        3/8            0/18" in done.stdout
     assert "37.5 % of the outcomes" in done.stdout
     assert "drive to the hotspot: never failed, was never stopped while running" in done.stdout
     assert florence("good.yaml", "--min-coverage", "37").exit_code == OK

@@ -1,5 +1,7 @@
 """What ``florence up`` says, with a system that is ready at once."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from florence_bt.ros.environment import PROFILES, RANGE
@@ -10,7 +12,7 @@ from florence_bt.wiring.options import BringUp
 class ReadySystem:
     """Ready at once, and ended at once."""
 
-    def __init__(self, options):
+    def __init__(self, options, report):
         self.client = self
 
     def __enter__(self):
@@ -19,8 +21,11 @@ class ReadySystem:
     def __exit__(self, *details):
         pass
 
-    def wait_ready(self, say):
+    def wait_ready(self):
         return 0.0
+
+    def missions(self):
+        return SimpleNamespace(findings=["the skill 'sing' is missing: no voice"])
 
     def knows_pose(self):
         return True
@@ -35,4 +40,6 @@ def test_it_says_when_others_can_connect(monkeypatch, capsys, tmp_path, chosen, 
     monkeypatch.setenv(RANGE, chosen)
     monkeypatch.delenv(PROFILES, raising=False)
     up.run_up(BringUp(str(tmp_path)))
-    assert ("open to the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)" in capsys.readouterr().out) is said
+    told = capsys.readouterr().out
+    assert ("open to the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)" in told) is said
+    assert told.index("the skill 'sing' is missing: no voice") < told.index("ready after")

@@ -28,12 +28,13 @@ class Peer:
         self.fails: set[str] = set()
         root = ET.fromstring(xml)
         self._factory = library.BehaviorTreeFactory()
+        names = {model.get("ID") for model in root.findall("TreeNodesModel/*")}
         for models in root.findall("TreeNodesModel"):
             for model in list(models):
                 self._register(model, models)
         for tree in root.findall("BehaviorTree"):
             for element in tree.iter():
-                _strip(element)
+                _strip(element, names)
         self.tree = self._factory.create_tree_from_text(ET.tostring(root, encoding="unicode"))
 
     def run(self) -> str:
@@ -60,8 +61,8 @@ class Peer:
         return library.NodeStatus.FAILURE if name in self.fails else library.NodeStatus.SUCCESS
 
 
-def _strip(element: ET.Element) -> None:
-    if element.tag not in ("Action", "Condition", "Decorator", "Control"):
+def _strip(element: ET.Element, names: set[str]) -> None:
+    if element.tag not in ("Action", "Condition", "Decorator", "Control", *names):
         return
     for attribute in list(element.attrib):
         if attribute not in ("ID", "name") and not attribute.startswith("_"):
