@@ -184,7 +184,12 @@ class Camera(FlorenceNode):
         super().__init__("camera")
         publisher = self.create_publisher(Image, "picture", SENSOR)
         picture = Image(width=640, height=480, encoding="32FC1", step=2560, data=bytes(640 * 480 * 4))
-        call_every(self.timebase, 0.05, lambda: publisher.publish(picture))
+
+        def publish():
+            picture.header.stamp = self.get_clock().now().to_msg()
+            publisher.publish(picture)
+
+        call_every(self.timebase, 0.05, publish)
 
 run_nodes([Camera])
 """
