@@ -32,7 +32,7 @@ MUTANTS = [
     ("approach_user", "robot: $robot", "robot: $user"),
     ("approach_user", "trial: $trial", "trial: 1"),
     ("approach_user", "timed_out]", "timed_out, rejected]"),
-    ("approach_user", "no_progress, timed_out]", "no_progress]"),
+    ("approach_user", "dock, timed_out]", "dock]"),
     ("goto_user", "robot_in_room: {room: $room}", "robot_in_room: {room: kitchen}"),
     ("goto_user", "get_hotspot: {label: $room}", "get_hotspot: {label: kitchen}"),
     ("goto_user", "            - navigate_to: {goal: $hotspot}\n", ""),
