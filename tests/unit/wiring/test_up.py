@@ -27,6 +27,9 @@ class ReadySystem:
     def missions(self):
         return SimpleNamespace(findings=["the skill 'sing' is missing: no voice"])
 
+    def keep_up(self):
+        pass
+
     def knows_pose(self):
         return True
 
