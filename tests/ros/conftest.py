@@ -37,6 +37,7 @@ GENEROUS_S = 120.0
 """How long to wait for what takes milliseconds, on a machine that may be busy."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Whole systems run one after the other (``--dist loadgroup``): two at once overload two cores."""
     here = Path(__file__).parent
