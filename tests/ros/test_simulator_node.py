@@ -136,7 +136,7 @@ def test_the_simulated_time_waits_for_the_filters(ros, monkeypatch):
 
     def waits_for(stamp: float) -> bool:
         for name, when in (("scan", 1e6), ("filtered_scan", stamp)):
-            message = LaserScan()
+            message = LaserScan(ranges=[1.0])
             message.header.stamp = stamp_to_ros(when + 1e-6 * next(slow))
             scans[name].publish(message)
         served = hardware.served
