@@ -20,6 +20,7 @@ from florence_bt.wiring.config_edit import set_numbers
 from florence_bt.wiring.run_watch import LIVE_STATES
 
 BASE_NODE = "turtlebot_node"
+SIMULATED = "use_sim_time"
 LONGEST_S = 3600.0
 """Wall seconds for all rounds; the calibration's own limits are far below it."""
 SIMULATED_PATIENCE_S = 30.0
@@ -70,12 +71,13 @@ def calibrate(
     """
     with MissionClient("florence_calibrate") as client:
         old = _parameters_of_base(client)
+        # Of the base: the publisher of the time may not have been discovered yet.
+        simulated = old.pop(SIMULATED) == 1.0
         others = _Others(client)
         has_gyro = GYRO_PARAMETER in old
         ended: list[bool] = []
 
         def make(context: Context) -> CalibrationNode:
-            simulated = client.node.count_publishers("/clock") > 0
             parameters = {
                 "use_sim_time": simulated,
                 "patience": SIMULATED_PATIENCE_S if simulated else None,
@@ -169,8 +171,8 @@ def write_config(calibrated: Calibrated, file: Path) -> Path:
 
 
 def _parameters_of_base(client: MissionClient) -> dict[str, float]:
-    """The scales that the base works with; the gyro's only when it has one."""
-    names = [ODOMETRY_PARAMETER, GYRO_PARAMETER, "has_gyro"]
+    """The base's scales, the gyro's only when it has one, and 1 or 0 for whether its time is simulated."""
+    names = [ODOMETRY_PARAMETER, GYRO_PARAMETER, "has_gyro", SIMULATED]
     answer = client.call(
         GetParameters, f"{BASE_NODE}/get_parameters", GetParameters.Request(names=names), repeat=True
     )
