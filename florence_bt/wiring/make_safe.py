@@ -67,7 +67,10 @@ class StandStill:
         self._limit_s = limit_s
         now = node.steady.now()
         self._search_until, self._end = now + min(SEARCH_S, limit_s), now + limit_s
-        self._odometry = node.create_subscription(Odometry, "odom", self._on_odometry, SENSOR)
+        # Only the speed counts; the supervisor's clock is not that of a simulated robot.
+        self._odometry = node.create_subscription(
+            Odometry, "odom", self._on_odometry, SENSOR, judge_stamps=False
+        )
         self._step()
 
     @property

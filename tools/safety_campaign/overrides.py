@@ -25,6 +25,8 @@ BLOCK = 60
 PLACES = ((3.3, 5.2), (7.3, 4.9), (3.6, 2.95), (6.7, 2.975))
 """Free places of the flat, metres."""
 TRIES = 5
+SETTLE_S = 0.15
+"""A base that brakes rocks a little when it stands."""
 ATTACK_S = 0.6
 """How long everybody tries to drive the robot while the override is on."""
 QUIET_S = 0.6
@@ -109,9 +111,11 @@ def _try_once(
     begin, speed, place = time.monotonic(), _speed(system.truth), system.truth["robot"]
     system.switch.publish(Bool(data=True))
     stands = system.spin_until(lambda: not system.truth["moving"] and _speed(system.truth) == 0.0, 5.0)
+    system.spin(SETTLE_S)
     truths = [truth for truth in system.truths if truth["monotonic"] >= begin]
+    moving = [number for number, truth in enumerate(truths) if truth["moving"] or _speed(truth) > 0.0]
     lower = [truth["monotonic"] for truth in truths if _speed(truth) < speed or speed == 0.0]
-    standing = system.truth["monotonic"] if stands else begin + 5.0
+    standing = truths[moving[-1] + 1 if moving else 0]["monotonic"] if stands else begin + 5.0
     distance = _distance(place, system.truth["robot"])
     moved = _attack(system, server)
     return Trial(server, drive, (lower or [begin + 5.0])[0] - begin, standing - begin, distance, moved)
