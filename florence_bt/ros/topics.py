@@ -1,4 +1,4 @@
-"""Names of topics that several nodes must agree on."""
+"""Names of topics and services that several nodes must agree on."""
 
 from __future__ import annotations
 
@@ -8,3 +8,6 @@ SWITCH_OVERRIDE = "florenceLocator/manualOverride"
 MANUAL_OVERRIDE = "manual_override"
 """``std_msgs/Bool``, latched: whether the manual override is on. The base's driver says so; all others read
 it."""
+
+DOCK = "turtlebot_node/dock"
+"""``std_srvs/SetBool``: the base drives to its dock by itself, or ends that."""

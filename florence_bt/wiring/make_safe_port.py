@@ -12,17 +12,13 @@ from typing import Any, Protocol
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.serial_port import SecondHandle, SerialPort
 from florence_bt.drivers.turtlebot import codec
-from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
+from florence_bt.drivers.turtlebot.codec.packets import OiMode
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
+from florence_bt.drivers.turtlebot.sequences import ZEROS_FOR_HALF_A_COMMAND, stand
 from florence_bt.ros.parameters import fill_dataclass
 from florence_bt.wiring.config import load_config, section
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.simulated import hardware_settings
-
-END_OF_HALF_A_COMMAND = bytes(4)
-"""The driver may have died amid a command, which would take our first bytes for its last: at most four, of
-Drive Direct. What is too much is no command and is passed over."""
-
 
 class Writer(Protocol):
     """A port to write to."""
@@ -47,7 +43,7 @@ def stop_base(options: BringUp, open_port: Callable[[str, int], Writer] = Serial
     try:
         node, base = _parameters(options)
         port = open_port(node.port, node.baud_rate or base.model.baud_rate)
-        _say(port, TurtlebotDriver(base).shutdown())
+        _say(port, stand(OiMode(base.operation_mode)) + codec.pause_stream())
     except Exception as error:
         # Whatever it is: who calls has other processes to end.
         return f"the base may still be driving, switch it off: {error}"
@@ -65,7 +61,8 @@ class HungDriverStop:
     """
 
     def __init__(self, options: BringUp) -> None:
-        self._port = _parameters(options)[0].port
+        node, base = _parameters(options)
+        self._port, self._mode = node.port, OiMode(base.operation_mode)
 
     def stop(self) -> str:
         """Tell the base to stop; never waits. The sensors go on, for the driver that may come back.
@@ -74,7 +71,7 @@ class HungDriverStop:
             Why the base may still be driving, for people; empty when it was told to stop.
         """
         try:
-            _say(SecondHandle(self._port), codec.drive_direct(0, 0))
+            _say(SecondHandle(self._port), stand(self._mode))
         except DeviceError as error:
             return str(error)
         return ""
@@ -82,7 +79,7 @@ class HungDriverStop:
 
 def _say(port: Writer, words: bytes) -> None:
     try:
-        port.write(END_OF_HALF_A_COMMAND + words)
+        port.write(ZEROS_FOR_HALF_A_COMMAND + words)
     finally:
         port.close()
 

@@ -61,6 +61,14 @@ def test_a_driver_may_die_amid_a_command(base: Any, port: Port, tmp_path: Any, s
     assert port.opened == [(str(tmp_path / "ports" / "create"), 57600)]
 
 
+def test_a_base_that_drives_to_its_dock_is_stopped(base: Any, port: Port, tmp_path: Any) -> None:
+    port.create.receive(codec.cover_and_dock(), 0.5)
+    port.create.poll(0.6)
+    assert port.create.mode is Mode.PASSIVE
+    assert stop_base(BringUp(str(tmp_path)), port.open) == "the base was told to stop"
+    assert base.wheels == (0.0, 0.0) and port.create.mode is Mode.FULL
+
+
 def test_the_port_of_a_real_robot_is_that_of_its_configuration(port: Port, tmp_path: Any) -> None:
     config = tmp_path / "robot.yaml"
     config.write_text(ROBOT)

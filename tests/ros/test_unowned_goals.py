@@ -12,6 +12,7 @@ pytest.importorskip("florence_interfaces")
 from florence_interfaces.srv import MissionStatus, RunMission, StopMission
 from nav2_msgs.action import Spin
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.declaration import SkillDeclaration
@@ -114,6 +115,25 @@ def test_a_goal_of_somebody_else_is_shown_and_stop_ends_it(bench: Bench) -> None
     assert bench.server.goals["look"].active, "it occupies nothing, so it is not ours to end"
     bench.server.goals["look"].finish(Spin.Result(), Outcome.SUCCEEDED)
     bench.ros.spin_for(0.1)
+
+
+def test_stop_ends_the_docking_of_the_base(bench: Bench) -> None:
+    asked: list[bool] = []
+
+    def dock(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        asked.append(request.data)
+        return response
+
+    bench.server.create_service(SetBool, "turtlebot_node/dock", dock)
+    watcher = bench.node.create_client(SetBool, "turtlebot_node/dock")
+    bench.ros.spin_until(watcher.service_is_ready, what="the base")
+
+    def ends() -> bool:
+        bench.call(StopMission, "stop")  # it may not have met the base yet
+        return bool(asked)
+
+    bench.ros.spin_until(ends, what="the end of docking")
+    assert set(asked) == {False}
 
 
 def test_the_goal_of_a_mission_is_its_own(bench: Bench) -> None:

@@ -35,6 +35,7 @@ from florence_bt.drivers.turtlebot.sequences import (
     WAKE_UP,
     enter_mode,
     reset,
+    stand,
     streamed_packets,
 )
 from florence_bt.drivers.turtlebot.tune import play_notes, play_tune
@@ -238,8 +239,7 @@ class TurtlebotDriver:
             return
         self._docking = False
         self._pending = b""
-        stop = ENTER_MODE[self.wanted_mode] + codec.drive_direct(0, 0)
-        self._script.begin([Step(stop, MODE_WAIT_S), Step(self._output_bytes())], now)
+        self._script.begin([Step(stand(self.wanted_mode), MODE_WAIT_S), Step(self._output_bytes())], now)
 
     def set_manual_override(self, on: bool, now: float) -> None:
         """Give the base to a person, or back. It stops at once, without a ramp, and forgets its command."""
@@ -326,8 +326,10 @@ class TurtlebotDriver:
         """
         self._open = False
         self._drive.stop()
-        leave, self._docking = ENTER_MODE[self.wanted_mode] if self._docking else b"", False
-        return leave + codec.drive_direct(0, 0) + codec.pause_stream()
+        # A base that charges stays in Passive mode, in which alone it does.
+        docking, self._docking = self._docking, False
+        stop = stand(self.wanted_mode) if docking else codec.drive_direct(0, 0)
+        return stop + codec.pause_stream()
 
     def _need_drive_mode(self, what: str) -> None:
         if self.wanted_mode < OiMode.SAFE:

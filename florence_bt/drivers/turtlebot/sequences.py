@@ -18,6 +18,10 @@ END_OF_HALF_A_COMMAND = codec.start() * 4
 """Whoever had the port before may have gone amid a command, which would take our first bytes for its last: at
 most four, of a Drive command. Another Start more than that does no harm."""
 
+ZEROS_FOR_HALF_A_COMMAND = bytes(4)
+"""The same for a base that may be driving and must keep its mode and outputs: a half Drive command ends with low
+speeds, and a zero more is not a command."""
+
 WAKE_UP = (
     Step(wait_s=0.1, rts=False),
     Step(wait_s=0.75, rts=True),
@@ -26,6 +30,12 @@ WAKE_UP = (
 """Pulses on RTS."""
 
 ENTER_MODE = {OiMode.SAFE: codec.safe(), OiMode.FULL: codec.full()}
+
+
+def stand(wanted: OiMode) -> bytes:
+    """Stops a base, also one that drives to its dock by itself: that ends with its mode (REFERENCE 1.1)."""
+    return ENTER_MODE.get(wanted, b"") + codec.drive_direct(0, 0)
+
 
 STREAMED_PACKETS = (*range(7, 15), *range(17, 36), 41, 42)
 """Of a Create: all packets but the unused ones (15, 16), the songs and stream count (36 to 38) and those of

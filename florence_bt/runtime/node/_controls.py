@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 from florence_interfaces.srv import PauseMission, ReloadMissions, ResumeMission, StopMission
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
-from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
+from florence_bt.ros.topics import DOCK, MANUAL_OVERRIDE, SWITCH_OVERRIDE
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import MAX_VALUE, checked_text
@@ -44,6 +45,7 @@ class Controls:
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
         allow_deferred(node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload))
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self._dock = node.create_client(SetBool, DOCK)
 
     def _on_stop(self, request: StopMission.Request, response: StopMission.Response) -> StopMission.Response:
         try:
@@ -54,6 +56,8 @@ class Controls:
             return response
         run = self._missions.stop(reason or "stop asked by service", run_id or None)
         goals = [] if run_id else self._goals.cancel_unowned()
+        if not run_id and self._dock.service_is_ready():
+            self._dock.call_async(SetBool.Request(data=False))  # of no effect on a base that does not dock
         if run is not None:
             text = f"{run.run_id} stops"
         else:
