@@ -20,6 +20,7 @@ from florence_bt.wiring.config import load_config, section
 from florence_bt.wiring.options import BringUp
 from florence_bt.wiring.simulated import hardware_settings
 
+
 class Writer(Protocol):
     """A port to write to."""
 

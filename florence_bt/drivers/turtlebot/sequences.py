@@ -19,8 +19,8 @@ END_OF_HALF_A_COMMAND = codec.start() * 4
 most four, of a Drive command. Another Start more than that does no harm."""
 
 ZEROS_FOR_HALF_A_COMMAND = bytes(4)
-"""The same for a base that may be driving and must keep its mode and outputs: a half Drive command ends with low
-speeds, and a zero more is not a command."""
+"""The same for a base that may be driving and must keep its mode and outputs: a half Drive command ends with
+low speeds, and a zero more is not a command."""
 
 WAKE_UP = (
     Step(wait_s=0.1, rts=False),
