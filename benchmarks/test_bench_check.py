@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from florence_bt.wiring.checking import check_files
+from florence_bt.app.mission_files.checking import check_files
 
 MISSIONS = 200
 

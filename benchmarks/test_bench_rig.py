@@ -6,7 +6,7 @@ import cProfile
 import pstats
 import time
 
-from florence_bt.wiring.rigs import make_rig
+from florence_bt.app.demo.rigs import make_rig
 
 SEEDS = (1, 2, 3)
 

@@ -23,12 +23,12 @@ from nav2_msgs.action import Spin
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
+from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.clock import call_every
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.environment import reach_of
 from florence_bt.ros.qos import RELIABLE
-from florence_bt.wiring.client import MissionClient
 
 HOPS, ACTION_HOPS = 1500, 300
 PAUSE_S = 0.002

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.system import System
+from florence_bt.app.runs.client import ACTIVE_STATES
 from florence_bt.ros.environment import reach_of
-from florence_bt.wiring.client import ACTIVE_STATES
-from florence_bt.wiring.options import BringUp
-from florence_bt.wiring.system import System
 
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 IDLE_S = 10.0

@@ -25,7 +25,7 @@ from florence_bt.core.skill import Event, RunState
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import Request, RunIds
 from florence_bt.runtime.ticking import Ticker
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 BRANCHES, LEAVES = 6, 5
 

@@ -24,8 +24,8 @@ def main() -> None:
 
 def _switch_override(on: bool) -> int:
     try:
+        from florence_bt.app.runs.switch_override import switch_override
         from florence_bt.core.errors import FlorenceError
-        from florence_bt.wiring.switch_override import switch_override
 
         try:
             print(switch_override(on))

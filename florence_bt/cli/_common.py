@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
+from florence_bt.app.bringup.signals import all_like_ctrl_c
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
 from florence_bt.core.errors import ConfigError, FlorenceError
-from florence_bt.wiring.signals import all_like_ctrl_c
 
 EXIT_CODES = (
     "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "

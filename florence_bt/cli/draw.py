@@ -27,7 +27,7 @@ def draw(
 ) -> None:
     """Draw the tree of a mission; without a file as text in the terminal."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.files import draw_mission
+        from florence_bt.app.mission_files.draw import draw_mission
 
         text = draw_mission(mission, out, folders or [], expand=expand, width=width)
         typer.echo(f"{out} written" if out else text)

@@ -11,7 +11,7 @@ from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exi
 from florence_bt.cli.exit_codes import FAILED, OK
 
 if TYPE_CHECKING:
-    from florence_bt.wiring.exchange import Exchanged
+    from florence_bt.app.mission_files.exchange import Exchanged
 
 FormOption = Annotated[str, typer.Option("--format", help="Form of the report: text, json or github.")]
 StrictOption = Annotated[
@@ -42,7 +42,7 @@ def import_(
     Nodes that no skill here fits become skills that are declared but not implemented.
     """
     with errors_to_exit_codes():
-        from florence_bt.wiring.exchange import import_file
+        from florence_bt.app.mission_files.exchange import import_file
 
         _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
 
@@ -62,7 +62,7 @@ def export(
 ) -> None:
     """Write a mission, with those that it calls, as XML of BehaviorTree.CPP 4."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.exchange import export_file
+        from florence_bt.app.mission_files.exchange import export_file
 
         exported = export_file(mission, out, folders or [], form, strict=strict)
         _tell(exported, form if out is not None else "text")

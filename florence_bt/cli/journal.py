@@ -27,7 +27,7 @@ def runs(
 ) -> None:
     """List recorded runs, the latest first; no system needs to be up."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.journal_view import runs_table
+        from florence_bt.app.runs.journal_view import runs_table
 
         for line in runs_table(folder, mission=mission, state=state, limit=limit):
             typer.echo(line)

@@ -40,7 +40,7 @@ def record(
     Ctrl-C ends it early; what came until then can be played.
     """
     with errors_to_exit_codes():
-        from florence_bt.wiring.kinect_recording import record as run
+        from florence_bt.app.devices.kinect_recording import record as run
 
         made = run(source, folder, seconds, colour=colour, library=library)
         typer.echo(

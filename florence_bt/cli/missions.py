@@ -21,11 +21,11 @@ def missions(
     """List the missions of this installation with what they take and give."""
     with errors_to_exit_codes():
         if live:
-            from florence_bt.wiring.remote import live_missions
+            from florence_bt.app.runs.remote import live_missions
 
             typer.echo(live_missions())
             return
-        from florence_bt.wiring.mission_list import list_missions
+        from florence_bt.app.mission_files.mission_list import list_missions
 
         known, wrong = list_missions(folders or [])
         typer.echo(known)
@@ -67,7 +67,7 @@ def check(
     Needs no robot, no ROS and no simulation. All errors and warnings are explained in docs/checking.md.
     """
     with errors_to_exit_codes():
-        from florence_bt.wiring.checking import CheckOptions, check_files
+        from florence_bt.app.mission_files.checking import CheckOptions, check_files
 
         options = CheckOptions(
             hotspots=hotspots,

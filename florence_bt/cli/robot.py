@@ -32,8 +32,8 @@ def doctor(
             raise ConfigError(f"unknown format {form!r}", valid=["text", "json"])
         from rich.console import Console
 
-        from florence_bt.wiring.doctor.examination import examine
-        from florence_bt.wiring.doctor.report import as_json, healthy, print_table
+        from florence_bt.app.doctor.examination import examine
+        from florence_bt.app.doctor.report import as_json, healthy, print_table
 
         findings = list(examine(config, out, hardware=hardware))
         if form == "json":
@@ -70,8 +70,8 @@ def calibrate(
     near 1.00. The base uses new values after its next start. Ctrl-C stops the robot.
     """
     with errors_to_exit_codes():
-        from florence_bt.wiring.calibration import calibrate as run
-        from florence_bt.wiring.calibration import report_lines, write_config
+        from florence_bt.app.devices.calibration import calibrate as run
+        from florence_bt.app.devices.calibration import report_lines, write_config
 
         if write is not None and not write.is_file():
             raise ConfigError(

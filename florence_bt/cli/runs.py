@@ -37,7 +37,7 @@ def run(
     with errors_to_exit_codes():
         from rich.console import Console
 
-        from florence_bt.wiring.remote import run_mission
+        from florence_bt.app.runs.remote import run_mission
 
         raise typer.Exit(
             OK
@@ -75,13 +75,13 @@ def status(
     """Show the tree of the current or last run as ASCII text, with reasons."""
     with errors_to_exit_codes():
         if folder is not None or events:
-            from florence_bt.wiring.journal_view import run_text
+            from florence_bt.app.runs.journal_view import run_text
 
             typer.echo(run_text(folder, run_id, events=events))
             raise typer.Exit(OK)
         from rich.console import Console
 
-        from florence_bt.wiring.remote import show_status
+        from florence_bt.app.runs.remote import show_status
 
         raise typer.Exit(OK if show_status(run_id, Console(), watch=watch) else FAILED)
 
@@ -92,7 +92,7 @@ def stop(
 ) -> None:
     """Stop the running mission; the robot stands still."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.remote import stop_mission
+        from florence_bt.app.runs.remote import stop_mission
 
         _end_with(*stop_mission(run_id))
 
@@ -104,7 +104,7 @@ def pause(
 ) -> None:
     """Pause the running mission: the robot stands still, and no time passes for the mission."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.remote import pause_mission
+        from florence_bt.app.runs.remote import pause_mission
 
         _end_with(*pause_mission(run_id, reason))
 
@@ -115,7 +115,7 @@ def resume(
 ) -> None:
     """Go on with a paused mission; the skills that were stopped are started again."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.remote import resume_mission
+        from florence_bt.app.runs.remote import resume_mission
 
         _end_with(*resume_mission(run_id))
 
@@ -124,7 +124,7 @@ def resume(
 def override() -> None:
     """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.switch_override import switch_override
+        from florence_bt.app.runs.switch_override import switch_override
 
         typer.echo(switch_override(True))
 
@@ -133,7 +133,7 @@ def override() -> None:
 def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.switch_override import switch_override
+        from florence_bt.app.runs.switch_override import switch_override
 
         typer.echo(switch_override(False))
 
@@ -142,7 +142,7 @@ def release() -> None:
 def reload() -> None:
     """Take edited mission files over; a file with an error keeps its version of before, and says so."""
     with errors_to_exit_codes():
-        from florence_bt.wiring.remote import reload_missions
+        from florence_bt.app.runs.remote import reload_missions
 
         _end_with(*reload_missions())
 

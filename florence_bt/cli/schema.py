@@ -31,7 +31,7 @@ def schema(
     `# yaml-language-server: $schema=mission.schema.json` (docs/checking.md).
     """
     with errors_to_exit_codes():
-        from florence_bt.wiring.schema_file import scenario_schema_text, schema_text, write_schema
+        from florence_bt.app.mission_files.schema_file import scenario_schema_text, schema_text, write_schema
 
         text = scenario_schema_text(folders or []) if scenarios else schema_text(folders or [], hotspots)
         if out is None:

@@ -38,8 +38,8 @@ def demo(
     with errors_to_exit_codes():
         from rich.console import Console
 
-        from florence_bt.wiring.demo import print_result, run_demo
-        from florence_bt.wiring.options import BringUp
+        from florence_bt.app.bringup.options import BringUp
+        from florence_bt.app.demo.demo import print_result, run_demo
 
         console = Console()
         options = BringUp(folder=str(out.absolute()), person=person, seed=seed, speed=speed)
@@ -85,8 +85,8 @@ def up(
             raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
         if emulate and (sim or speed != 1.0):
             raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
-        from florence_bt.wiring.options import BringUp, parse_start
-        from florence_bt.wiring.up import run_up
+        from florence_bt.app.bringup.options import BringUp, parse_start
+        from florence_bt.app.bringup.up import run_up
 
         parameters = robot or config
 

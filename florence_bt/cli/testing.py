@@ -48,7 +48,7 @@ def test(
         from rich.console import Console
         from rich.text import Text
 
-        from florence_bt.wiring.scenario_runs import TestOptions, run_scenarios
+        from florence_bt.app.mission_files.scenario_runs import TestOptions, run_scenarios
 
         console = Console(highlight=False, soft_wrap=True)
         options = TestOptions(files, folders or [], keyword, junit, coverage, min_coverage, named)

@@ -22,11 +22,11 @@ from florence_bt.runtime.run_queue import RunQueue
 from florence_bt.runtime.runs_in_sight import RunsInSight
 from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun
 from florence_bt.runtime.world import World
-from florence_bt.trees.findings import Finding, raise_first_error
-from florence_bt.trees.inputs import parse_inputs
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.model import Mission
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.findings import Finding, raise_first_error
+from florence_bt.trees.language.inputs import parse_inputs
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission
 
 __all__ = ["END_LIMIT_S", "QUEUE_LIMIT", "Executor", "RequestRefused"]
 

@@ -16,11 +16,11 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees import model
-from florence_bt.trees.findings import ERROR, Finding
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.model import Mission
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language import model
+from florence_bt.trees.language.findings import ERROR, Finding
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission
 
 Stamp = tuple[int, int, int]
 """Time of the last change in ns, size in bytes, inode: what an edit changes."""

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JournalReader
-from florence_bt.runtime.replay import typed
+from florence_bt.runtime.recovery.replay import typed
 from florence_bt.runtime.run import RUN_ID, Request
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 
 def same_again(request: Request, library: MissionLibrary, runs_folder: Path) -> Request:

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from florence_bt.behaviours.why import Why
-from florence_bt.trees.ascii import TreeRow
+from florence_bt.trees.drawings.ascii import TreeRow
 
 
 class RunStatus(enum.Enum):

@@ -6,8 +6,8 @@ from florence_bt.behaviours.keys import KeyStore
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_queue import RunQueue
 from florence_bt.runtime.tree_run import TreeRun
-from florence_bt.trees.ascii import draw_rows
-from florence_bt.trees.compile import CompiledTree
+from florence_bt.trees.drawings.ascii import draw_rows
+from florence_bt.trees.language.compile import CompiledTree
 
 
 class RunsInSight:

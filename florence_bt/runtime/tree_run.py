@@ -24,8 +24,8 @@ from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_clock import RunClock
 from florence_bt.runtime.tree_ticks import MAX_TICKS_AT_ONE_MOMENT, TreeTicks
 from florence_bt.runtime.world import World, keep_off_the_base
-from florence_bt.trees.ascii import TreeRow, draw_rows, tree_rows
-from florence_bt.trees.compile import CompiledTree, compile_mission
+from florence_bt.trees.drawings.ascii import TreeRow, draw_rows, tree_rows
+from florence_bt.trees.language.compile import CompiledTree, compile_mission
 
 END_LIMIT_S = 15.0
 """How long skills may take to report their end after their run has ended or was paused; longer than a skill's

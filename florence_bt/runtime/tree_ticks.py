@@ -10,7 +10,7 @@ from py_trees.common import Status
 from florence_bt.behaviours.why import Why, explain, path_of, remember_failure
 from florence_bt.core.clock import Clock
 from florence_bt.runtime.ticking import Ticker
-from florence_bt.trees.ascii import Left
+from florence_bt.trees.drawings.ascii import Left
 
 MAX_TICKS_AT_ONE_MOMENT = 1000
 """A tree that wakes itself more often without time passing is broken and is failed."""

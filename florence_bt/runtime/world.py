@@ -11,7 +11,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure
 from florence_bt.core.skill import FinishedRun, Inputs, Skill
 from florence_bt.runtime.announcer import Announcer
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 BASE = "base"
 """The resource of the skills that drive."""

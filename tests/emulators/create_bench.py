@@ -12,9 +12,9 @@ from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
 
 STEP = 0.005
 LONG_S = 60.0

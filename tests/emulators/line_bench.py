@@ -7,8 +7,8 @@ from typing import Any
 from florence_bt.core.geometry import Twist2
 from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 
 STEP = 0.005
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
+from florence_bt.app.bringup.make_safe_port import HungDriverStop, stop_base
+from florence_bt.app.bringup.options import BringUp
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.turtlebot import codec
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
-from florence_bt.wiring.make_safe_port import HungDriverStop, stop_base
-from florence_bt.wiring.options import BringUp
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
 
 DRIVING = codec.drive_direct(200, 150)
 ROBOT = """

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 from florence_bt.simulation.emulators.create import BOOT_S, CreateEmulator, Mode
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 
 PERIOD = 0.015
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from florence_bt.app.doctor.finding import Finding, Level
+from florence_bt.app.doctor.firmware import check_firmware
 from florence_bt.core.errors import DeviceLost
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator
-from florence_bt.wiring.doctor.finding import Finding, Level
-from florence_bt.wiring.doctor.firmware import check_firmware
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
 
 CONFIG = {"turtlebot_node": {"port": "/dev/create"}, "hokuyo_node": {"port": "/dev/hokuyo"}}
 

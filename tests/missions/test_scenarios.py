@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from florence_bt.testing.coverage import Coverage, coverage_text
-from florence_bt.testing.scenario_file import Libraries, read_scenarios
-from florence_bt.testing.scenario_run import run_scenario
-from florence_bt.trees.loader import BUILT_IN
+from florence_bt.mission_testing.coverage import Coverage, coverage_text
+from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
+from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
+from florence_bt.trees.language.loader import BUILT_IN
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 LIBRARIES = Libraries()

@@ -3,7 +3,7 @@
 import pytest
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.testing.stage import Stage
+from florence_bt.mission_testing.stage import Stage
 
 GUARDED = """mission: guarded
 tree:

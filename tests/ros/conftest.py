@@ -299,7 +299,7 @@ class MissionBench:
         self.recorded = []
         self.safety = FakeSafety()
 
-        from florence_bt.testing.mocks import ScriptedSkill
+        from florence_bt.mission_testing.mocks.mocks import ScriptedSkill
 
         def make_skills(node):
             self.drive = ScriptedSkill(DRIVE, node.timebase, script)
@@ -399,6 +399,6 @@ class MissionBench:
 @pytest.fixture
 def bench_of(ros: RosBench, tmp_path: Path) -> Callable[..., MissionBench]:
     """A mission server over one skill, ``drive``, that follows a script."""
-    from florence_bt.testing.mocks import Step
+    from florence_bt.mission_testing.mocks.mocks import Step
 
     return lambda *script: MissionBench(ros, tmp_path, script or (Step(None),))

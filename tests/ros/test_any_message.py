@@ -26,18 +26,18 @@ from florence_bt.drivers.kinect.node import KinectNode
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.validation import CHECKS, problem_with, type_name
-from florence_bt.skills.approach_user.node import ApproachNode
-from florence_bt.skills.calibrate.node import CalibrationNode
-from florence_bt.skills.combine_lasers.node import LaserCombinatorNode
-from florence_bt.skills.describe_robot.node import RobotDescriptionNode
-from florence_bt.skills.filter_laser.node import LaserFilterNode
-from florence_bt.skills.filter_velocity.node import VelocityFilterNode
-from florence_bt.skills.localise.node import LocaliserNode
-from florence_bt.skills.locate.hotspots import Hotspots, load_hotspots, save_hotspots
-from florence_bt.skills.locate.node import LocatorNode
-from florence_bt.skills.navigate.node import NavigationNode
-from florence_bt.skills.project_depth.node import FakeLaserNode
-from florence_bt.skills.track_users.node import UserTrackerNode
+from florence_bt.skills.calibration.node import CalibrationNode
+from florence_bt.skills.filters.depth_to_laser.node import FakeLaserNode
+from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
+from florence_bt.skills.filters.laser_filter.node import LaserFilterNode
+from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
+from florence_bt.skills.locator.node import LocatorNode
+from florence_bt.skills.navigation.localisation.node import LocaliserNode
+from florence_bt.skills.navigation.navigate.node import NavigationNode
+from florence_bt.skills.people.approach_user.node import ApproachNode
+from florence_bt.skills.people.user_tracker.node import UserTrackerNode
+from florence_bt.skills.robot_description.node import RobotDescriptionNode
 from tools.safety_campaign.messages import arbitrary, load_type, ordinary, spoilt
 
 pytestmark = pytest.mark.ros

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.app.bringup.config import load_config
 from florence_bt.core.paths import find_data
-from florence_bt.wiring.config import load_config
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 

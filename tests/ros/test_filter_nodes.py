@@ -32,12 +32,12 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, TF
 from florence_bt.ros.tf import TransformListener
-from florence_bt.skills.combine_lasers.node import LaserCombinatorNode
-from florence_bt.skills.describe_robot.description import default_file
-from florence_bt.skills.describe_robot.node import RobotDescriptionNode
-from florence_bt.skills.filter_laser.node import LaserFilterNode
-from florence_bt.skills.filter_velocity.node import VelocityFilterNode
-from florence_bt.skills.project_depth.node import FakeLaserNode
+from florence_bt.skills.filters.depth_to_laser.node import FakeLaserNode
+from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
+from florence_bt.skills.filters.laser_filter.node import LaserFilterNode
+from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+from florence_bt.skills.robot_description.description import default_file
+from florence_bt.skills.robot_description.node import RobotDescriptionNode
 
 pytestmark = pytest.mark.ros
 

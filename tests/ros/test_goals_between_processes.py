@@ -170,8 +170,8 @@ def test_a_process_that_is_ended_during_its_run(ros, start_process, thinks_s):
 def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else(ros, client, start_process):
     from nav_msgs.msg import Odometry
 
+    from florence_bt.app.bringup.make_safe import BaseSafety
     from florence_bt.ros.open_goals import OpenGoals
-    from florence_bt.wiring.make_safe import BaseSafety
 
     server = start_process("-c", SERVER, "0")
     caller = start_process("-c", CLIENT)
@@ -201,8 +201,8 @@ def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else
 
 
 def test_a_base_that_tells_nothing_is_not_known_to_be_safe(ros, client):
+    from florence_bt.app.bringup.make_safe import BaseSafety
     from florence_bt.ros.open_goals import OpenGoals
-    from florence_bt.wiring.make_safe import BaseSafety
 
     goals = OpenGoals(client, ["spin"])
     result = ros.spin_until(BaseSafety(client, goals, limit_s=0.3).make_safe().poll)

@@ -9,9 +9,9 @@ import pytest
 from florence_bt.cli.exit_codes import NOT_THERE
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import success
-from florence_bt.trees import lint
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.report import report_text
+from florence_bt.trees.checks import lint
+from florence_bt.trees.checks.report import report_text
+from florence_bt.trees.language.loader import MissionLibrary
 
 pytestmark = pytest.mark.ros
 
@@ -81,7 +81,7 @@ class System:
             self.ros.loop.spin_once(0.02)
 
     def compare(self, *names):
-        from florence_bt.wiring.live_check import compare_with_system
+        from florence_bt.app.mission_files.live_check import compare_with_system
 
         library = MissionLibrary.load([self.missions], built_in=False)
         findings = compare_with_system(

@@ -37,9 +37,9 @@ from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
-from florence_bt.skills.locate import node as locator_node
-from florence_bt.skills.locate.hotspots import load_hotspots
-from florence_bt.skills.locate.node import LocatorNode
+from florence_bt.skills.locator import node as locator_node
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.locator.node import LocatorNode
 
 pytestmark = pytest.mark.ros
 

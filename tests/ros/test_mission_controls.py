@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.core.outcome import success
-from florence_bt.testing.mocks import Step
+from florence_bt.mission_testing.mocks.mocks import Step
 
 pytestmark = pytest.mark.ros
 

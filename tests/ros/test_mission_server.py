@@ -7,8 +7,8 @@ import json
 import pytest
 
 from florence_bt.core.outcome import failure, success
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.journal import JournalReader
-from florence_bt.testing.mocks import Step
 
 pytestmark = pytest.mark.ros
 

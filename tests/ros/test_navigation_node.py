@@ -41,11 +41,11 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
-from florence_bt.skills.localise.node import LocaliserNode
-from florence_bt.skills.navigate.node import NavigationNode
-from florence_bt.skills.navigate.results import SERVER_CODES
-from florence_bt.skills.serve_map.map_file import load_map, save_map
-from florence_bt.skills.serve_map.node import MapServerNode
+from florence_bt.skills.navigation.localisation.node import LocaliserNode
+from florence_bt.skills.navigation.map_server.map_file import load_map, save_map
+from florence_bt.skills.navigation.map_server.node import MapServerNode
+from florence_bt.skills.navigation.navigate.node import NavigationNode
+from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
 
 pytestmark = pytest.mark.ros

@@ -21,8 +21,8 @@ from std_srvs.srv import SetBool
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.skills.filter_velocity.node import VelocityFilterNode
-from florence_bt.skills.navigate.node import NavigationNode
+from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+from florence_bt.skills.navigation.navigate.node import NavigationNode
 from tools.safety_campaign.messages import ordinary
 
 pytestmark = pytest.mark.ros

@@ -45,8 +45,8 @@ def make_skills(node):
 
 @pytest.mark.ros
 def test_skills_of_packages_join_ours(ros, tmp_path, monkeypatch, capfd):
+    from florence_bt.app.bringup.skills_ros import make_skills
     from florence_bt.ros.node import FlorenceNode
-    from florence_bt.wiring.skills_ros import make_skills
 
     sources = {"good_pkg": SKILLS, "bad_pkg": BAD, "half_pkg": HALF}
     for name, text in sources.items():

@@ -22,6 +22,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, DepthImage, OccupancyGrid
 from florence_bt.core.transforms import Transform3
@@ -30,11 +31,10 @@ from florence_bt.ros.conversions import camera_info_to_ros, depth_to_ros, grid_t
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster
-from florence_bt.skills.approach_user.node import UNCHECKED, ApproachNode
-from florence_bt.skills.track_users import node as tracker_node
-from florence_bt.skills.track_users.declaration import LOOK_FOR_USER, NO_PICTURE, NO_USER_SEEN
-from florence_bt.skills.track_users.node import UserTrackerNode
-from florence_bt.wiring.skills_ros import make_skills
+from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
+from florence_bt.skills.people.user_tracker import node as tracker_node
+from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, NO_PICTURE, NO_USER_SEEN
+from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 
 pytestmark = pytest.mark.ros
 

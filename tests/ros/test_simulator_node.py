@@ -16,9 +16,14 @@ from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
 from florence_bt.ros.tf import TransformBroadcaster
-from florence_bt.simulation import node as simulator_node
-from florence_bt.simulation.node import LONGEST_BURST_S, MOST_LAG_S, RESTING_CLOCK_PERIOD_S, SimulatorNode
-from florence_bt.simulation.server import STEP_S
+from florence_bt.simulation.hardware import node as simulator_node
+from florence_bt.simulation.hardware.node import (
+    LONGEST_BURST_S,
+    MOST_LAG_S,
+    RESTING_CLOCK_PERIOD_S,
+    SimulatorNode,
+)
+from florence_bt.simulation.hardware.server import STEP_S
 
 pytestmark = pytest.mark.ros
 

@@ -10,11 +10,11 @@ import pytest
 pytest.importorskip("rclpy")
 from std_msgs.msg import Bool
 
+from florence_bt.app.runs import switch_override as module
+from florence_bt.app.runs.switch_override import NoBaseDriver, switch_override
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.wiring import switch_override as module
-from florence_bt.wiring.switch_override import NoBaseDriver, switch_override
 
 pytestmark = pytest.mark.ros
 
@@ -76,7 +76,7 @@ def test_a_driver_that_does_not_obey_is_an_error(
 def test_nothing_else_is_loaded_before_it_publishes(start_process: Any) -> None:
     child = start_process(
         "-c",
-        "import sys, florence_bt.cli, florence_bt.wiring.switch_override\n"
+        "import sys, florence_bt.cli, florence_bt.app.runs.switch_override\n"
         "print([name for name in ('typer', 'rich', 'numpy', 'florence_interfaces', 'florence_bt.trees')"
         " if name in sys.modules])",
     )

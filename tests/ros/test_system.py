@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.app.bringup.options import BringUp
 from florence_bt.runtime.journal import JournalReader
-from florence_bt.wiring.options import BringUp
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
@@ -38,7 +38,7 @@ def processes_of(folder: Path) -> list[int]:
                 command = (entry / "cmdline").read_bytes().decode(errors="replace")
             except OSError:
                 continue  # it ended while we looked
-            if str(folder) in command and "florence_bt.wiring" in command:
+            if str(folder) in command and "florence_bt.app" in command:
                 found.append(int(entry.name))
     return found
 

@@ -38,7 +38,7 @@ def left_over(folder: Path) -> list[int]:
 def kill_process(folder: Path, group: str, number: signal.Signals = signal.SIGKILL) -> None:
     """Kill the process of a group of nodes, or send it another signal."""
     (victim,) = (
-        pid for pid in left_over(folder) if f"florence_bt.wiring.process\0{group}\0" in command_of(pid)
+        pid for pid in left_over(folder) if f"florence_bt.app.bringup.process\0{group}\0" in command_of(pid)
     )
     os.kill(victim, number)
 

@@ -12,10 +12,10 @@ from sensor_msgs.msg import BatteryState
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure, success
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import Request, RunIds, RunStatus
-from florence_bt.testing.mocks import ScriptedSkill, Step
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 pytestmark = pytest.mark.ros
 

@@ -27,9 +27,9 @@ from florence_bt.drivers.turtlebot.report import Pace
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseSensors
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
 
 pytestmark = pytest.mark.ros
 

@@ -12,8 +12,8 @@ import py_trees
 import pytest
 
 from florence_bt.core.outcome import failure, success
-from florence_bt.runtime.streams import StreamParameters
-from florence_bt.testing.mocks import Step
+from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.runtime.viewers.streams import StreamParameters
 
 pytestmark = pytest.mark.ros
 

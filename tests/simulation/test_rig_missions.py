@@ -7,11 +7,11 @@ import math
 
 import pytest
 
+from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.run import Request, RunStatus
-from florence_bt.simulation.closeness import closeness
-from florence_bt.wiring.rigs import make_rig
+from florence_bt.simulation.home.closeness import closeness
 
 pytestmark = pytest.mark.slow
 

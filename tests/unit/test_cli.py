@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from florence_bt.cli.application import app
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.trees.loader import BUILT_IN
+from florence_bt.trees.language.loader import BUILT_IN
 
 GOOD = "mission: {name}\ndescription: A test.\ntree:\n  wait: 1 s\n"
 BAD = "mission: {name}\ndescription: A test.\ntree:\n  wate: 1 s\n"
@@ -166,7 +166,7 @@ def test_every_error_has_its_exit_code_and_one_line(florence, monkeypatch, error
     def fail(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("florence_bt.wiring.checking.check_files", fail)
+    monkeypatch.setattr("florence_bt.app.mission_files.checking.check_files", fail)
     done = florence("check", "x.yaml")
     assert done.exit_code == code
     assert done.stderr.startswith("florence: ") and done.stderr.count("\n") == 1

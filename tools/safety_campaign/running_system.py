@@ -126,7 +126,7 @@ class RunningSystem:
                 state = (entry / "stat").read_text().rpartition(")")[2].split()[0]
             except OSError:
                 continue
-            mine = words[2:4] == ["florence_bt.wiring.process", group] and str(self.folder) in words[4]
+            mine = words[2:4] == ["florence_bt.app.bringup.process", group] and str(self.folder) in words[4]
             if mine and state != "Z":
                 return int(entry.name)
         return None

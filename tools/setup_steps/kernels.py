@@ -18,7 +18,7 @@ def step(log: Log) -> Step:
         "hot loops compiled",
         machine.STATE / "kernels.stamp",
         lambda: content_hash([LOCK, *_sources()]),
-        lambda: log.call([machine.PYTHON, "-m", "florence_bt.wiring.warm_up"]),
+        lambda: log.call([machine.PYTHON, "-m", "florence_bt.app.demo.warm_up"]),
     )
 
 

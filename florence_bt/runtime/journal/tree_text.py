@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal.rows import JournaledEvent
-from florence_bt.trees.ascii import MARKS, STOPPED
+from florence_bt.trees.drawings.ascii import MARKS, STOPPED
 
 
 def tree_from_events(events: Iterable[JournaledEvent]) -> str:

@@ -14,12 +14,12 @@ from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.declaration import Port
 from florence_bt.runtime.run import MissionRun
-from florence_bt.runtime.snapshot import NodeSnapshot
 from florence_bt.runtime.status import RUN_STATES
-from florence_bt.runtime.tick_statistics import TickStatistics
-from florence_bt.runtime.variables import Activity
-from florence_bt.trees.model import Mission
-from florence_bt.trees.quantities import format_value
+from florence_bt.runtime.viewers.snapshot import NodeSnapshot
+from florence_bt.runtime.viewers.tick_statistics import TickStatistics
+from florence_bt.runtime.viewers.variables import Activity
+from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.quantities import format_value
 
 NANO = 1_000_000_000
 

@@ -19,9 +19,9 @@ from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import checked_text
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
-from florence_bt.trees.findings import ERROR, has_errors
-from florence_bt.trees.model import Mission
-from florence_bt.trees.report import report_text
+from florence_bt.trees.checks.report import report_text
+from florence_bt.trees.language.findings import ERROR, has_errors
+from florence_bt.trees.language.model import Mission
 
 
 class Questions:

@@ -29,9 +29,9 @@ from florence_bt.runtime.node._topics import RunTopics
 from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
-from florence_bt.runtime.recovery import FRESH_S, Recovery
+from florence_bt.runtime.recovery.recovery import FRESH_S, Recovery
+from florence_bt.runtime.recovery.safety import Safety
 from florence_bt.runtime.run import MissionRun, RunIds, utc_stamp
-from florence_bt.runtime.safety import Safety
 
 
 @dataclass(frozen=True, slots=True)

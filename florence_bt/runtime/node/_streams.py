@@ -18,7 +18,7 @@ from rclpy.validate_topic_name import validate_topic_name
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.watched_publisher import LatchedPublisher
-from florence_bt.runtime.streams import MAX_STREAMS, topic_of
+from florence_bt.runtime.viewers.streams import MAX_STREAMS, topic_of
 
 LOOK_S = 0.1
 """How often the listeners of open streams are counted, in steady time."""

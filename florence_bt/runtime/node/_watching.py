@@ -28,11 +28,11 @@ from florence_bt.runtime.events import Event, EventKind
 from florence_bt.runtime.node._convert import activity_to_ros, snapshot_to_ros, variables_to_ros
 from florence_bt.runtime.node._streams import Stream, Streams
 from florence_bt.runtime.run import MissionRun
-from florence_bt.runtime.snapshot import NodeSnapshot, snapshot_of, statuses
-from florence_bt.runtime.streams import StreamParameters, checked_variables, keys_text
-from florence_bt.runtime.tick_statistics import TickStatistics, TickStatisticsWindow
-from florence_bt.runtime.variables import Activity, Variables, changes, lookup, variables_of
-from florence_bt.trees.compile import CompiledTree
+from florence_bt.runtime.viewers.snapshot import NodeSnapshot, snapshot_of, statuses
+from florence_bt.runtime.viewers.streams import StreamParameters, checked_variables, keys_text
+from florence_bt.runtime.viewers.tick_statistics import TickStatistics, TickStatisticsWindow
+from florence_bt.runtime.viewers.variables import Activity, Variables, changes, lookup, variables_of
+from florence_bt.trees.language.compile import CompiledTree
 
 
 class _Board:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import enum
 import math
 
-from florence_bt.simulation.base_noise import ADC_MAX, BasePlant, BaseSensors
 from florence_bt.simulation.emulators._create_battery import CAPACITY_MAH, Battery
 from florence_bt.simulation.emulators._create_faults import NO_INFRARED, CreateFaults
 from florence_bt.simulation.emulators._create_models import EmulatedModel
 from florence_bt.simulation.emulators._create_motion import MAX_SPEED_MMPS, clamp
 from florence_bt.simulation.emulators._create_packets import FORMATS, packets_of
 from florence_bt.simulation.emulators._create_songs import Songs
+from florence_bt.simulation.sensors.base_noise import ADC_MAX, BasePlant, BaseSensors
 
 FLOOR_SIGNAL, CLIFF_SIGNAL, WALL_SIGNAL = 1400, 20, 300
 DEVICE_DETECT_HIGH = 0x10

@@ -10,7 +10,6 @@ import struct
 from collections import Counter
 from collections.abc import Callable
 
-from florence_bt.simulation.base_noise import BasePlant, BaseSensors
 from florence_bt.simulation.emulators._create_battery import Battery
 from florence_bt.simulation.emulators._create_body import Body, Mode
 from florence_bt.simulation.emulators._create_boot import BOOT_S, BootLoader
@@ -32,6 +31,7 @@ from florence_bt.simulation.emulators._create_packets import packets_of
 from florence_bt.simulation.emulators._create_scripts import WAITS, ScriptPlayer, World
 from florence_bt.simulation.emulators._create_songs import Songs
 from florence_bt.simulation.emulators._create_stream import Stream
+from florence_bt.simulation.sensors.base_noise import BasePlant, BaseSensors
 
 __all__ = ["BOOT_S", "CreateEmulator", "CreateFaults", "Mode"]
 

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from florence_bt.simulation.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 from florence_bt.simulation.emulators._create_control import CreateControl
 from florence_bt.simulation.emulators._create_models import MODELS
 from florence_bt.simulation.emulators._lone_program import LoneProgram
 from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.kinematic_base import KinematicBase
+from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 
 LONGEST_WAIT_S, LONGEST_WAIT_MOVING_S = 0.02, 0.005
 """How often the base looks around while nothing is streamed: scripts, songs, behaviours."""

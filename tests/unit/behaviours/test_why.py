@@ -8,7 +8,7 @@ from florence_bt.behaviours.keys import KeyReference, KeyStore, TextTemplate
 from florence_bt.behaviours.leaves import Fail, Succeed
 from florence_bt.behaviours.pacing import Retry
 from florence_bt.behaviours.why import Because, Why, explain, give_reason
-from florence_bt.testing.ticking import make_context, tick_until
+from florence_bt.mission_testing.ticking import make_context, tick_until
 
 
 def run(clock, build):

@@ -4,7 +4,7 @@ The world knows what is true of the goal; the run knows only what it is told. Af
 alone until nothing happens any more. Then the run must have ended, and no goal may be running on a server
 that lives. Two orders are beyond a client: it leaves while the server is out of its sight, or while the
 server refuses to stop. What is left then is cancelled when missions start again
-(``florence_bt.wiring.make_safe``).
+(``florence_bt.app.bringup.make_safe``).
 """
 
 from __future__ import annotations

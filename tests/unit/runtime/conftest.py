@@ -9,11 +9,11 @@ import pytest
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import success
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.events import Event
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRun, RunIds
-from florence_bt.testing.mocks import ScriptedSkill, Step
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 DRIVE = SkillDeclaration(
     "drive",

@@ -13,7 +13,7 @@ from florence_bt.runtime import background_check
 from florence_bt.runtime import missions as mission_files
 from florence_bt.runtime.background_check import LIMIT_S, BackgroundCheck
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 SPEAK = {"speak": SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})}
 GREET = "mission: greet\ndescription: {}\ntree:\n  speak: {{text: {}}}\n"

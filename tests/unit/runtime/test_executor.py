@@ -4,10 +4,10 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import failure
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import Policy, Request, RunStatus
-from florence_bt.testing.mocks import Step
 
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 

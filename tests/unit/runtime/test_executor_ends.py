@@ -8,10 +8,10 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import success
 from florence_bt.core.skill import Event as SkillEvent
 from florence_bt.core.skill import RunState
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
 from florence_bt.runtime.run import Policy, Request, RunStatus
-from florence_bt.testing.mocks import Step
 
 
 class Stubborn:

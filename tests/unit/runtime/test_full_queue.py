@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import QUEUE_LIMIT, RequestRefused
 from florence_bt.runtime.run import Policy, Request, RunStatus
-from florence_bt.testing.mocks import Step
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ import pytest
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import READINGS, MissionFolders
 from florence_bt.runtime.run import Policy, Request, RunIds, RunStatus
-from florence_bt.testing.mocks import ScriptedSkill, Step
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 SPEAK = SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.core.outcome import success
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import Policy, Request, RunStatus
-from florence_bt.testing.mocks import Step
 
 
 def test_the_override_stops_all_and_blocks_until_it_is_released(bench):

@@ -6,10 +6,10 @@ import pytest
 
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import Event, RunState
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
 from florence_bt.runtime.run import Policy, Request, RunStatus
-from florence_bt.testing.mocks import Step
 
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 

@@ -9,13 +9,13 @@ import pytest
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime import recorder as recorder_module
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecorder, read_record
 from florence_bt.runtime.run import Policy, Request
 from florence_bt.runtime.status import status_text
-from florence_bt.testing.mocks import Step
 
 DRIVE = SkillDeclaration("drive", "Drive some way", inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)})
 

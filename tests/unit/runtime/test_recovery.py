@@ -7,10 +7,10 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import Event, RunState
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import RequestRefused
-from florence_bt.runtime.recovery import MAX_IN_A_ROW, SAFE_LIMIT_S
+from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW, SAFE_LIMIT_S
 from florence_bt.runtime.run import Policy, RunStatus
-from florence_bt.testing.mocks import Step
 from tests.unit.runtime.recovery_bench import (
     Process,
     crash,
@@ -51,7 +51,7 @@ def test_what_breaks_when_a_run_is_taken_up_aborts_that_run_only(tmp_path, monke
     def breaks(*arguments):
         raise KeyError("a node of somebody else")
 
-    monkeypatch.setattr("florence_bt.runtime.recovery.replay", breaks)
+    monkeypatch.setattr("florence_bt.runtime.recovery.recovery.replay", breaks)
     second = Process(tmp_path, name="B")
     past = second.past(run_id)
     assert past.state == "ABORTED" and "KeyError: 'a node of somebody else'" in past.reason

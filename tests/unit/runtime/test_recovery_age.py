@@ -6,15 +6,15 @@ from math import inf
 
 import pytest
 
+from florence_bt.app.runs.journal_view import left_runs, what_became_of
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import FinishedRun
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.past_requests import same_again
-from florence_bt.runtime.recovery import BOOT_LIMIT_S, FRESH_S
+from florence_bt.runtime.recovery.recovery import BOOT_LIMIT_S, FRESH_S
 from florence_bt.runtime.run import Policy, Request, RunStatus
-from florence_bt.testing.mocks import Step
-from florence_bt.wiring.journal_view import left_runs, what_became_of
 from tests.unit.runtime.recovery_bench import Process, after, crash, trip
 
 HOME = [Step(success(pose=Pose2(0.5, 0.0, 0.0)), after=3.0)]

@@ -6,8 +6,8 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.run import Request, RunStatus
-from florence_bt.testing.mocks import Step
 from tests.unit.runtime.recovery_bench import THERE, Process
 
 HEAD = "mission: NAME\ninputs:\n  there: {type: pose}\non_restart: resume\n"

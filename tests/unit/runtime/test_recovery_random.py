@@ -8,12 +8,12 @@ import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import failure, success
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.missions import MissionFolders
-from florence_bt.runtime.recovery import Recovery
+from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import Request, RunIds
-from florence_bt.testing.mocks import ScriptedSkill, Step
 from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
 
 SEEDS = (

@@ -8,10 +8,10 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
-from florence_bt.runtime import recovery, replay
-from florence_bt.runtime.recovery import MAX_IN_A_ROW
+from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.runtime.recovery import recovery, replay
+from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW
 from florence_bt.runtime.run import Request, RunStatus
-from florence_bt.testing.mocks import Step
 from tests.unit.runtime.recovery_bench import (
     THERE,
     Process,

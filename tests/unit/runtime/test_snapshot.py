@@ -18,10 +18,10 @@ from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.runtime.snapshot import NodeType, detail_of, snapshot_of, statuses, type_of
-from florence_bt.runtime.streams import StreamParameters, checked_variables, keys_text, topic_of
-from florence_bt.runtime.tick_statistics import WINDOW, TickStatisticsWindow
-from florence_bt.runtime.variables import Activity, changes, lookup
+from florence_bt.runtime.viewers.snapshot import NodeType, detail_of, snapshot_of, statuses, type_of
+from florence_bt.runtime.viewers.streams import StreamParameters, checked_variables, keys_text, topic_of
+from florence_bt.runtime.viewers.tick_statistics import WINDOW, TickStatisticsWindow
+from florence_bt.runtime.viewers.variables import Activity, changes, lookup
 
 
 def tree() -> Selector:

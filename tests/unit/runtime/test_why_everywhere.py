@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.core.outcome import failure, success
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.journal import Journal, JournalReader
 from florence_bt.runtime.run import Request, RunStatus
-from florence_bt.testing.mocks import Step
 
 BLOCKED = Step(failure("blocked", "a chair is in the way"), after=0.5)
 

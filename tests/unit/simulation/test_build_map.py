@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN
-from florence_bt.simulation.build_map import build_files, laser_map, main
-from florence_bt.simulation.flat import default_flat_file, load_flat
+from florence_bt.simulation.home.build_map import build_files, laser_map, main
+from florence_bt.simulation.home.flat import default_flat_file, load_flat
 
 ROOT = default_flat_file().parents[1]
 
@@ -19,7 +19,7 @@ def flat():
 def test_the_files_in_the_project_are_those_of_a_fresh_build(flat):
     for name, content in build_files(flat).items():
         assert (ROOT / name).read_bytes() == content, (
-            f"{name} is old: python -m florence_bt.simulation.build_map"
+            f"{name} is old: python -m florence_bt.simulation.home.build_map"
         )
 
 

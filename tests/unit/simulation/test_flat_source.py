@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.simulation.flat import default_flat_file, load_flat
-from florence_bt.simulation.free_space import free_space_of
-from florence_bt.simulation.people import is_approachable
+from florence_bt.simulation.home.flat import default_flat_file, load_flat
+from florence_bt.simulation.home.free_space import free_space_of
+from florence_bt.simulation.home.people import is_approachable
 
 SMALL = """\
 name: small

@@ -5,10 +5,10 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.simulation.flat import load_flat
-from florence_bt.simulation.free_space import free_space_of
-from florence_bt.simulation.people import PersonSpec, approach_spots, place_person
-from florence_bt.simulation.person import Walker, body_parts
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.free_space import free_space_of
+from florence_bt.simulation.home.people import PersonSpec, approach_spots, place_person
+from florence_bt.simulation.home.person import Walker, body_parts
 
 
 @pytest.fixture(scope="module")

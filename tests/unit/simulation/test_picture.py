@@ -4,10 +4,10 @@ from subprocess import run
 import pytest
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.simulation.build_map import laser_map
-from florence_bt.simulation.flat import load_flat
-from florence_bt.simulation.picture import draw_flat, draw_run
-from florence_bt.simulation.world import Contact
+from florence_bt.simulation.home.build_map import laser_map
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.picture import draw_flat, draw_run
+from florence_bt.simulation.home.world import Contact
 
 pytestmark = pytest.mark.slow
 
@@ -38,5 +38,5 @@ def test_short_runs_and_grids_can_be_drawn(tmp_path):
 
 
 def test_matplotlib_is_loaded_only_to_draw():
-    code = "import sys, florence_bt.simulation.picture; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, florence_bt.simulation.home.picture; sys.exit('matplotlib' in sys.modules)"
     assert run([sys.executable, "-c", code], check=False).returncode == 0

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.simulation.closeness import closeness, closeness_text
+from florence_bt.simulation.home.closeness import closeness, closeness_text
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,14 @@ from __future__ import annotations
 
 import pytest
 
+from florence_bt.app.bringup.simulated import hardware_mounts
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.kinect.transport import SocketFrameSource
 from florence_bt.drivers.serial_port import SerialPort
-from florence_bt.simulation.flat import load_flat
-from florence_bt.simulation.ports import HardwareSettings
-from florence_bt.simulation.server import HardwareServer
-from florence_bt.simulation.world import World
-from florence_bt.wiring.simulated import hardware_mounts
+from florence_bt.simulation.hardware.ports import HardwareSettings
+from florence_bt.simulation.hardware.server import HardwareServer
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.world import World
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, 31.0, float("nan")])

@@ -8,15 +8,15 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
-from florence_bt.simulation.rig_skills import (
+from florence_bt.simulation.rig.skills import (
     ComponentRun,
     ExclusiveComponent,
     StartingSkill,
     approach_skills,
     locator_skills,
 )
-from florence_bt.skills.locate.hotspots import Hotspot, Hotspots
-from florence_bt.skills.locate.locator import Locator
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locator.locator import Locator
 
 
 class Component:

@@ -6,10 +6,11 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
-from florence_bt.simulation.flat import load_flat
-from florence_bt.simulation.people import PersonSpec
-from florence_bt.simulation.sensors import KinectParameters, KinectSensor, LaserParameters, LaserSensor
-from florence_bt.simulation.world import World
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.people import PersonSpec
+from florence_bt.simulation.home.world import World
+from florence_bt.simulation.sensors.kinect_sensor import KinectParameters, KinectSensor
+from florence_bt.simulation.sensors.laser_sensor import LaserParameters, LaserSensor
 
 UPSIDE_DOWN = Transform3.from_xyz_rpy((0.0573, 0.0, 0.13), (math.pi, 0.0, 0.0))
 UPRIGHT = Transform3.from_xyz_rpy((0.0573, 0.0, 0.13), (0.0, 0.0, 0.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.simulation.slowest_reader import SlowestReader
+from florence_bt.simulation.hardware.slowest_reader import SlowestReader
 
 
 def test_nobody_is_waited_for_before_the_first_word():

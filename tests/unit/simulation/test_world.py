@@ -5,9 +5,9 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, angle_difference
-from florence_bt.simulation.flat import load_flat
-from florence_bt.simulation.people import PersonSpec
-from florence_bt.simulation.world import World
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.people import PersonSpec
+from florence_bt.simulation.home.world import World
 
 HALL = Pose2(8.9, 2.95, math.pi)
 

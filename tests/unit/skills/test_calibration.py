@@ -11,11 +11,11 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import normalize_angle
 from florence_bt.core.sensing import LaserScan
-from florence_bt.skills.calibrate.calibration import STEP_PERIOD_S, Calibration, State
-from florence_bt.skills.calibrate.factors import factors_from_turns, measure_turn
-from florence_bt.skills.calibrate.parameters import CalibrationParameters
-from florence_bt.skills.calibrate.readings import Reading, Readings, Source
-from florence_bt.skills.calibrate.wall_angle import Wall, WallParameters, find_wall
+from florence_bt.skills.calibration.calibration import STEP_PERIOD_S, Calibration, State
+from florence_bt.skills.calibration.factors import factors_from_turns, measure_turn
+from florence_bt.skills.calibration.parameters import CalibrationParameters
+from florence_bt.skills.calibration.readings import Reading, Readings, Source
+from florence_bt.skills.calibration.wall_angle import Wall, WallParameters, find_wall
 
 
 def scan_of_wall(yaw: float, distance: float = 1.5, noise: float = 0.0, reach: float = 5.0) -> LaserScan:

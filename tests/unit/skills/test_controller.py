@@ -11,13 +11,13 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.navigate._rollout import distance_at
-from florence_bt.skills.navigate.clearance import Clearance
-from florence_bt.skills.navigate.controller import Control, Controller
-from florence_bt.skills.navigate.controller_parameters import ControllerParameters
-from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters, rays_of
-from florence_bt.skills.navigate.recovery import BackUp, ProgressWatch, RecoveryParameters
-from florence_bt.skills.navigate.turning import Turn, TurnParameters
+from florence_bt.skills.navigation.navigate._rollout_kernels import distance_at
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.controller import Control, Controller
+from florence_bt.skills.navigation.navigate.controller_parameters import ControllerParameters
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
+from florence_bt.skills.navigation.navigate.recovery import BackUp, ProgressWatch, RecoveryParameters
+from florence_bt.skills.navigation.navigate.turning import Turn, TurnParameters
 
 COSTMAP = CostmapParameters()
 ORIGIN = Pose2()

@@ -11,8 +11,13 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters, cost_at_distance, rays_of
-from florence_bt.skills.navigate.footprint import Footprint, corners_from_flat
+from florence_bt.skills.navigation.navigate.costmap import (
+    Costmap,
+    CostmapParameters,
+    cost_at_distance,
+    rays_of,
+)
+from florence_bt.skills.navigation.navigate.footprint import Footprint, corners_from_flat
 
 PARAMETERS = CostmapParameters()
 ORIGIN = Pose2()

@@ -13,20 +13,20 @@ import yaml
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.kinect.motor.driver import MotorParameters
-from florence_bt.skills.describe_robot.description import (
+from florence_bt.skills.robot_description.description import (
     DescriptionParameters,
     RobotDescription,
     default_file,
     load_description,
 )
-from florence_bt.skills.describe_robot.footprint import (
+from florence_bt.skills.robot_description.footprint import (
     FOOTPRINT,
     circumscribed_radius,
     inscribed_radius,
     numbers_from_polygon,
     polygon_from_numbers,
 )
-from florence_bt.skills.describe_robot.frames import static_frames, turning_joints
+from florence_bt.skills.robot_description.frames import static_frames, turning_joints
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.sensing import CameraModel, DepthImage
-from florence_bt.skills.project_depth.fake_laser import FakeLaser, FakeLaserParameters
+from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54

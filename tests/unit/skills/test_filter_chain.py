@@ -11,11 +11,11 @@ import yaml
 
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.core.transforms import TransformBuffer
-from florence_bt.skills.combine_lasers.combinator import LaserCombinator
-from florence_bt.skills.combine_lasers.parameters import CombinatorParameters
-from florence_bt.skills.describe_robot.description import default_file, load_description
-from florence_bt.skills.filter_laser.laser_filter import LaserFilter
-from florence_bt.skills.project_depth.fake_laser import FakeLaser, FakeLaserParameters
+from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
+from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
+from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter
+from florence_bt.skills.robot_description.description import default_file, load_description
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 

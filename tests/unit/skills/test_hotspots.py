@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.skills.locate.hotspots import (
+from florence_bt.skills.locator.hotspots import (
     Hotspot,
     Hotspots,
     dump_hotspots,
@@ -155,9 +155,10 @@ def test_an_unknown_label_gets_a_hint() -> None:
 
 def test_reading_hotspots_loads_no_heavy_module() -> None:
     code = (
-        "import sys; import florence_bt.skills.locate.hotspots, florence_bt.skills.locate.locator,"
-        " florence_bt.skills.locate.declaration, florence_bt.skills.track_users.declaration,"
-        " florence_bt.skills.approach_user.declaration, florence_bt.skills.approach_user.polite_pose;"
+        "import sys; import florence_bt.skills.locator.hotspots, florence_bt.skills.locator.locator,"
+        " florence_bt.skills.locator.declaration, florence_bt.skills.people.user_tracker.declaration,"
+        " florence_bt.skills.people.approach_user.declaration,"
+        " florence_bt.skills.people.approach_user.polite_pose;"
         " print([m for m in ('numpy', 'numba', 'rclpy', 'cv2', 'scipy') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

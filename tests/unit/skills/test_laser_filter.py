@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.sensing import LaserScan
-from florence_bt.skills.filter_laser.laser_filter import LaserFilter, LaserFilterParameters
+from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
 
 NAN, INF = math.nan, math.inf
 VECTOR = (0.1, 0.5, 5.6, 0.0, NAN, INF)

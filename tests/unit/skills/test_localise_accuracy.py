@@ -10,8 +10,8 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.sensing import LaserScan
-from florence_bt.skills.localise.localiser import Localiser
-from florence_bt.skills.localise.parameters import LocaliserParameters
+from florence_bt.skills.navigation.localisation.localiser import Localiser
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, World, make_map
 
 CLUTTER: tuple[Box, ...] = ((2.5, 1.0, 2.8, 1.3), (1.5, 2.8, 1.7, 3.0), (3.0, 3.5, 3.5, 4.0))

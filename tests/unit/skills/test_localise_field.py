@@ -10,12 +10,12 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
-from florence_bt.skills.localise._kernels import resample_systematic, weigh_particles
-from florence_bt.skills.localise.likelihood_field import build_likelihood_field
-from florence_bt.skills.localise.parameters import LocaliserParameters
-from florence_bt.skills.localise.particle_filter import ParticleFilter
-from florence_bt.skills.localise.scan_match import match_scan
-from florence_bt.skills.localise.scan_queue import ScanQueue
+from florence_bt.skills.navigation.localisation._kernels import resample_systematic, weigh_particles
+from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.localisation.particle_filter import ParticleFilter
+from florence_bt.skills.navigation.localisation.scan_match import match_scan
+from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 
 def room() -> OccupancyGrid:

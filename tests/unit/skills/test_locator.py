@@ -14,9 +14,9 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.ros.deferred import Deferred, allow_deferred
-from florence_bt.skills.locate import declaration
-from florence_bt.skills.locate.hotspots import Hotspot, Hotspots
-from florence_bt.skills.locate.locator import Locator
+from florence_bt.skills.locator import declaration
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locator.locator import Locator
 
 KITCHEN = Hotspot("kitchen", Pose2(1.0, 1.0, 0.5), "room", ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)))
 BEDROOM = Hotspot("bedroom", Pose2(5.0, 1.0, 0.0))

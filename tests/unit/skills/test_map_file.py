@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.skills.serve_map.map_file import load_map, save_map
-from florence_bt.skills.serve_map.pgm import decode_pgm, encode_pgm
+from florence_bt.skills.navigation.map_server.map_file import load_map, save_map
+from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
 
 GOOD = (
     "image: m.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\n"

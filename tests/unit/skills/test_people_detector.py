@@ -12,9 +12,9 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, OccupancyGrid
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.track_users.detector import Detection, detect_people
-from florence_bt.skills.track_users.known_obstacles import KnownObstacles
-from florence_bt.skills.track_users.parameters import DetectorParameters
+from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
+from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54

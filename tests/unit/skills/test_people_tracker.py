@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, ColourImage, TrackedUser
-from florence_bt.skills.track_users._kalman import ConstantVelocity
-from florence_bt.skills.track_users.appearance import Histogram, colour_histogram, histogram_distance
-from florence_bt.skills.track_users.declaration import DECLARATIONS, LOOK_FOR_USER
-from florence_bt.skills.track_users.detector import Detection
-from florence_bt.skills.track_users.identity import Gallery
-from florence_bt.skills.track_users.look import LookForUser
-from florence_bt.skills.track_users.parameters import LookParameters, TrackerParameters
-from florence_bt.skills.track_users.tracker import UserTracker
-from florence_bt.skills.track_users.user_filter import filter_users
+from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
+from florence_bt.skills.people.user_tracker.appearance import Histogram, colour_histogram, histogram_distance
+from florence_bt.skills.people.user_tracker.declaration import DECLARATIONS, LOOK_FOR_USER
+from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.identity import Gallery
+from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.parameters import LookParameters, TrackerParameters
+from florence_bt.skills.people.user_tracker.tracker import UserTracker
+from florence_bt.skills.people.user_tracker.user_filter import filter_users
 
 PERIOD = 0.1
 

@@ -13,9 +13,9 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.skills.navigate._wave import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
-from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters
-from florence_bt.skills.navigate.planner import Plan, PlannerParameters, plan_path
+from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path
 from tests.unit.skills.navigation_world import make_map
 
 PARAMETERS = PlannerParameters()

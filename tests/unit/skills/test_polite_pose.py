@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from florence_bt.core.geometry import Pose2, angle_difference
-from florence_bt.skills.approach_user.approach_status import ApproachStatus
-from florence_bt.skills.approach_user.declaration import PROPOSE_APPROACH_POSE
-from florence_bt.skills.approach_user.polite_pose import polite_pose, propose_approach
+from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
+from florence_bt.skills.people.approach_user.declaration import PROPOSE_APPROACH_POSE
+from florence_bt.skills.people.approach_user.polite_pose import polite_pose, propose_approach
 
 USER, ROBOT = Pose2(3.0, 2.0), Pose2(1.0, 2.0)
 

@@ -9,8 +9,8 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.skills.navigate.costmap import Costmap, CostmapParameters
-from florence_bt.skills.navigate.staging import is_lined_up, staging_pose
+from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
+from florence_bt.skills.navigation.navigate.staging import is_lined_up, staging_pose
 
 GOAL = Pose2(3.0, 2.0, 0.0)
 FAR = Pose2(1.0, 0.6, 1.0)

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.loader import MissionLibrary
 
 SKILLS = (
     SkillDeclaration(

@@ -12,8 +12,8 @@ from florence_bt.behaviours.decorators import Invert
 from florence_bt.behaviours.leaves import Fail, Succeed
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.core.clock import ManualClock
-from florence_bt.testing.ticking import make_context
-from florence_bt.trees.ascii import ascii_tree, draw_rows, tree_rows
+from florence_bt.mission_testing.ticking import make_context
+from florence_bt.trees.drawings.ascii import ascii_tree, draw_rows, tree_rows
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
-from florence_bt.testing.mocks import ScriptedSkill, Step
-from florence_bt.testing.ticking import drain, make_context, tick_until
-from florence_bt.trees.compile import compile_mission
-from florence_bt.trees.inputs import parse_inputs
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.inputs import parse_inputs
 
 
 class Bench:
@@ -292,7 +292,7 @@ def test_whether_a_mission_is_small_enough_is_worked_out_once(workshop, monkeypa
     workshop.write("tree: {turn: {angle: 1 deg}}\n", "m")
     library, asked = workshop.library(), []
     monkeypatch.setattr(
-        "florence_bt.trees.compile.too_large", lambda mission, facts: asked.append(mission) or ()
+        "florence_bt.trees.language.compile.too_large", lambda mission, facts: asked.append(mission) or ()
     )
     for _ in range(3):
         compile_mission(library.get("m"), library, {}, make_context(ManualClock(), {}, workshop.declarations))

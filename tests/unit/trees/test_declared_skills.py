@@ -2,13 +2,13 @@
 
 import pytest
 
+from florence_bt.btcpp.written import write_yaml
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.btcpp.written import write_yaml
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.declared_skills import is_skills_file, read_skills_file, skills_document
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.declared_skills import is_skills_file, read_skills_file, skills_document
+from florence_bt.trees.language.loader import MissionLibrary
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from florence_bt.trees._box_text import MAX_CHARS, box_lines
-from florence_bt.trees._layout import Item, lay_out
-from florence_bt.trees.diagram import Box, diagram_of
-from florence_bt.trees.draw import FORMATS, SYMBOLS, draw
-from florence_bt.trees.kinds import NODE_KINDS
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.wiring.files import png_of
+from florence_bt.app.mission_files.draw import png_of
+from florence_bt.trees.drawings._box_text import MAX_CHARS, box_lines
+from florence_bt.trees.drawings._layout import Item, lay_out
+from florence_bt.trees.drawings.diagram import Box, diagram_of
+from florence_bt.trees.drawings.draw import FORMATS, SYMBOLS, draw
+from florence_bt.trees.language.kinds import NODE_KINDS
+from florence_bt.trees.language.loader import MissionLibrary
 
 EVERYTHING = """
 inputs: {near: {type: length, default: 1 m}}

@@ -105,7 +105,7 @@ import cProfile, json, re, resource, sys
 from pathlib import Path
 limit = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-from florence_bt.wiring.checking import CheckOptions, check_files
+from florence_bt.app.mission_files.checking import CheckOptions, check_files
 
 for file in sys.argv[2:]:
     profile = cProfile.Profile()

@@ -5,8 +5,8 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.inputs import parse_inputs
-from florence_bt.trees.parse import parse_mission
+from florence_bt.trees.language.inputs import parse_inputs
+from florence_bt.trees.language.parse import parse_mission
 
 MISSION = parse_mission(
     """\

@@ -9,11 +9,11 @@ from packaging.version import Version
 
 PROGRAM = """
 import sys
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.draw import draw
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.report import report_text
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.drawings.draw import draw
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.checks.report import report_text
 library = MissionLibrary.load()
 check(library, library, collect_declarations())
 heavy = {"numpy", "numba", "scipy", "cv2", "mujoco", "matplotlib", "rclpy", "pydantic", "asyncio"}

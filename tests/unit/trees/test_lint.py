@@ -1,10 +1,10 @@
 import pytest
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees._kinds import fits
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.lint import check, check_files
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.checks.lint import check, check_files
+from florence_bt.trees.language._kinds import fits
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.loader import MissionLibrary
 
 
 def test_the_built_in_missions_are_without_findings():

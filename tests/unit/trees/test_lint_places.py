@@ -2,8 +2,8 @@
 
 import pytest
 
-from florence_bt.trees.findings import WARNING
-from florence_bt.trees.lint import Places
+from florence_bt.trees.checks.lint import Places
+from florence_bt.trees.language.findings import WARNING
 
 PLACES = Places(labels=("kitchen", "hall", "tv"), rooms=("kitchen", "hall"), file="flat.yaml")
 GOTO = "inputs: {room: {type: text}}\ntree: {get_hotspot: {label: $room}}\n"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from florence_bt.trees.lint import check
+from florence_bt.trees.checks.lint import check
 
 TURN = "{turn: {angle: 5 deg}}"
 HOTSPOT = "{get_hotspot: {label: plant}}"

@@ -5,8 +5,8 @@ import pytest
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.declarations import collect_declarations, declarations_in
-from florence_bt.trees.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.language.declarations import collect_declarations, declarations_in
+from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 
 
 def test_the_built_in_missions():

@@ -11,17 +11,17 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.testing.mocks import ScriptedSkill, Step
-from florence_bt.testing.ticking import drain, make_context, tick_until
-from florence_bt.trees.compile import compile_mission
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.expressions.parser import FUNCTIONS
-from florence_bt.trees.inputs import parse_inputs
-from florence_bt.trees.kinds import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.trees.quantities import UNITS
-from florence_bt.trees.skills_page import skills_page
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.expressions.parser import FUNCTIONS
+from florence_bt.trees.language.inputs import parse_inputs
+from florence_bt.trees.language.kinds import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.quantities import UNITS
+from tools.skills_page import skills_page
 
 DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "missions.md").read_text()
@@ -115,5 +115,5 @@ def test_the_document_has_an_example_of_everything():
 
 def test_the_page_of_the_skills_is_current():
     assert (DOCS / "skills.md").read_text() == skills_page(DECLARATIONS), (
-        "write it anew: python -m florence_bt.trees.skills_page docs/skills.md"
+        "write it anew: python tools/skills_page.py docs/skills.md"
     )

@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
-from florence_bt.testing.ticking import make_context
-from florence_bt.trees.compile import compile_mission
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.draw import FORMATS, draw
-from florence_bt.trees.findings import has_errors
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import BUILT_IN, MissionLibrary
-from florence_bt.trees.parse import parse_mission
+from florence_bt.mission_testing.ticking import make_context
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.drawings.draw import FORMATS, draw
+from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.findings import has_errors
+from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.language.parse import parse_mission
 
 DECLARATIONS = collect_declarations(third_party=False)
 LIBRARY = MissionLibrary.load(third_party=False)

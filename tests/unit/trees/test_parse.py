@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees import model
-from florence_bt.trees.model import Literal, PoseParts, Reference, Template
-from florence_bt.trees.parse import parse_mission
+from florence_bt.trees.language import model
+from florence_bt.trees.language.model import Literal, PoseParts, Reference, Template
+from florence_bt.trees.language.parse import parse_mission
 
 FILE = Path("m.yaml")
 

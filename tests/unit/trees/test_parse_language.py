@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.model import (
+from florence_bt.trees.language.model import (
     Call,
     Condition,
     Cooldown,
@@ -26,7 +26,7 @@ from florence_bt.trees.model import (
     show,
     walk,
 )
-from florence_bt.trees.parse import parse_mission
+from florence_bt.trees.language.parse import parse_mission
 
 
 def parse(tree, head=""):

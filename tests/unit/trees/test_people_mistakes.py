@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from florence_bt.wiring.checking import check_files
+from florence_bt.app.mission_files.checking import check_files
 
 HEAD = "mission: example\ntree:\n"
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.quantities import (
+from florence_bt.trees.language.quantities import (
     NUMERIC_KINDS,
     UNITS,
     example_of,

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees._excerpt import MAX_WIDTH, marks_under, width
-from florence_bt.trees.findings import MAX_FINDINGS, Finding, finding_from_error, limit_findings
-from florence_bt.trees.report import (
+from florence_bt.trees.checks._excerpt import MAX_WIDTH, marks_under, width
+from florence_bt.trees.checks.report import (
     MAX_MESSAGE,
     Excerpts,
     report_full,
@@ -19,7 +18,8 @@ from florence_bt.trees.report import (
     report_text,
     summary,
 )
-from florence_bt.trees.source import read_source
+from florence_bt.trees.language.findings import MAX_FINDINGS, Finding, finding_from_error, limit_findings
+from florence_bt.trees.language.source import read_source
 
 FINDINGS = [
     Finding("a.yaml", 3, 5, "error", "unknown skill 'trun', 100%", ("turn",)),

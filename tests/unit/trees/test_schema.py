@@ -9,13 +9,13 @@ import pytest
 from jsonschema import Draft7Validator
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.kinds import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
-from florence_bt.trees.loader import BUILT_IN, MissionLibrary
-from florence_bt.trees.quantities import UNITS, example_of
-from florence_bt.trees.schema import as_data, make_schema
-from florence_bt.trees.schema._nodes import KIND_VALUES, MODIFIER_TEXTS
-from florence_bt.trees.source import parse_source
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.kinds import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
+from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.language.quantities import UNITS, example_of
+from florence_bt.trees.language.schema import as_data, make_schema
+from florence_bt.trees.language.schema._nodes import KIND_VALUES, MODIFIER_TEXTS
+from florence_bt.trees.language.source import parse_source
 
 DOCS = Path(__file__).parents[3] / "docs"
 LABELS = {"hotspot": ["kitchen", "tv"], "room": ["kitchen"]}

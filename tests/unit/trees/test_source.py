@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.source import (
+from florence_bt.trees.language.source import (
     MAX_BYTES,
     MAX_DEPTH,
     MAX_PARTS,

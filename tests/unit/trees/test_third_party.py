@@ -4,9 +4,9 @@ import sys
 
 import pytest
 
-from florence_bt.trees.declarations import collect_declarations
-from florence_bt.trees.lint import check
-from florence_bt.trees.loader import BUILT_IN, MissionLibrary
+from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 
 SKILL = "from florence_bt.core.declaration import SkillDeclaration\n{}\n"
 TREE = "tree: {{{}: {{}}}}\n"

@@ -4,9 +4,9 @@ import cProfile
 
 import pytest
 
-from florence_bt.trees.btcpp import export_mission, import_trees
-from florence_bt.trees.loader import MissionLibrary
-from florence_bt.wiring.checking import check_files
+from florence_bt.app.mission_files.checking import check_files
+from florence_bt.btcpp import export_mission, import_trees
+from florence_bt.trees.language.loader import MissionLibrary
 
 SEQUENCE = "mission: m\ntree:\n  sequence:\n"
 

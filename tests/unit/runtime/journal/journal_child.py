@@ -5,12 +5,12 @@ from pathlib import Path
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.run import Policy, Request, RunIds
-from florence_bt.testing.mocks import ScriptedSkill, Step
-from florence_bt.trees.loader import MissionLibrary
+from florence_bt.trees.language.loader import MissionLibrary
 
 
 def say(*words):

@@ -9,11 +9,11 @@ from contextlib import suppress
 
 import pytest
 
+from florence_bt.app.runs.journal_view import run_text, runs_table
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JOURNAL_FILE, JournalReader
 from florence_bt.runtime.journal.schema import OWN_FILE, VERSION
 from florence_bt.runtime.run import Policy, RunStatus
-from florence_bt.wiring.journal_view import run_text, runs_table
 from tests.unit.runtime.recovery_bench import Process, missions, trip
 
 TRIES = 40

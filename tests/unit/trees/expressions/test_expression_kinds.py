@@ -1,8 +1,8 @@
 import pytest
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.expressions.checking import check_kinds
-from florence_bt.trees.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.parser import parse_expression
 
 KINDS = {
     "d": Kind.LENGTH,

@@ -10,12 +10,20 @@ from hypothesis import strategies as st
 from florence_bt.behaviours.expressions import BadExpression
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.expressions.building import build_formula
-from florence_bt.trees.expressions.checking import check_kinds
-from florence_bt.trees.expressions.parser import parse_expression
-from florence_bt.trees.expressions.printing import print_term
-from florence_bt.trees.expressions.syntax import Binary, Constant, Expression, Function, Key, PosePart, Unary
-from florence_bt.trees.source import Position
+from florence_bt.trees.language.expressions.building import build_formula
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.expressions.printing import print_term
+from florence_bt.trees.language.expressions.syntax import (
+    Binary,
+    Constant,
+    Expression,
+    Function,
+    Key,
+    PosePart,
+    Unary,
+)
+from florence_bt.trees.language.source import Position
 
 HERE = Position()
 NUMBERS = st.one_of(

@@ -1,11 +1,16 @@
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.expressions.parser import MAX_LENGTH, MAX_NESTING, MAX_TOKENS, parse_expression
-from florence_bt.trees.expressions.printing import print_term
-from florence_bt.trees.expressions.scanning import closing_brace
-from florence_bt.trees.expressions.syntax import Binary, Function, keys_of, start_of
-from florence_bt.trees.source import Position
+from florence_bt.trees.language.expressions.parser import (
+    MAX_LENGTH,
+    MAX_NESTING,
+    MAX_TOKENS,
+    parse_expression,
+)
+from florence_bt.trees.language.expressions.printing import print_term
+from florence_bt.trees.language.expressions.scanning import closing_brace
+from florence_bt.trees.language.expressions.syntax import Binary, Function, keys_of, start_of
+from florence_bt.trees.language.source import Position
 
 
 def grouped(text):

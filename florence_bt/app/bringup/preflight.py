@@ -1,0 +1,32 @@
+"""What can be checked before any process starts, so that a typing mistake costs no time and moves nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.simulated import people_at_home
+from florence_bt.app.bringup.topology import NODES
+from florence_bt.core.paths import find_data
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.navigation.map_server.map_file import load_map
+from florence_bt.trees.language.loader import MissionLibrary
+
+
+def check_options(options: BringUp) -> None:
+    """Read every file that the bring-up will read.
+
+    Raises:
+        ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
+            and what would have worked.
+    """
+    file = Path(options.config_file) if options.config_file else find_data("config", "robot.yaml")
+    known = {node for nodes in NODES.values() for node in nodes}
+    refuse_unknown_nodes(load_config(file), known, str(file))
+    load_map(options.map_file or find_data("maps", "flat.yaml"))
+    MissionLibrary.load([Path(folder) for folder in options.mission_folders])
+    load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
+    if options.in_flat:
+        people_at_home(load_flat(), options)

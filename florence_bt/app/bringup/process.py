@@ -1,0 +1,72 @@
+"""One process of a bring-up, started by the supervisor.
+
+``python -m florence_bt.app.bringup.process GROUP OPTIONS PARENT``
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+from pathlib import Path
+from types import FrameType
+
+from florence_bt.app.bringup.heartbeat import heartbeat_of_this_process
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.core.errors import FlorenceError
+
+PR_SET_PDEATHSIG = 1
+"""prctl(2): the signal that the kernel sends when the parent process ends."""
+
+
+def main(group: str, options_file: Path, parent: int) -> int:
+    """Run the nodes of one group until asked to end.
+
+    Args:
+        group: A name of :data:`florence_bt.app.bringup.topology.NODES`.
+        options_file: JSON file of a :class:`BringUp`.
+        parent: Process id of the supervisor.
+
+    Returns:
+        The exit code: 0 for an asked end, 1 for an error.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):  # which may have been ignored, as under nohup
+        signal.signal(number, _end_before_start)
+    # Should the supervisor be killed, its children must not drive on alone.
+    ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:
+        return 0  # it was killed before the kernel knew that we want to be told
+    # These imports take seconds; whoever ends the process meanwhile must not see a traceback.
+    from florence_bt.app.bringup.topology import REMAPPINGS, factories
+    from florence_bt.ros.process import run_nodes
+
+    try:
+        options = BringUp.read(options_file)
+
+        def tell_that_it_is_up() -> None:
+            up_file = options.up_file(group)
+            try:
+                up_file.parent.mkdir(exist_ok=True)
+                up_file.write_text(f"{os.getpid()}\n", encoding="utf-8")
+            except OSError as error:
+                print(f"florence {group}: cannot tell that it is up: {error}", file=sys.stderr)
+
+        return run_nodes(
+            factories(group, options),
+            remappings=REMAPPINGS,
+            on_ready=tell_that_it_is_up,
+            beat=heartbeat_of_this_process(),
+        )
+    except FlorenceError as error:
+        print(f"florence {group}: {error}", file=sys.stderr)
+        return 1
+
+
+def _end_before_start(number: int, frame: FrameType | None) -> None:
+    # Nothing is open yet. An exception is lost when the signal comes amid a callback of the import machinery.
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])))

@@ -1,0 +1,308 @@
+"""Starts the processes of a bring-up, watches them and ends them in order, leaving nothing behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from florence_bt.app.bringup.heartbeat import FD_VARIABLE, KILLED_AFTER_S, HeartbeatMonitor
+from florence_bt.app.bringup.signals import held_back
+from florence_bt.core.errors import ConfigError, FlorenceError
+
+STOP_BUDGET_S = 8.0
+"""Wall seconds that a process gets to end by itself after it was asked to, as long as it beats."""
+END_LOOK_S = 0.02
+"""Wall seconds between two looks whether a process has ended."""
+TAIL_LINES = 15
+STARTED_AGAIN = "FLORENCE_STARTED_AGAIN"
+"""The variable that tells a process that it follows one that died; empty for the first one of its group."""
+RESTARTS = 3
+"""How often processes that died are started again within :data:`RESTARTS_PERIOD_S`."""
+RESTARTS_PERIOD_S = 600.0
+
+
+def command_of(group: str, options_file: Path) -> list[str]:
+    """The command line of the process of a group of nodes."""
+    return [
+        sys.executable,
+        "-m",
+        "florence_bt.app.bringup.process",
+        group,
+        str(options_file),
+        str(os.getpid()),
+    ]
+
+
+class ProcessDied(FlorenceError):
+    """A process of the bring-up ended although nobody asked it to.
+
+    Attributes:
+        name: The group of nodes that ran in it.
+        what: What happened, in a few words.
+        log_file: Its log.
+    """
+
+    def __init__(self, name: str, how: str, log_file: Path, then: str = "") -> None:
+        """Make the error.
+
+        Args:
+            name: The group of nodes that ran in it.
+            how: How it ended, e.g. ``ended with code 7``.
+            log_file: Its log.
+            then: What was done about it.
+        """
+        self.name = name
+        self.what = f"the process {name!r} {how}"
+        self.log_file = log_file
+        super().__init__(
+            f"{self.what}{f'; {then}' if then else ''}; the end of {log_file}:\n{_tail(log_file)}"
+        )
+
+
+@dataclass
+class _Child:
+    name: str
+    process: subprocess.Popen[bytes]
+    log_file: Path
+    log: IO[bytes]
+    heart: HeartbeatMonitor
+    killed_because: str = ""
+    """Why it was killed; empty when it was not."""
+    mourned: str | None = None
+    """What was done about its death; None before."""
+
+    def close(self) -> None:
+        self.log.close()
+        self.heart.close()
+
+    def how_it_ended(self) -> str:
+        return self.killed_because or _ending(self.process.returncode)
+
+
+class Supervisor:
+    """Owns the child processes. Use as a context manager: leaving it ends them all.
+
+    Args:
+        options_file: What every child is told (``BringUp``).
+        log_folder: One log file per process goes here.
+        make_command: The command line of the process of a group; given the group and the options file.
+        stop_budget_s: Wall seconds that a process gets to end by itself after it was asked to.
+        ended_together: Processes that are ended side by side where they were started one after the other.
+        keep_open: File descriptors that every child holds until it ends, e.g. of a lock.
+        after_death: Called once with the name of each process that died or had to be killed, as soon as that
+            is known; gives what was done about it, for people.
+        now: Steady seconds.
+    """
+
+    def __init__(
+        self,
+        options_file: Path,
+        log_folder: Path,
+        *,
+        make_command: Callable[[str, Path], Sequence[str]] = command_of,
+        stop_budget_s: float = STOP_BUDGET_S,
+        ended_together: Collection[str] = (),
+        keep_open: Sequence[int] = (),
+        after_death: Callable[[str], str] = lambda name: "",
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._options_file = options_file
+        self._log_folder = log_folder
+        self._make_command = make_command
+        self._stop_budget_s = stop_budget_s
+        self._ended_together = ended_together
+        self._keep_open = tuple(keep_open)
+        self._after_death = after_death
+        self._now = now
+        self._restarts: deque[float] = deque(maxlen=RESTARTS)
+        self._children: list[_Child] = []
+
+    def __enter__(self) -> Supervisor:
+        """Nothing runs yet; see :meth:`start`."""
+        return self
+
+    def __exit__(self, *details: object) -> None:
+        """End every process."""
+        self.stop()
+
+    def start(self, groups: Sequence[str]) -> None:
+        """Start one process per group of nodes; they find each other in any order.
+
+        Raises:
+            ConfigError: A log cannot be written. What was started is still ended by :meth:`stop`.
+        """
+        for group in groups:
+            # A Ctrl-C between a start and its note would leave a process that nobody ends.
+            with held_back():
+                self._children.append(self._started(group))
+
+    def start_again(self, group: str) -> bool:
+        """Start a process that died once more, unless that happened too often of late.
+
+        Returns:
+            Whether it was started.
+
+        Raises:
+            ConfigError: Its log cannot be written.
+        """
+        now = self._now()
+        if len(self._restarts) == RESTARTS and now - self._restarts[0] < RESTARTS_PERIOD_S:
+            return False
+        self._restarts.append(now)
+        (index,) = (number for number, child in enumerate(self._children) if child.name == group)
+        self._children[index].close()
+        with held_back():
+            self._children[index] = self._started(group, again=True)
+        return True
+
+    def _started(self, group: str, *, again: bool = False) -> _Child:
+        log_file = self._log_folder / f"{group}.log"
+        try:
+            self._log_folder.mkdir(parents=True, exist_ok=True)
+            log = log_file.open("ab")
+        except OSError as error:
+            raise ConfigError(
+                f"the log cannot be written: {error.strerror}",
+                file=log_file,
+                valid=["a folder that can be written to"],
+            ) from error
+        heart = HeartbeatMonitor(self._now())
+        process = subprocess.Popen(
+            self._make_command(group, self._options_file),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            env={
+                **os.environ,
+                "PYTHONUNBUFFERED": "1",
+                STARTED_AGAIN: "1" if again else "",
+                FD_VARIABLE: str(heart.writer),
+            },
+            # A Ctrl-C in the terminal is ours to hand on, in the right order.
+            start_new_session=True,
+            pass_fds=(*self._keep_open, heart.writer),
+        )
+        heart.started()
+        return _Child(group, process, log_file, log, heart)
+
+    def check(self) -> None:
+        """Raise when a process has ended.
+
+        Raises:
+            ProcessDied: Names the process, how it ended and the end of its log.
+        """
+        for child in self._children:
+            if child.process.poll() is not None:
+                raise ProcessDied(child.name, child.how_it_ended(), child.log_file, self._mourn(child))
+
+    def silences(self) -> dict[str, float]:
+        """Take the heartbeats that came; call it several times a second.
+
+        Returns:
+            By name, the seconds since the last heartbeat of every process that has beaten at all and runs.
+        """
+        now = self._now()
+        for child in self._children:
+            child.heart.look(now)
+        return {
+            child.name: child.heart.silent_s
+            for child in self._children
+            if child.heart.has_beaten and child.process.poll() is None
+        }
+
+    def note(self, name: str, line: str) -> None:
+        """Write a line into the log of a process."""
+        self._child(name).log.write(f"florence up: {line}\n".encode())
+        self._child(name).log.flush()
+
+    def kill(self, name: str, why: str) -> None:
+        """Kill a process; :meth:`check` then says that it died, and why."""
+        child = self._child(name)
+        child.killed_because = why
+        _killed(child)
+
+    def _child(self, name: str) -> _Child:
+        (child,) = (child for child in self._children if child.name == name)
+        return child
+
+    def _mourn(self, child: _Child) -> str:
+        if child.mourned is None:
+            child.mourned = self._after_death(child.name)
+        return child.mourned
+
+    def stop(self) -> list[str]:
+        """End every process, the last started first; those that are silent already are killed at once.
+
+        Returns:
+            The names of those that had to be killed.
+        """
+        killed = []
+        while self._children:
+            batch = self._last_batch()
+            killed += self._end(batch)
+            for child in batch:
+                # One that was asked before its handlers stood has opened nothing.
+                if child.process.returncode not in (0, -signal.SIGTERM):
+                    self._mourn(child)
+                child.close()
+                self._children.remove(child)
+        return killed
+
+    def _last_batch(self) -> list[_Child]:
+        batch = [self._children[-1]]
+        for child in reversed(self._children[:-1]):
+            if not {batch[-1].name, child.name} <= set(self._ended_together):
+                break
+            batch.append(child)
+        return batch
+
+    def _end(self, batch: Sequence[_Child]) -> list[str]:
+        """Ask processes to end and wait; kill those that do not, and give their names."""
+        killed = []
+        deadline = self._now() + self._stop_budget_s
+        for child in batch:
+            if child.process.poll() is not None:
+                continue
+            if child.heart.is_silent:
+                killed.append(_killed(child))
+            else:
+                # Not SIGINT: in the background of a script it is ignored until the handlers stand.
+                child.process.terminate()
+        while running := [child for child in batch if child.process.poll() is None]:
+            self.silences()
+            for child in running:
+                if self._now() > deadline or child.heart.silent_s > KILLED_AFTER_S:
+                    killed.append(_killed(child))
+            time.sleep(END_LOOK_S)
+        return killed
+
+    def pids(self) -> dict[str, int]:
+        """Process ids by group."""
+        return {child.name: child.process.pid for child in self._children}
+
+
+def _killed(child: _Child) -> str:
+    """Kill a process and wait until it is gone; gives its name."""
+    child.process.kill()
+    child.process.wait()
+    return child.name
+
+
+def _ending(code: int) -> str:
+    if code >= 0:
+        return f"ended with code {code}"
+    names = {number.value: number.name for number in signal.Signals}
+    return f"was killed by {names.get(-code, f'signal {-code}')}"
+
+
+def _tail(file: Path) -> str:
+    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+    return "\n".join("  " + line for line in lines[-TAIL_LINES:]) or "  (empty)"

@@ -1,0 +1,265 @@
+"""Brings the whole system up and down: the processes, and a client that knows when all of it is ready."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, closing
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+
+from florence_bt.app.bringup.device_report import DeviceReport, tell_missing
+from florence_bt.app.bringup.heartbeat import KILLED_AFTER_S, SILENT_S
+from florence_bt.app.bringup.hold import RobotHold
+from florence_bt.app.bringup.locks import lock_domain, lock_folder
+from florence_bt.app.bringup.make_safe import BaseSafety
+from florence_bt.app.bringup.make_safe_port import HungDriverStop, stop_base
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.preflight import check_options
+from florence_bt.app.bringup.private_files import owner_only
+from florence_bt.app.bringup.signals import deaf, once
+from florence_bt.app.bringup.simulated import clear_ports
+from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
+from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
+from florence_bt.app.runs.client import ACTIONS, ACTIVE_STATES, MissionClient
+from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.ros.open_goals import OpenGoals
+
+READY_BUDGET_S = 90.0
+"""Wall seconds that all nodes get to start; the first start compiles the hot loops."""
+DEVICES_S = 6.0
+"""Wall seconds that the devices of a robot get to answer, and the robot to know its pose, before "ready"."""
+LAST_RUN_S = 2.0
+"""Wall seconds that the run gets to end in when a process died on it."""
+
+
+class System:
+    """A running system. Use as a context manager: leaving it stops the robot and ends every process.
+
+    Args:
+        options: What to bring up.
+        report: Told what is going on, in short lines.
+
+    Raises:
+        ConfigError: A file of the bring-up is wrong, or another one uses the folder or the domain; nothing
+            was started.
+    """
+
+    def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
+        check_options(options)
+        self.options = options
+        self._report = report
+        folder = Path(options.folder)
+        with ExitStack() as stack:
+            stack.enter_context(owner_only(folder, options.runs))
+            locks = [
+                stack.enter_context(closing(lock())) for lock in (partial(lock_folder, folder), lock_domain)
+            ]
+            if options.in_flat:
+                clear_ports(options)
+            self._supervisor = Supervisor(
+                options.write(),
+                folder / "logs",
+                ended_together=ENDED_TOGETHER,
+                keep_open=[lock.fileno() for lock in locks],
+                after_death=self._after_death,
+            )
+            port = HungDriverStop(options)
+            self.client = MissionClient()
+            self._devices = DeviceReport(self.client.node)
+            self._hold = RobotHold(self.client, port)
+            self._hung: set[str] = set()
+            self._safety: BaseSafety | None = None
+            self._starting_again = ""
+            self._going_down = False
+            self._interrupts = ExitStack()
+            self._locks = stack.pop_all()
+
+    def __enter__(self) -> System:
+        """Start the processes; they are not ready yet."""
+        self._interrupts.enter_context(once())
+        try:
+            self._supervisor.start(groups(self.options))
+        except BaseException:
+            self._down()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop everything."""
+        try:
+            if isinstance(error, ProcessDied):
+                self._tell_the_runs(error)
+        finally:
+            self._down()
+
+    def wait_ready(self) -> float:
+        """Wait until a mission can run. A real robot may still have to be told where it is.
+
+        Returns:
+            Wall seconds it took.
+
+        Raises:
+            ProcessDied: A process ended.
+            ConfigError: Another system runs in the same ROS domain.
+            DeviceTimeout: It takes too long; names what is missing.
+        """
+        start = time.monotonic()
+        self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
+        if not self.client.spin_until(self._is_ready, READY_BUDGET_S, watch=self._check_start):
+            missing = ", ".join(self.client.missing() or self._not_up()) or "the robot's pose"
+            raise DeviceTimeout(
+                f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
+                f"see the logs in {self.options.folder}/logs"
+            )
+        if not self.options.simulated:
+            self.client.spin_until(self._devices_answer, DEVICES_S, watch=self._check_start)
+            tell_missing(self._devices, self._report)
+        return time.monotonic() - start
+
+    def pids(self) -> dict[str, int]:
+        """Process ids by group of nodes."""
+        return self._supervisor.pids()
+
+    def check(self) -> None:
+        """Raise when a process has died; stop the robot while one does not answer. Call it often.
+
+        A process that stays silent is killed, which the next call raises.
+
+        Raises:
+            ProcessDied: Names it.
+        """
+        self._supervisor.check()
+        silences = self._supervisor.silences()
+        hung = {name for name, silent_s in silences.items() if silent_s >= SILENT_S}
+        for name in sorted(hung - self._hung):
+            self._stop_for(name, hung)
+        if BASE in self._hung & hung:
+            self._hold.stop_by_port()
+        for name in sorted(self._hung & silences.keys() - hung):
+            self._report(f"the process {name!r} answers again; goals that were cancelled stay cancelled")
+        self._hung = hung
+        if self._hold.held and not hung and not self._starting_again:
+            self._hold.release()
+            self._report("the robot may drive again")
+        for name in hung:
+            if silences[name] >= KILLED_AFTER_S:
+                self._supervisor.kill(name, f"did not answer for {KILLED_AFTER_S:g} s and was killed")
+
+    def _stop_for(self, name: str, hung: set[str]) -> None:
+        """Hold the robot because a process does not answer, then say so."""
+        problem = self._hold.hold(driver_answers=BASE not in hung)
+        done = (
+            f"the base may still be driving, switch it off: {problem}" if problem else "the robot is stopped"
+        )
+        line = f"the process {name!r} has not answered for {SILENT_S:.1f} s; {done}"
+        self._report(line)
+        self._supervisor.note(name, line)
+        self._hold_still()
+
+    def keep_up(self) -> None:
+        """As :meth:`check`, but start the mission server again: what it was doing is in its journal.
+
+        The robot is stopped meanwhile. The other processes are not started again: they know things that new
+        ones would not, such as where the robot is.
+
+        Raises:
+            ProcessDied: Another process died, or the mission server too often.
+        """
+        try:
+            self.check()
+        except ProcessDied as death:
+            if death.name != MISSIONS or not self._supervisor.start_again(death.name):
+                raise
+            self._report(
+                f"{death.what}, see {death.log_file}; the robot is stopped, the process is started again"
+            )
+            self._hold.hold(driver_answers=True)
+            self._hold_still()
+            self._starting_again = death.name
+        if self._starting_again and self._starting_again not in self._not_up():
+            self._report(
+                f"the process {self._starting_again!r} is up again; see florence runs for what it was doing"
+            )
+            self._starting_again = ""
+
+    def _is_ready(self) -> bool:
+        if self._not_up() or self.client.missing():
+            return False
+        return not self.options.simulated or self.client.knows_pose()
+
+    def _devices_answer(self) -> bool:
+        return not self._devices.missing() and self.client.knows_pose()
+
+    def _not_up(self) -> list[str]:
+        """The groups whose process has not all its nodes yet; an earlier bring-up left other ids."""
+        return [group for group, pid in self.pids().items() if self._id_in(group) != str(pid)]
+
+    def _id_in(self, group: str) -> str:
+        try:
+            return self.options.up_file(group).read_text(encoding="utf-8").strip()
+        except OSError:
+            return ""
+
+    def _check_start(self) -> None:
+        """What may go wrong before all is ready; another user's or machine's system is seen here only."""
+        self._supervisor.check()
+        self._supervisor.silences()  # taken, not judged: processes that start keep each other waiting
+        if self.client.servers() > 1:
+            raise ConfigError(
+                "another system runs in the same ROS domain",
+                valid=["another domain, e.g. ROS_DOMAIN_ID=7", "ending that one first"],
+            )
+
+    def _after_death(self, name: str) -> str:
+        if name != BASE:
+            return ""
+        done = stop_base(self.options)
+        if self._going_down:
+            self.client.node.get_logger().error(f"the process {name!r} did not end well; {done}")
+        return done
+
+    def _hold_still(self) -> None:
+        """Cancel what moves the robot and command zero until it stands; works while the client spins."""
+        self._safety = self._safety or BaseSafety(self.client.node, OpenGoals(self.client.node, ACTIONS))
+        self._safety.make_safe()
+
+    def _tell_the_runs(self, death: ProcessDied) -> None:
+        """Let every run end with what took it along, as long as the mission server can write that down."""
+        if death.name != BASE:
+            self._hold_still()
+        if death.name == MISSIONS or self.client.state.state not in ACTIVE_STATES:
+            return
+        try:
+            # Those that wait first: none may begin.
+            for run_id in (*self.client.status().waiting, ""):
+                self.client.stop(f"{death.what}, so the whole system ends", run_id)
+            self.client.spin_until(lambda: self.client.state.state not in ACTIVE_STATES, LAST_RUN_S)
+        except FlorenceError as error:
+            self.client.node.get_logger().warning(f"the runs were not told of it: {error}")
+
+    def _down(self) -> None:
+        """End everything, whatever the impatient press meanwhile: half of it would leave the base driving.
+
+        The wheels stop first. Then the mission process ends: it cancels its goals while navigation is there.
+        """
+        with deaf():
+            self._going_down = True
+            try:
+                if BASE in self._supervisor.silences():
+                    self._hold.hold(driver_answers=BASE not in self._hung)
+            finally:
+                self._end()
+
+    def _end(self) -> None:
+        """End every process and let go of everything."""
+        for name in self._supervisor.stop():
+            self.client.node.get_logger().error(f"the process {name!r} did not end in time and was killed")
+        if self.options.in_flat:
+            clear_ports(self.options)
+        self.client.close()
+        self._locks.close()
+        self._interrupts.close()

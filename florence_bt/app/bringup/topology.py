@@ -1,0 +1,249 @@
+"""Which nodes run in which process, with which parameters. A group is imported in its process only."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import partial
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from florence_bt.app.bringup.config import Parameters, load_config, section
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.supervisor import STARTED_AGAIN
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.paths import find_data
+
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.simulation.hardware.server import HardwareServer
+
+NODES: dict[str, tuple[str, ...]] = {
+    "simulator": ("simulator",),
+    "hardware": (
+        "turtlebot_node",
+        "hokuyo_node",
+        "kinect_node",
+        "kinect_aux",
+        "kinect_laser",
+        "laser_combinator",
+        "laser_filter",
+        "velocity_filter",
+        "robot_description",
+    ),
+    "navigation": ("map_server", "localiser", "navigate"),
+    "people": ("user_tracker_ni_node", "florenceLocator", "approach_user"),
+    "missions": ("florence_bt",),
+}
+"""Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
+and the base is stopped by its driver before its port goes away."""
+
+ENDED_TOGETHER = ("navigation", "people")
+"""Processes that are ended side by side: neither needs the other."""
+
+MISSIONS, BASE = "missions", "hardware"
+"""The processes of the mission server and of the base's driver."""
+
+REMAPPINGS = (
+    "turtlebot_node:cmd_vel:=filtered_cmd_vel",
+    "turtlebot_node:manual_cmd_vel:=filtered_manual_cmd_vel",
+)
+"""The base obeys the velocity filter, not the planners (REFERENCE 6.5)."""
+
+Factory = Callable[[], "FlorenceNode"]
+
+
+def groups(options: BringUp) -> list[str]:
+    """The processes of a bring-up in the order of their start."""
+    return [group for group in NODES if options.in_flat or group != "simulator"]
+
+
+def factories(group: str, options: BringUp) -> list[Factory]:
+    """How to build the nodes of one process.
+
+    Raises:
+        ConfigError: Unknown group, or a wrong configuration.
+    """
+    builders = {
+        "simulator": _simulator,
+        "hardware": _hardware,
+        "navigation": _navigation,
+        "people": _people,
+        "missions": _missions,
+    }
+    if group not in builders:
+        raise ConfigError(f"unknown group of nodes {group!r}", valid=closest_first(group, builders))
+    return builders[group](_Settings(options))
+
+
+class _Settings:
+    """The parameters of every node: the configuration with what this bring-up adds."""
+
+    def __init__(self, options: BringUp) -> None:
+        self.options = options
+        self.config = load_config(Path(options.config_file) if options.config_file else None)
+
+    @property
+    def map_file(self) -> Path:
+        return Path(self.options.map_file) if self.options.map_file else find_data("maps", "flat.yaml")
+
+    @property
+    def hotspots_file(self) -> Path:
+        """The hotspots; of those of the package a copy, because ``setHotspot`` writes to its file."""
+        if self.options.hotspots_file:
+            return Path(self.options.hotspots_file)
+        copy = Path(self.options.folder) / "hotspots.yaml"
+        if not copy.exists():
+            copy.write_bytes(find_data("hotspots", "flat.yaml").read_bytes())
+        return copy
+
+    def of(self, node: str, **overrides: Any) -> Parameters:
+        """The parameters of a node; simulated ones follow the simulated time."""
+        return section(self.config, node, use_sim_time=self.options.simulated or None, **overrides)
+
+    def with_timeout(self, node: str, name: str, default_s: float) -> Parameters:
+        """The parameters of a node with a time-out that finds out a process or a device that fell silent.
+
+        These need the real time that they need on the robot: in a simulation that is faster, they count as
+        many more simulated seconds.
+        """
+        parameters = self.of(node)
+        value = parameters.get(name)
+        if (
+            self.options.simulated
+            and self.options.speed > 1.0
+            and (value is None or isinstance(value, float))
+        ):
+            parameters[name] = (value or default_s) * self.options.speed
+        return parameters
+
+
+# ---- simulated hardware ---------------------------------------------------------------------------------
+
+
+def _simulator(settings: _Settings) -> list[Factory]:
+    from florence_bt.simulation.hardware.node import SimulatorNode
+
+    options = settings.options
+    parameters = {"speed": options.speed, "catch_up": options.emulated}
+    return [partial(SimulatorNode, partial(_make_server, options), parameters=parameters)]
+
+
+def _make_server(options: BringUp) -> HardwareServer:
+    from florence_bt.app.bringup.simulated import hardware_mounts, hardware_settings, people_at_home
+    from florence_bt.simulation.hardware.server import HardwareServer
+    from florence_bt.simulation.home.flat import load_flat
+    from florence_bt.simulation.home.world import World
+
+    flat = load_flat()
+    world = World(flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed)
+    return HardwareServer(world, hardware_mounts(), hardware_settings(options))
+
+
+# ---- the robot ------------------------------------------------------------------------------------------
+
+
+def _hardware(settings: _Settings) -> list[Factory]:
+    from florence_bt.drivers.hokuyo.node import HokuyoNode
+    from florence_bt.drivers.kinect.motor.node import KinectMotorNode
+    from florence_bt.drivers.kinect.node import KinectNode
+    from florence_bt.drivers.turtlebot.node import TurtlebotNode
+    from florence_bt.skills.filters.depth_to_laser.node import FakeLaserNode
+    from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
+    from florence_bt.skills.filters.laser_filter.node import LaserFilterNode
+    from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+    from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
+    from florence_bt.skills.robot_description.node import RobotDescriptionNode
+
+    command_timeout = VelocityFilterParameters().command_timeout
+    velocity_filter = settings.with_timeout("velocity_filter", "command_timeout", command_timeout)
+    motor: dict[str, Any] = {}
+    ports: dict[str, str | None] = {"base": None, "laser": None, "kinect": None}
+    if settings.options.in_flat:
+        from florence_bt.app.bringup.simulated import hardware_settings, simulated_motor
+
+        simulated = hardware_settings(settings.options)
+        motor = {"open_motor": simulated_motor()}
+        ports = {
+            "base": str(simulated.base_port),
+            "laser": str(simulated.laser_port),
+            "kinect": str(simulated.kinect_socket),
+        }
+    base = {"port": ports["base"], "override_file": str(Path(settings.options.folder) / "manual_override")}
+    return [
+        partial(TurtlebotNode, parameters=settings.of("turtlebot_node", **base)),
+        partial(HokuyoNode, parameters=settings.of("hokuyo_node", port=ports["laser"])),
+        partial(KinectNode, parameters=settings.of("kinect_node", source=ports["kinect"])),
+        partial(KinectMotorNode, parameters=settings.of("kinect_aux"), **motor),
+        partial(FakeLaserNode, parameters=settings.of("kinect_laser")),
+        partial(LaserCombinatorNode, parameters=settings.of("laser_combinator")),
+        partial(LaserFilterNode, parameters=settings.of("laser_filter")),
+        partial(VelocityFilterNode, parameters=velocity_filter),
+        partial(RobotDescriptionNode, parameters=settings.of("robot_description")),
+    ]
+
+
+def _navigation(settings: _Settings) -> list[Factory]:
+    from florence_bt.app.bringup.simulated import start_of
+    from florence_bt.skills.navigation.localisation.node import LocaliserNode
+    from florence_bt.skills.navigation.map_server.node import MapServerNode
+    from florence_bt.skills.navigation.navigate.node import NavigationNode
+    from florence_bt.skills.navigation.navigate.step import CycleParameters
+
+    navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
+    start = start_of(settings.options)
+    initial = {} if start is None else {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
+    return [
+        partial(MapServerNode, parameters=settings.of("map_server", map_file=str(settings.map_file))),
+        partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),
+        partial(NavigationNode, parameters=navigate),
+    ]
+
+
+def _people(settings: _Settings) -> list[Factory]:
+    from florence_bt.app.bringup.simulated import user_room
+    from florence_bt.skills.locator.node import LocatorNode
+    from florence_bt.skills.people.approach_user.node import ApproachNode
+    from florence_bt.skills.people.user_tracker.node import UserTrackerNode
+
+    locator = settings.of(
+        "florenceLocator",
+        hotspots_file=str(settings.hotspots_file),
+        initial_user_room=user_room(settings.options),
+    )
+    return [
+        partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
+        partial(LocatorNode, parameters=locator),
+        partial(ApproachNode, parameters=settings.of("approach_user")),
+    ]
+
+
+def _missions(settings: _Settings) -> list[Factory]:
+    from florence_bt.app.bringup.make_safe import BaseSafety
+    from florence_bt.app.bringup.skills_ros import make_skills
+    from florence_bt.app.demo.pictures import BackgroundPictures
+    from florence_bt.runtime.node import MissionNode
+    from florence_bt.trees.language.declarations import collect_declarations
+
+    parameters = settings.of(
+        "florence_bt",
+        runs_folder=str(settings.options.runs),
+        mission_folders=settings.options.mission_folders or None,
+        # Its predecessor has just died, and the system has been up all the time.
+        take_up_limit=inf if os.environ.get(STARTED_AGAIN) else None,
+    )
+    pictures = BackgroundPictures(settings.map_file, settings.hotspots_file)
+
+    def mission_node() -> FlorenceNode:
+        node = MissionNode(
+            make_skills,
+            collect_declarations(),
+            make_safety=BaseSafety,
+            on_recorded=pictures.draw,
+            parameters=parameters,
+        )
+        node.on_close(pictures.close)
+        return node
+
+    return [mission_node]

@@ -1,0 +1,54 @@
+"""``florence up``: the whole system until Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+
+from rich.console import Console
+
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.system import System
+from florence_bt.app.runs.client import MissionClient
+from florence_bt.app.runs.journal_view import left_runs, what_became_of
+from florence_bt.core.errors import DeviceTimeout
+from florence_bt.ros.environment import reach_of
+
+FOREVER_S = float("inf")
+
+
+def _findings(client: MissionClient) -> list[str]:
+    """What is wrong with missions and skills of the running system, a line each."""
+    try:
+        return list(client.missions().findings)
+    except DeviceTimeout as error:
+        return [f"whether missions or skills are missing is not known: {error}"]
+
+
+def run_up(options: BringUp) -> None:
+    """Bring the system up, say how to use it, and keep it running.
+
+    Raises:
+        KeyboardInterrupt: Somebody pressed Ctrl-C or sent SIGTERM (``signals``); by then everything is down.
+        FlorenceError: It did not come up, or a process died that cannot be started again; by then the rest is
+            down too.
+    """
+    console = Console()
+
+    def say(line: str) -> None:
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+    left = left_runs(options.runs)
+    with System(options, say) as system:
+        reach = reach_of(os.environ)
+        if not reach.this_machine:
+            say(f"open to {reach.text}")
+        seconds = system.wait_ready()
+        for finding in _findings(system.client):
+            say(finding)
+        say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
+        for line in what_became_of(options.runs, left):
+            say(line)
+        if not system.client.knows_pose():
+            say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
+        say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
+        system.client.spin_until(lambda: False, FOREVER_S, watch=system.keep_up)

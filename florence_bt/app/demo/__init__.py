@@ -1,0 +1,1 @@
+"""Simulated runs: the demo, the trials, and the rig that both use."""

@@ -1,0 +1,60 @@
+"""Builds the rig from the files of the package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from florence_bt.app.bringup.config import load_config
+from florence_bt.app.bringup.options import ABSENT
+from florence_bt.app.bringup.simulated import robot_frames
+from florence_bt.core.paths import find_data
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.people import PersonSpec, place_person
+from florence_bt.simulation.rig.rig import Rig, RigSetting
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.navigation.map_server.map_file import load_map
+
+MAP, HOTSPOTS = "flat.yaml", "flat.yaml"
+
+
+def make_rig(
+    *,
+    seed: int = 0,
+    person: str | PersonSpec | None = None,
+    user_room: str | None = None,
+    runs_folder: Path | None = None,
+) -> Rig:
+    """A rig of the flat of this package.
+
+    Args:
+        seed: Start of every random generator; the place and posture of the person come from it too.
+        person: A room, a ready person, ``absent`` for nobody, None for a random room.
+        user_room: Where the user was last seen; the person's room when not given.
+        runs_folder: Where the runs leave their folders; None for nowhere.
+
+    Raises:
+        ConfigError: There is no such room.
+    """
+    flat = load_flat()
+    if isinstance(person, PersonSpec):
+        people = [person]
+    elif person == ABSENT:
+        people = []
+    else:
+        people = [place_person(flat, person, np.random.default_rng(seed))]
+    room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
+    return Rig(
+        RigSetting(
+            flat=flat,
+            grid=load_map(find_data("maps", MAP)),
+            hotspots=load_hotspots(find_data("hotspots", HOTSPOTS)),
+            frames=robot_frames(),
+            config=load_config(),
+            people=people,
+            user_room=user_room if user_room is not None else (room.name if room else ""),
+            seed=seed,
+            runs_folder=runs_folder,
+        )
+    )

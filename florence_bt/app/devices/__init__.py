@@ -1,0 +1,1 @@
+"""Commands on devices: calibration, and recordings of the Kinect."""

@@ -1,0 +1,88 @@
+"""The whole examination, one check after the other; a check that breaks is a finding itself."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
+from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.doctor.finding import Finding, good, note, problem
+from florence_bt.app.doctor.firmware import check_firmware
+from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings
+from florence_bt.app.doctor.libraries import check_libraries
+from florence_bt.app.doctor.machine import check_machine
+from florence_bt.app.doctor.ports import check_ports, users_of
+from florence_bt.app.doctor.usb import check_usb
+from florence_bt.core.errors import FlorenceError
+
+SERIAL_NODES = ("turtlebot_node", "hokuyo_node")
+WATCH_S, WATCH_LONGER_S = 2.5, 15.0
+"""Seconds to look at the ROS graph, and how long when a part of a system has not been seen by then."""
+
+
+def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) -> Iterator[Finding]:
+    """Look at everything.
+
+    Args:
+        config_file: The robot's configuration; None for the one of the package.
+        folder: Where runs and logs will go.
+        hardware: Whether to look at ports, USB and firmware too.
+    """
+    yield from _guarded("libraries", check_libraries)
+    yield from _guarded("machine", lambda: check_machine(folder))
+    config: dict[str, dict[str, Any]] = {}
+    try:
+        config = load_config(config_file)
+        known = {node for nodes in NODES.values() for node in nodes}
+        refuse_unknown_nodes(config, known, str(config_file or "config/robot.yaml"))
+        yield good("configuration", str(config_file or "of the package"), "can be read")
+    except FlorenceError as error:
+        yield problem("configuration", str(config_file), str(error), "correct the file")
+    if hardware:
+        yield from _hardware(config)
+    yield from _ros()
+
+
+def _hardware(config: dict[str, dict[str, Any]]) -> Iterator[Finding]:
+    ports = {
+        node: str(config[node]["port"])
+        for node in SERIAL_NODES
+        # A laser with an address is on the network; its port is not used.
+        if config.get(node, {}).get("port") and not config[node].get("ip_address")
+    }
+    yield from _guarded("ports", lambda: check_ports(ports))
+    yield from _guarded("USB", check_usb)
+    yield from _guarded("firmware", lambda: check_firmware(config, _is_free))
+
+
+def _is_free(port: str) -> bool:
+    path = Path(port)
+    return path.exists() and os.access(path, os.R_OK | os.W_OK) and not list(users_of(path))
+
+
+def _ros() -> Iterator[Finding]:
+    yield from check_settings(os.environ)
+    try:
+        from florence_bt.app.doctor.graph_watch import watch_graph
+    except ModuleNotFoundError as error:
+        yield note("ROS", "rclpy", f"{error.name} is not installed", "make setup, or source a ROS 2 Jazzy")
+        return
+    view: list[GraphView] = []
+    yield from _guarded("ROS", lambda: _watched(view, watch_graph))
+    yield from (finding for seen in view for finding in check_graph(seen))
+
+
+def _watched(view: list[GraphView], watch: Callable[[float, float], GraphView]) -> Iterator[Finding]:
+    view.append(watch(WATCH_S, WATCH_LONGER_S))
+    return iter(())
+
+
+def _guarded(group: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    try:
+        yield from check()
+    except Exception as error:
+        # One check that cannot be done must not hide what the others find.
+        yield problem(group, "this check", f"broke down: {type(error).__name__}: {error}", "report this")

@@ -1,0 +1,58 @@
+"""The doctor's table, and the same as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from florence_bt.app.doctor.finding import Finding, Level
+
+_STYLES = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.PROBLEM: "bold red"}
+
+
+def print_table(findings: Sequence[Finding], console: Console) -> None:
+    """Print what was found, with what to do about it."""
+    table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
+    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    group = ""
+    for finding in findings:
+        if finding.group != group:
+            group = finding.group
+            table.add_row(Text(group, style="bold"), "", "")
+        text = Text(finding.found)
+        if finding.advice:
+            text.append(f"\n-> {finding.advice}", style="dim")
+        level = Text(finding.level.value, style=_STYLES[finding.level])
+        table.add_row(Text(f"  {finding.item}"), level, text)
+    console.print(table)
+    console.print(summary(findings))
+
+
+def summary(findings: Sequence[Finding]) -> str:
+    """How many things are how bad, on one line."""
+    counts = Counter(finding.level for finding in findings)
+    problems, warnings = counts[Level.PROBLEM], counts[Level.WARNING]
+    if not problems and not warnings:
+        return f"{len(findings)} things looked at: all is well"
+    return (
+        f"{len(findings)} things looked at: {problems} problem{'s' * (problems != 1)}, "
+        f"{warnings} warning{'s' * (warnings != 1)}"
+    )
+
+
+def as_json(findings: Sequence[Finding]) -> str:
+    """A list of objects with group, item, level, found and advice."""
+    return json.dumps([{**asdict(f), "level": f.level.value} for f in findings], indent=1)
+
+
+def healthy(findings: Sequence[Finding]) -> bool:
+    """Whether nothing is a problem."""
+    return all(finding.level is not Level.PROBLEM for finding in findings)

@@ -1,0 +1,1 @@
+"""Commands on mission files: check, test, draw, list, import and export."""

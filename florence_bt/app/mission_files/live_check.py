@@ -1,0 +1,194 @@
+"""``florence check --live``: do the missions fit the system that runs now?
+
+Asks the mission server which missions it has, the locator for hotspots, and the ROS graph whether somebody
+serves each skill that the missions use, those of called missions included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from florence_interfaces.srv import GetHotspot, ListMissions
+
+from florence_bt.app.bringup.skills_ros import make_skills
+from florence_bt.app.runs.client import MissionClient, SystemNotThere
+from florence_bt.core.errors import DeviceTimeout, closest_first
+from florence_bt.core.skill import Skill
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.trees.language.findings import ERROR, WARNING, Finding
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Call, Mission, Use
+from florence_bt.trees.language.source import Position
+
+SEARCH_S = 5.0
+"""Wall seconds in which the mission server, and then the servers of the skills, must come in sight."""
+_HOTSPOT_SERVICE = "florenceLocator/getHotspot"
+_START = ("florence up --sim", "florence up --robot CONFIG")
+
+
+class _Served(Protocol):
+    """A skill that some server performs."""
+
+    @property
+    def label(self) -> str:
+        """What serves it, for people."""
+
+    def server_is_there(self) -> bool:
+        """Whether a server is in sight."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Need:
+    """Something that a mission needs, and the place in a checked file that says so."""
+
+    name: str
+    mission: Mission
+    position: Position
+    through: str = ""
+
+    def finding(self, message: str, valid: Iterable[str] = (), severity: str = ERROR) -> Finding:
+        through = f" (in the mission {self.through})" if self.through else ""
+        place = self.position
+        file = str(self.mission.file)
+        return Finding(file, place.line, place.column, severity, message + through, tuple(valid))
+
+
+def compare_with_system(
+    missions: Iterable[Mission],
+    library: MissionLibrary,
+    labels: Callable[[Mission], Iterable[tuple[str, Position]]],
+    skills: Callable[[FlorenceNode], Mapping[str, Skill]] = make_skills,
+) -> list[Finding]:
+    """Hold missions against the system that runs now.
+
+    Args:
+        missions: The missions that are checked.
+        library: Where the missions that they call are found.
+        labels: The labels of hotspots that are written in a mission, and where.
+        skills: Builds the skills of the system over a node.
+
+    Returns:
+        What does not fit: skills that nobody serves, missions that the server lacks or has otherwise, and
+        hotspots that the locator lacks.
+
+    Raises:
+        SystemNotThere: There is no mission server.
+        DeviceTimeout: The mission server does not answer.
+    """
+    missions = list(missions)
+    with MissionClient("florence_check") as client:
+        # A client that is brand new needs a moment to see who is there.
+        client.spin_until(lambda: client.servers() > 0, SEARCH_S)
+        answer = client.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
+        served = {info.name: info for info in answer.missions}
+        findings = [finding for mission in missions for finding in _compare_mission(mission, served)]
+        findings += _compare_skills(client, _skills_of(missions, library), skills(client.node))
+        return findings + _compare_hotspots(client, missions, labels)
+
+
+# ---- missions -------------------------------------------------------------------------------------------
+
+
+def _compare_mission(mission: Mission, served: Mapping[str, Any]) -> Iterator[Finding]:
+    """What is wrong with one mission, and with those that it calls, on the mission server."""
+    here = _Need(mission.name, mission, mission.tree.position if mission.tree is not None else Position(1, 1))
+    there = served.get(mission.name)
+    if there is None:
+        valid = (
+            "florence up --missions FOLDER, with the folder of this file",
+            *closest_first(mission.name, served),
+        )
+        yield here.finding(f"the running mission server has no mission {mission.name!r}", valid)
+    elif there.version != mission.version:
+        message = f"the running mission server has another version of {mission.name!r}, from {there.file}"
+        yield here.finding(message, ("reloading the missions, or starting the system again",))
+    elif there.problem:
+        yield here.finding(f"the running mission server cannot run {mission.name!r}: {there.problem}")
+    for node in mission.nodes():
+        if isinstance(node, Call) and node.mission.text not in served:
+            name = node.mission.text
+            message = f"the running mission server has no mission {name!r}"
+            yield _Need(name, mission, node.mission.position).finding(message, closest_first(name, served))
+
+
+# ---- skills ---------------------------------------------------------------------------------------------
+
+
+def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Need]:
+    """Every skill that missions use, with the place in each mission from which it is first reached."""
+    needs = []
+    for mission in missions:
+        seen: set[str] = set()
+        for node in mission.nodes():
+            if isinstance(node, Use):
+                found = [(node.skill, "")]
+            elif isinstance(node, Call):
+                found = list(_skills_below(node.mission.text, library))
+            else:
+                continue
+            for skill, through in found:
+                if skill not in seen:
+                    seen.add(skill)
+                    needs.append(_Need(skill, mission, node.position, through))
+    return needs
+
+
+def _skills_below(name: str, library: MissionLibrary) -> Iterator[tuple[str, str]]:
+    """The skills of a called mission and of all that it calls, each with the mission that uses it."""
+    waiting = [name]
+    for name in waiting:
+        mission = library.find(name)
+        for node in mission.nodes() if mission is not None else ():
+            if isinstance(node, Use):
+                yield node.skill, name
+            elif isinstance(node, Call) and node.mission.text not in waiting:
+                waiting.append(node.mission.text)
+
+
+def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[str, Skill]) -> list[Finding]:
+    findings, waiting = [], {}
+    for need in needs:
+        skill: Any = skills.get(need.name)
+        if skill is None:
+            message = f"the robot has no skill {need.name!r}: nothing connects it to a server"
+            findings.append(need.finding(message, closest_first(need.name, skills)))
+        elif callable(getattr(skill, "server_is_there", None)):
+            waiting[need.name] = skill
+    client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
+    lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}
+    return findings + [
+        need.finding(f"nobody serves the skill {need.name!r}: no {lost[need.name]} is in sight", _START)
+        for need in needs
+        if need.name in lost
+    ]
+
+
+# ---- hotspots -------------------------------------------------------------------------------------------
+
+
+def _compare_hotspots(
+    client: MissionClient,
+    missions: Iterable[Mission],
+    labels: Callable[[Mission], Iterable[tuple[str, Position]]],
+) -> list[Finding]:
+    findings: list[Finding] = []
+    known: dict[str, str] = {}
+    for mission in missions:
+        for label, position in labels(mission):
+            need = _Need(label, mission, position)
+            if label not in known:
+                try:
+                    answer = client.call(
+                        GetHotspot, _HOTSPOT_SERVICE, GetHotspot.Request(label=label), repeat=True
+                    )
+                except (SystemNotThere, DeviceTimeout) as error:
+                    message = f"the hotspots cannot be compared: {error}"
+                    return [*findings, need.finding(message, _START, WARNING)]
+                known[label] = "" if answer.valid else answer.message or f"there is no hotspot {label!r}"
+            if known[label]:
+                problem, _, valid = known[label].partition(" (would have worked: ")
+                choices = valid.removesuffix(")").split(", ") if valid else ()
+                findings.append(need.finding(f"the running locator says: {problem}", choices))
+    return findings

@@ -1,0 +1,50 @@
+"""``florence missions``: what missions there are, what they take and what they give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from florence_bt.core.declaration import Port
+from florence_bt.trees.checks.report import report_text
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.quantities import format_value
+
+_INDENT = " " * 19
+
+
+def list_missions(folders: Sequence[Path] = ()) -> tuple[str, str]:
+    """The missions of this installation.
+
+    Args:
+        folders: More mission folders.
+
+    Returns:
+        The list, and what is wrong with files and packages that should have been on it.
+
+    Raises:
+        ConfigError: A folder does not exist.
+    """
+    library = MissionLibrary.load(folders)
+    lines = [line for mission in library.missions() for line in _lines(mission)]
+    return "\n".join(lines), report_text([*library.findings, *collect_declarations().findings])
+
+
+def _lines(mission: Mission) -> Iterator[str]:
+    yield f"{mission.name:<16} {mission.description}"
+    for name, port in mission.inputs.items():
+        yield f"{_INDENT}{name}: {_takes(port)}"
+    for name, port in mission.outputs.items():
+        yield f"{_INDENT}-> {name}: {port.kind.value}"
+
+
+def _takes(port: Port) -> str:
+    default = "(required)" if port.required else f"= {format_value(port.default, port.kind)}"
+    limits = [
+        f"{word} {format_value(limit, port.kind)}"
+        for word, limit in (("from", port.minimum), ("to", port.maximum))
+        if limit is not None
+    ]
+    return " ".join([port.kind.value, default, *([f"({' '.join(limits)})"] if limits else [])])

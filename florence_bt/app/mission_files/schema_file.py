@@ -1,0 +1,60 @@
+"""``florence schema``: the JSON Schema of mission files for the skills and missions of this installation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.schema import make_schema
+
+
+def schema_text(folders: Sequence[Path] = (), hotspots: Path | None = None) -> str:
+    """The schema as JSON.
+
+    Args:
+        folders: More mission folders, whose missions an editor completes after ``run``.
+        hotspots: A hotspots file whose labels an editor completes; None allows any label.
+
+    Raises:
+        ConfigError: A folder or the file cannot be read.
+    """
+    labels: dict[str, list[str]] = {}
+    if hotspots is not None:
+        known = load_hotspots(hotspots)
+        labels = {"hotspot": list(known.labels()), "room": [room.label for room in known.rooms()]}
+    schema = make_schema(collect_declarations(), MissionLibrary.load(folders).missions(), labels)
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def scenario_schema_text(folders: Sequence[Path] = ()) -> str:
+    """The schema of scenario files as JSON.
+
+    Args:
+        folders: More mission folders, whose missions an editor completes.
+
+    Raises:
+        ConfigError: A folder does not exist.
+    """
+    from florence_bt.mission_testing.scenarios.scenario_schema import scenario_schema
+
+    schema = scenario_schema(MissionLibrary.load(folders), collect_declarations())
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def write_schema(out: Path, text: str) -> None:
+    """Write a schema to a file.
+
+    Raises:
+        ConfigError: The file cannot be written.
+    """
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            f"cannot be written: {error.strerror}", file=out, valid=["a file in a folder that exists"]
+        ) from error

@@ -1,0 +1,276 @@
+"""Talks to a running system from the command line: triggers, status, the live tree."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any
+
+import rclpy
+from florence_interfaces.msg import RunState
+from florence_interfaces.srv import (
+    GetXYPhi,
+    ListMissions,
+    MissionStatus,
+    PauseMission,
+    ReloadMissions,
+    ResumeMission,
+    RunMission,
+    StopMission,
+)
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
+
+from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.executor import SpinLoop
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
+from florence_bt.app.bringup.locks import bring_up_here
+from florence_bt.app.bringup.signals import held_back
+
+ACTIVE_STATES = ("PENDING", "ACTIVE")
+"""States of a run that is not over."""
+ANSWER_BUDGET_S = 5.0
+"""Wall seconds to wait for the answer of a service that is there, and for a service to come in sight."""
+BUSY_BUDGET_S = 25.0
+"""Wall seconds more for each of the two while a bring-up is seen on this machine: perhaps it starts its
+mission server again, or the machine is busy."""
+_TRIES = 3
+"""How often a question that may be repeated is asked within the time for its answer."""
+LAST_WORDS_S = 0.2
+"""Wall seconds for the last messages of a node that was served."""
+RELOAD_BUDGET_S = 30.0
+"""Wall seconds for the answer to a reload: every mission that changed is checked."""
+ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
+OVERRIDDEN = "manual override"
+"""What the mission server's status says while the override is on."""
+MISSION_SERVER = "florence_bt"
+"""Node name of the mission server."""
+SERVICES = ("florence_bt/run_mission", "florenceLocator/getRobotPosXYPhi", "approach_user/propose")
+"""What the shipped missions need; the system is ready when all of it is served."""
+
+
+class SystemNotThere(FlorenceError):
+    """No running system answers."""
+
+
+class MissionClient:
+    """A client of the mission server. Use as a context manager.
+
+    Args:
+        name: Node name of this client.
+    """
+
+    def __init__(self, name: str = "florence_client") -> None:
+        stay_on_this_machine()
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = FlorenceNode(name, context=self._context)
+        self._loop = SpinLoop(self._context)
+        self._loop.add(self.node)
+        self._clients: dict[str, Any] = {}
+        self.tree = ""
+        self.state = RunState(state="IDLE")
+        self.truth: Mapping[str, Any] = {}
+        self.node.create_subscription(String, "florence_bt/tree", self._on_tree, LATCHED)
+        self.node.create_subscription(RunState, "florence_bt/run_state", self._on_state, LATCHED)
+
+    def __enter__(self) -> MissionClient:
+        """The client itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave ROS."""
+        self.close()
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self.node.shut_down()
+        self._loop.close()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    @contextmanager
+    def serving(self, make: Callable[[rclpy.Context], FlorenceNode]) -> Iterator[FlorenceNode]:
+        """Serve one more node while the block runs; it is closed, and its last words sent, at the end."""
+        node = make(self._context)
+        self._loop.add(node)
+        try:
+            yield node
+        finally:
+            with held_back():
+                node.shut_down()
+                self.spin_until(lambda: False, LAST_WORDS_S)
+                self._loop.remove(node)
+                node.destroy_node()
+
+    def follow_truth(self) -> None:
+        """Keep ``truth`` up to date with what the simulator says is really so."""
+        self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)
+
+    def spin_until(
+        self, done: Callable[[], bool], budget_s: float, *, watch: Callable[[], None] | None = None
+    ) -> bool:
+        """Serve callbacks until a condition holds.
+
+        Args:
+            done: The condition.
+            budget_s: Wall seconds at most.
+            watch: Called between callbacks, e.g. to raise when a process has died.
+
+        Returns:
+            Whether the condition holds.
+
+        Raises:
+            KeyboardInterrupt: Somebody asked for the end meanwhile.
+        """
+        end = time.monotonic() + budget_s
+        # Callbacks run below C++ code, which does not survive a KeyboardInterrupt: it comes at the end.
+        with held_back() as interrupted:
+            while not done():
+                if watch is not None:
+                    watch()
+                if interrupted() or time.monotonic() > end:
+                    return False
+                self._loop.spin_once(0.05)
+        return True
+
+    def call(
+        self,
+        service_type: Any,
+        name: str,
+        request: Any,
+        *,
+        repeat: bool = False,
+        budget_s: float = ANSWER_BUDGET_S,
+    ) -> Any:
+        """Call a service and wait for the answer.
+
+        Args:
+            service_type: The service.
+            name: Its name.
+            request: The request.
+            repeat: Ask again when no answer comes, for questions that change nothing: the answer to a client
+                that is brand new can be lost, because the server may not know the way back to it yet.
+            budget_s: Wall seconds to wait for the answer; more while a bring-up is seen on this machine.
+
+        Raises:
+            SystemNotThere: Nobody serves it.
+            DeviceTimeout: It does not answer.
+        """
+        client = self._client(service_type, name)
+        if not self._comes_in_sight(client):
+            raise SystemNotThere(f"nobody serves {name}; is the system up? Start it with: florence up --sim")
+        begin, future = time.monotonic(), client.call_async(request)
+        while not self.spin_until(future.done, budget_s / _TRIES):
+            passed = time.monotonic() - begin
+            enough = passed >= budget_s + BUSY_BUDGET_S or (passed >= budget_s and not bring_up_here())
+            if repeat or enough:
+                client.remove_pending_request(future)
+            if enough:
+                raise DeviceTimeout(f"{name} did not answer within {passed:.0f} s")
+            if repeat:
+                future = client.call_async(request)
+        return future.result()
+
+    def _comes_in_sight(self, client: Any) -> bool:
+        patience = time.monotonic() + ANSWER_BUDGET_S
+
+        def settled() -> bool:
+            return client.service_is_ready() or (time.monotonic() > patience and not bring_up_here())
+
+        return self.spin_until(settled, ANSWER_BUDGET_S + BUSY_BUDGET_S) and bool(client.service_is_ready())
+
+    def _client(self, service_type: Any, name: str) -> Any:
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(service_type, name)
+        return client
+
+    def missing(self) -> list[str]:
+        """The servers that are not there yet, by name."""
+        names = {name for name, _ in self.node.get_service_names_and_types()}
+        needed = {f"/{action}/_action/send_goal": action for action in ACTIONS}
+        needed |= {f"/{service}": service for service in SERVICES}
+        return [shown for name, shown in needed.items() if name not in names]
+
+    def knows_pose(self) -> bool:
+        """Whether the robot knows where it is."""
+        question = GetXYPhi.Request()
+        try:
+            answer = self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True)
+        except (SystemNotThere, DeviceTimeout):
+            return False  # a start on a busy machine; whoever asks has a limit of their own
+        return bool(answer.valid)
+
+    def servers(self) -> int:
+        """How many mission servers are in sight."""
+        return self.node.get_node_names().count(MISSION_SERVER)
+
+    def run(
+        self, mission: str, inputs: Mapping[str, str], *, caller: str, policy: str = "", priority: int = 0
+    ) -> Any:
+        """Trigger a mission; the answer has accepted, run_id and message."""
+        request = RunMission.Request(
+            mission=mission,
+            input_names=list(inputs),
+            input_values=list(inputs.values()),
+            caller=caller,
+            policy=policy,
+            priority=priority,
+        )
+        return self.call(RunMission, "florence_bt/run_mission", request)
+
+    def status(
+        self, run_id: str = "", *, colour: bool = False, visited_only: bool = False, durations: bool = False
+    ) -> Any:
+        """The status of a run, or of the current or last one; the options are those of the tree's text."""
+        question = MissionStatus.Request(
+            run_id=run_id, colour=colour, visited_only=visited_only, durations=durations
+        )
+        return self.call(MissionStatus, "florence_bt/status", question, repeat=True)
+
+    def ask_status(self) -> Any:
+        """Ask for the status without waiting; the answer comes in the future that is returned."""
+        return self._client(MissionStatus, "florence_bt/status").call_async(MissionStatus.Request())
+
+    def stop(self, reason: str, run_id: str = "") -> Any:
+        """Stop a run, or the current one."""
+        return self.call(StopMission, "florence_bt/stop", StopMission.Request(run_id=run_id, reason=reason))
+
+    def pause(self, reason: str, run_id: str = "") -> Any:
+        """Pause a run, or the current one; the answer has success and message."""
+        request = PauseMission.Request(run_id=run_id, reason=reason)
+        return self.call(PauseMission, "florence_bt/pause", request)
+
+    def resume(self, run_id: str = "") -> Any:
+        """Go on with a paused run, or the current one; the answer has success and message."""
+        return self.call(ResumeMission, "florence_bt/resume", ResumeMission.Request(run_id=run_id))
+
+    def reload(self) -> Any:
+        """Let the mission server read its mission files again; the answer has success and report."""
+        return self.call(
+            ReloadMissions,
+            "florence_bt/reload_missions",
+            ReloadMissions.Request(),
+            budget_s=RELOAD_BUDGET_S,
+        )
+
+    def missions(self) -> Any:
+        """The missions that the mission server has, with their inputs; see ListMissions."""
+        return self.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
+
+    def _on_tree(self, message: String) -> None:
+        self.tree = message.data
+
+    def _on_state(self, message: RunState) -> None:
+        self.state = message
+
+    def _on_truth(self, message: String) -> None:
+        self.truth = json.loads(message.data)

@@ -1,0 +1,153 @@
+"""What the verbs of the command line do on a running system: run, look, stop, pause, reload.
+
+``stop`` must be quick: what only some verbs need, such as the drawing of trees, is imported by those.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from florence_bt.app.runs.client import MissionClient
+from florence_bt.app.runs.run_watch import RunWatch
+from florence_bt.app.bringup.signals import held_back
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+FOREVER_S = float("inf")
+STOP_BUDGET_S = 20.0
+"""Wall seconds to wait for the end of a run that was stopped; skills may take some to end."""
+
+
+def run_mission(
+    mission: str,
+    inputs: Mapping[str, str],
+    *,
+    policy: str,
+    priority: int,
+    console: Console,
+    headless: bool,
+    detach: bool,
+) -> bool:
+    """Trigger a mission and watch it; Ctrl-C stops the mission.
+
+    Returns:
+        Whether it succeeded, or was accepted when detached.
+    """
+    with MissionClient() as client:
+        answer: Any = None
+        try:
+            # A Ctrl-C between the question and the answer would leave a mission that nobody stops.
+            with held_back():
+                answer = client.run(mission, inputs, caller="florence run", policy=policy, priority=priority)
+            name = f" (run {answer.run_id})" if answer.accepted else ""
+            console.print(f"{answer.message}{name}", highlight=False, markup=False, soft_wrap=True)
+            if not answer.accepted or detach:
+                return bool(answer.accepted)
+            status = _watch(client, answer.run_id, console, headless=headless)
+        except KeyboardInterrupt:
+            if answer is not None and answer.accepted and not detach:
+                client.stop("Ctrl-C at florence run", answer.run_id)
+                client.spin_until(RunWatch(client, answer.run_id).over, STOP_BUDGET_S)
+            raise
+        _print_tree(status.tree, console)
+        return bool(status.state == "SUCCEEDED")
+
+
+def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bool) -> Any:
+    """Show a run until it is over; gives its status."""
+    from florence_bt.app.runs.live import make_display
+
+    display = make_display(console, headless=headless)
+    try:
+        watch = RunWatch(client, run_id)
+        client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree))
+    finally:
+        display.close()
+    return watch.result()
+
+
+def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
+    """Print the status of a run, once or until Ctrl-C. False when no such run is known."""
+    with MissionClient() as client:
+        status = client.status(run_id, durations=True)
+        if not watch:
+            _print_tree(status.tree, console)
+            for line in _what_waits(status):
+                console.print(line, highlight=False, markup=False, soft_wrap=True)
+            return bool(status.found or not run_id)
+        from florence_bt.app.runs.live import make_display
+
+        display = make_display(console, headless=False)
+        try:
+            client.tree = status.tree
+            server = RunWatch(client)
+            client.spin_until(server.over, FOREVER_S, watch=lambda: display.show(client.tree))
+        finally:
+            display.close()
+    return True
+
+
+def _print_tree(tree: str, console: Console) -> None:
+    from florence_bt.app.runs.live import styled
+
+    console.print(styled(tree), soft_wrap=True)
+
+
+def _what_waits(status: Any) -> list[str]:
+    lines = [f"no mission may start: {status.blocked_by}"] if status.blocked_by else []
+    lines += [f"no mission owns the goal of {goal}; florence stop ends it" for goal in status.unowned_goals]
+    return [*lines, f"waiting: {', '.join(status.waiting)}"] if status.waiting else lines
+
+
+def stop_mission(run_id: str) -> tuple[bool, str]:
+    """Stop a run, or the current one: (whether there was one, a message)."""
+    with MissionClient() as client:
+        answer = client.stop("florence stop", run_id)
+        return bool(answer.success), str(answer.message)
+
+
+def pause_mission(run_id: str, reason: str) -> tuple[bool, str]:
+    """Pause a run, or the current one: (whether it is paused, a message)."""
+    with MissionClient() as client:
+        answer = client.pause(reason or "florence pause", run_id)
+        return bool(answer.success), str(answer.message)
+
+
+def resume_mission(run_id: str) -> tuple[bool, str]:
+    """Go on with a paused run, or the current one: (whether it goes on, a message)."""
+    with MissionClient() as client:
+        answer = client.resume(run_id)
+        return bool(answer.success), str(answer.message)
+
+
+def reload_missions() -> tuple[bool, str]:
+    """Read the mission files again: (whether all of it went well, a report)."""
+    with MissionClient() as client:
+        answer = client.reload()
+        return bool(answer.success), str(answer.report)
+
+
+def live_missions() -> str:
+    """The missions of the running system with their inputs, as text."""
+    with MissionClient() as client:
+        answer = client.missions()
+    lines = [line for mission in answer.missions for line in _mission_lines(mission)]
+    return "\n".join([*lines, *answer.findings])
+
+
+def _mission_lines(mission: Any) -> list[str]:
+    lines = [f"{mission.name:<16} {mission.description}"]
+    for port in mission.inputs:
+        limits = [
+            f"from {port.minimum}" if port.minimum else "",
+            f"to {port.maximum}" if port.maximum else "",
+        ]
+        given = "required" if port.required else f"default {port.default_value}"
+        details = ", ".join(part for part in (port.type, given, *limits) if part)
+        about = f" -- {port.description}" if port.description else ""
+        lines.append(f"{'':<16}   {port.name}: {details}{about}")
+    if mission.problem:
+        lines += [f"{'':<16}   cannot run: {line}" for line in mission.problem.splitlines()]
+    return lines

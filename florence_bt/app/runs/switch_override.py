@@ -1,0 +1,103 @@
+"""Switches the manual override: ``florence override`` and ``florence release``.
+
+Somebody presses this button because the robot moves, so it loads nothing but ROS itself before it publishes,
+and needs nobody but the base's driver.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Bool
+
+from florence_bt.core.errors import DeviceTimeout, FlorenceError
+from florence_bt.ros.environment import stay_on_this_machine
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
+
+SIGHT_S = 5.0
+"""Wall seconds in which the base's driver must come in sight, and in which it must answer."""
+BUSY_S = 25.0
+"""Wall seconds more for each of the two while a bring-up is seen on this machine, which may be busy."""
+REPEAT_S = 0.25
+"""How often to say it again while nobody has answered."""
+
+
+class NoBaseDriver(FlorenceError):
+    """Nobody is there who could stop the base."""
+
+
+def switch_override(on: bool) -> str:
+    """Switch the manual override and wait until the base's driver says so.
+
+    Returns:
+        What is so now, for people.
+
+    Raises:
+        NoBaseDriver: No driver of a base is in sight.
+        DeviceTimeout: It does not obey.
+    """
+    stay_on_this_machine()
+    context = rclpy.Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        _Switch(context).set(on)
+    finally:
+        rclpy.shutdown(context=context)
+    if on:
+        return "the manual override is on: the base obeys manual_cmd_vel only; it ends with florence release"
+    return "the manual override is off: missions may start again; what was stopped stays so"
+
+
+class _Switch:
+    def __init__(self, context: rclpy.Context) -> None:
+        self._node = rclpy.create_node(
+            "florence_override", context=context, enable_rosout=False, start_parameter_services=False
+        )
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self._node)
+        self._publisher = self._node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
+        self._node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_truth, LATCHED)
+        self._is_on: bool | None = None
+
+    def set(self, on: bool) -> None:
+        if not self._spin_until(lambda: self._publisher.get_subscription_count() > 0):
+            raise NoBaseDriver(
+                "no driver of a base is in sight; is the system up? If the robot moves, switch it off by hand"
+            )
+        published = 0.0
+
+        def obeyed() -> bool:
+            nonlocal published
+            now = time.monotonic()
+            if now >= published + REPEAT_S:
+                published = now
+                self._publisher.publish(Bool(data=on))
+            return self._is_on is on
+
+        if not self._spin_until(obeyed):
+            raise DeviceTimeout(
+                "the base's driver did not obey in time; if the robot moves, switch it off by hand"
+            )
+
+    def _spin_until(self, done: Callable[[], bool]) -> bool:
+        begin = time.monotonic()
+        while not done():
+            passed = time.monotonic() - begin
+            if passed > SIGHT_S + BUSY_S or (passed > SIGHT_S and not _bring_up_here()):
+                return False
+            self._executor.spin_once(timeout_sec=0.02)
+        return True
+
+    def _on_truth(self, message: Bool) -> None:
+        self._is_on = bool(message.data)
+
+
+def _bring_up_here() -> bool:
+    from florence_bt.app.bringup.locks import bring_up_here
+
+    return bring_up_here()

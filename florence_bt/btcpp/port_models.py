@@ -1,0 +1,107 @@
+"""What nodes declare about their ports in ``TreeNodesModel``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from florence_bt.btcpp.vocabulary import CATEGORIES, KIND_UNITS
+from florence_bt.btcpp.xml_source import Element
+from florence_bt.core.declaration import Kind
+
+_PORTS = {"input_port": "in", "output_port": "out", "inout_port": "inout", "bidirectional_port": "inout"}
+_UNIT = re.compile(r"\s*\[(m|rad|s|m/s|m;m;rad)\]\s*$")
+_INTEGERS = re.compile(
+    r"(unsigned( int| long| short)?|(std::)?u?int(8|16|32|64)?(_t)?|(long )?long|short|(std::)?size_t)"
+)
+_TEXTS = re.compile(r"(std::)?string(_view)?|BT::StringView|const char ?\*|std::.*basic_string.*")
+_POSES = re.compile(r"(.*::)?(Pose2D|Pose|PoseStamped|PoseWithCovarianceStamped)(_<.*>)?")
+
+
+@dataclass(frozen=True, slots=True)
+class PortModel:
+    """A port of a node.
+
+    Attributes:
+        direction: ``in``, ``out`` or ``inout``.
+        kind: The kind of its values, None when the type is not given or none of ours.
+        description: What it is, without the unit.
+        default: The value when none is given, as in the XML, or None.
+        type_name: The type as written.
+        limits: The attributes ``_florence_min`` and ``_florence_max``, by ``min`` and ``max``.
+    """
+
+    direction: str
+    kind: Kind | None = None
+    description: str = ""
+    default: str | None = None
+    type_name: str = ""
+    limits: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class NodeModel:
+    """A node of another project.
+
+    Attributes:
+        name: Its registration ID.
+        category: ``Action``, ``Condition``, ``Control``, ``Decorator`` or ``SubTree``.
+        ports: Its ports by name.
+        description: What it does.
+    """
+
+    name: str
+    category: str
+    ports: dict[str, PortModel] = field(default_factory=dict)
+    description: str = ""
+
+
+def read_models(root: Element) -> dict[str, NodeModel]:
+    """The nodes that a file declares, by registration ID."""
+    models = {}
+    for block in root.children:
+        if block.tag == "TreeNodesModel":
+            for element in block.children:
+                if element.tag in CATEGORIES and element.get("ID"):
+                    models[element.get("ID")] = _model(element)
+    return models
+
+
+def _model(element: Element) -> NodeModel:
+    ports = {
+        child.get("name"): _port(child)
+        for child in element.children
+        if child.tag in _PORTS and child.get("name")
+    }
+    description = next(
+        (c.text for c in element.children if c.tag == "description"), element.get("_description")
+    )
+    return NodeModel(element.get("ID"), element.tag, ports, " ".join(description.split()))
+
+
+def _port(element: Element) -> PortModel:
+    text = " ".join((element.text or element.get("description")).split()).strip('"')
+    unit = _UNIT.search(text)
+    kind = kind_of_type(element.get("type"), unit[1] if unit else "")
+    default = element.attributes.get("default")
+    limits = tuple(
+        (end, element.get(f"_florence_{end}")) for end in ("min", "max") if element.get(f"_florence_{end}")
+    )
+    return PortModel(_PORTS[element.tag], kind, _UNIT.sub("", text), default, element.get("type"), limits)
+
+
+def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
+    """The kind for a C++ type and a unit, None when there is none."""
+    with_unit = next((kind for kind, text in KIND_UNITS.items() if text == f"[{unit}]"), None)
+    name = type_name.strip().removeprefix("BT::")
+    if name in ("double", "float", "long double"):
+        return with_unit or Kind.NUMBER
+    if not name:
+        return with_unit
+    if name == "bool":
+        return Kind.BOOLEAN
+    if _INTEGERS.fullmatch(name):
+        return Kind.INTEGER
+    if _TEXTS.fullmatch(name):
+        return Kind.TEXT
+    return Kind.POSE if _POSES.fullmatch(name) else None

@@ -1,0 +1,356 @@
+"""What flows through the keys of all trees: inputs and outputs of each tree, and the kind of every key.
+
+A mission has keys of its own, and gets and gives values at its start and end. A tree of BehaviorTree.CPP
+shares entries of the blackboard with its caller. So for each tree it is found out what it reads before it
+writes it (inputs), and what it writes that its caller sees (outputs).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from florence_bt.btcpp._places import Places
+from florence_bt.btcpp._union import Classes
+from florence_bt.btcpp.document import Document, Tree
+from florence_bt.btcpp.key_uses import READ, UNKNOWN, WRITE, Ports, Use, pointer, uses_of
+from florence_bt.btcpp.names import Names
+from florence_bt.btcpp.si_values import guess_kind
+from florence_bt.btcpp.xml_source import Element
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
+
+MAX_SHARED = 20_000
+"""Most keys that all calls of trees together share."""
+ROOT = "@"
+"""Before a key of the outermost blackboard."""
+
+
+@dataclass(frozen=True, slots=True)
+class SubTreeCall:
+    """A ``<SubTree>``.
+
+    Attributes:
+        element: The element.
+        tree: The ID that is called.
+        keys: Port -> key of the caller.
+        literals: Port -> value written out.
+        autoremap: Whether all further keys are those of the caller.
+    """
+
+    element: Element
+    tree: str
+    keys: dict[str, str]
+    literals: dict[str, str]
+    autoremap: bool
+
+
+@dataclass
+class TreeFacts:
+    """What is known about one tree.
+
+    Attributes:
+        tree: The tree.
+        events: Uses of keys and calls in the order of the file.
+        inputs: The keys that it reads before it writes them.
+        outputs: The keys that it writes and its callers see.
+        written: All keys that it writes.
+        guessed: The keys whose direction was guessed.
+        passed: The keys that trees called by it use without being told (see :meth:`Facts.mapping`).
+        names: Our names of its keys.
+    """
+
+    tree: Tree
+    events: list[Use | SubTreeCall]
+    inputs: list[str] = field(default_factory=list)
+    outputs: list[str] = field(default_factory=list)
+    written: dict[str, None] = field(default_factory=dict)
+    guessed: dict[str, Use] = field(default_factory=dict)
+    passed: dict[str, None] = field(default_factory=dict)
+    names: Names = field(default_factory=lambda: Names("key"))
+    _writers: dict[str, list[int]] | None = None
+
+    @cached_property
+    def pointed(self) -> frozenset[str]:
+        """The keys that a port points to, so that they are certainly keys."""
+        used = {event.key for event in self.events if isinstance(event, Use) and event.pointed}
+        return frozenset(used | {key for call in self.calls for key in call.keys.values()})
+
+    @cached_property
+    def calls_by_element(self) -> dict[int, SubTreeCall]:
+        """The calls by the identity of their elements."""
+        return {id(call.element): call for call in self.calls}
+
+    @cached_property
+    def writing_ports(self) -> frozenset[tuple[str, str]]:
+        """The ports of nodes of this tree that write keys: (registration ID, port)."""
+        uses = (event for event in self.events if isinstance(event, Use))
+        return frozenset(use.port for use in uses if use.port is not None and use.access == WRITE)
+
+    @cached_property
+    def _places(self) -> Places:
+        return Places(self.tree.root)
+
+    def local(self, key: str, main: str | None) -> str:
+        """A key as it is called in this tree: in the main tree the outermost blackboard is its own."""
+        return key.removeprefix(ROOT) if self.tree.name == main else key
+
+    def key_name(self, key: str, main: str | None) -> str:
+        """Our name of a key."""
+        return self.names.of(self.local(key, main))
+
+    def all_inputs(self, facts: Facts) -> list[str]:
+        """The keys that callers give: those that are declared, and those that are read first."""
+        declared = facts.declared(self.tree.name, "in")
+        return [*declared, *(key for key in self.inputs if key not in declared)]
+
+    def all_outputs(self, facts: Facts) -> list[str]:
+        """The keys that callers get: those that are declared and written, and those that they ask for."""
+        declared = facts.declared(self.tree.name, "out")
+        return [*declared, *(key for key in self.outputs if key not in declared)]
+
+    def input_name(self, key: str, facts: Facts) -> str:
+        """Our name of an input: a key that is written too needs another one."""
+        both = key in self.written and key in self.all_inputs(facts)
+        return self.names.of(f"before {key}" if both else key)
+
+    def may_change(self, element: Element, key: str, facts: Facts) -> bool:
+        """Whether something may write a key while a branch of an element runs: below it, or beside it."""
+        if self._writers is None:
+            self._writers = self._find_writers(facts)
+        found, beside = self._writers.get(key, []), self._places.concurrent_above(element)
+        return any(self._places.any_below(found, each) for each in (element, beside) if each is not None)
+
+    def _find_writers(self, facts: Facts) -> dict[str, list[int]]:
+        """Each key with the places where it is written."""
+        found: dict[str, list[Element]] = {}
+        for event in self.events:
+            for key in facts.writes(self.tree.name, event):
+                found.setdefault(key, []).append(event.element)
+        return {key: self._places.numbers(elements) for key, elements in found.items()}
+
+    def uses_below(self, elements: list[Element]) -> Iterator[Use]:
+        """The uses of keys in some elements and below them."""
+        inside = {id(below) for element in elements for below in element.walk()}
+        return (e for e in self.events if isinstance(e, Use) and id(e.element) in inside)
+
+    def is_ticked_again(self, element: Element) -> bool:
+        """Whether an element can be ticked after its end, but not by a ``PipelineSequence`` just above."""
+        above = self._places.concurrent_above(element)
+        return above is not None and not (above.tag == "PipelineSequence" and element in above.children)
+
+    @cached_property
+    def read_keys(self) -> frozenset[str]:
+        """The keys that something reads."""
+        return frozenset(e.key for e in self.events if isinstance(e, Use) and e.access == READ)
+
+    @property
+    def calls(self) -> Iterator[SubTreeCall]:
+        """The calls of other trees."""
+        return (event for event in self.events if isinstance(event, SubTreeCall))
+
+    @property
+    def keys(self) -> dict[str, None]:
+        """Every key that appears, in the order of the file."""
+        found: dict[str, None] = {}
+        for event in self.events:
+            for key in [event.key] if isinstance(event, Use) else event.keys.values():
+                found[key] = None
+        return found
+
+
+class Facts:
+    """What is known about all trees of a document.
+
+    Args:
+        document: The trees.
+        ports: The ports of the nodes.
+        order: The names of the trees, called ones before their callers.
+
+    Raises:
+        ConfigError: The trees share too many keys.
+    """
+
+    def __init__(self, document: Document, ports: Ports, order: list[str]) -> None:
+        self._document = document
+        self.main = document.main
+        self._classes = Classes()
+        self._callers: dict[str, list[tuple[str, SubTreeCall]]] = {}
+        self._mappings: dict[int, dict[str, str]] = {}
+        self._shared = 0
+        self.trees: dict[str, TreeFacts] = {}
+        guessed: dict[tuple[str, str], str] = {}
+        for name, tree in document.trees.items():
+            events = list(_events(tree, ports, is_main=name == document.main))
+            self.trees[name] = TreeFacts(tree, _settled(events, guessed))
+            for event in events:
+                if isinstance(event, Use) and event.access == UNKNOWN:
+                    self.trees[name].guessed.setdefault(event.key, event)
+            for call in self.trees[name].calls:
+                self._callers.setdefault(call.tree, []).append((name, call))
+        for name in order:
+            self._flow(self.trees[name])
+        self._collect_kinds()
+
+    def kind(self, tree: str, key: str) -> Kind | None:
+        """The kind of a key, None when nothing tells it."""
+        return self._classes.kind(("key", tree, key))
+
+    def port_kind(self, node: str, port: str) -> Kind | None:
+        """The kind of a port that no model describes, None when nothing tells it."""
+        return self._classes.kind(("port", node, port))
+
+    def declared(self, tree: str, direction: str) -> list[str]:
+        """The ports of a tree that the file declares."""
+        model = self._document.models.get(tree)
+        ports = model.ports.items() if model is not None and model.category == "SubTree" else ()
+        return [port for port, about in ports if about.direction in (direction, "inout")]
+
+    def note_kind(self, node: str, port: str, kind: Kind) -> None:
+        """Note the kind of a literal that is given to such a port."""
+        self._classes.add(("port", node, port), kind)
+
+    def mapping(self, caller: str, call: SubTreeCall) -> dict[str, str]:
+        """Key of the called tree -> key of the caller, for all that the two share.
+
+        Raises:
+            ConfigError: All trees together share more keys than any program needs.
+        """
+        known = self._mappings.get(id(call))
+        if known is None:
+            known = self._mappings[id(call)] = self._mapped(caller, call)
+            self._shared += len(known)
+            if self._shared > MAX_SHARED:
+                place = call.element.position
+                raise ConfigError(
+                    f"the trees share more than {MAX_SHARED} keys",
+                    file=self.trees[caller].tree.file,
+                    line=place.line,
+                    column=place.column,
+                    valid=["ports in place of _autoremap"],
+                )
+        return known
+
+    def _mapped(self, caller: str, call: SubTreeCall) -> dict[str, str]:
+        called = self.trees.get(call.tree)
+        shared = dict(call.keys)
+        if called is None:
+            return shared
+        for key in called.keys | called.passed:
+            if key in shared or key in call.literals:
+                continue
+            if key.startswith(ROOT):
+                shared[key] = key.removeprefix(ROOT) if caller == self._document.main else key
+            elif call.autoremap and not key.startswith("_"):
+                shared[key] = key
+        return shared
+
+    def writes(self, name: str, event: Use | SubTreeCall) -> list[str]:
+        """The keys that an event of a tree writes."""
+        return self._effects(name, event)[1]
+
+    def _flow(self, facts: TreeFacts) -> None:
+        name = facts.tree.name
+        read: dict[str, None] = {}
+        for call in facts.calls:
+            facts.passed.update(dict.fromkeys(self.mapping(name, call).values()))
+        for event in facts.events:
+            reads, writes = self._effects(name, event)
+            read.update(dict.fromkeys(key for key in reads if key not in facts.written))
+            facts.written.update(dict.fromkeys(writes))
+        facts.inputs = list(read)
+        seen = self._seen_by_callers(name)
+        facts.outputs = [key for key in facts.written if key in seen]
+
+    def _effects(self, name: str, event: Use | SubTreeCall) -> tuple[list[str], list[str]]:
+        if isinstance(event, Use):
+            return ([event.key], []) if event.access == READ else ([], [event.key])
+        called = self.trees.get(event.tree)
+        if called is None:
+            return list(event.keys.values()), []
+        shared = self.mapping(name, event)
+        reads = [shared[key] for key in called.inputs if key in shared]
+        return reads, [shared[key] for key in called.outputs if key in shared]
+
+    def _seen_by_callers(self, name: str) -> set[str]:
+        model = self._document.models.get(name)
+        seen = {port for port, about in model.ports.items() if about.direction != "in"} if model else set()
+        for caller, call in self._callers.get(name, ()):
+            seen.update(self.mapping(caller, call))
+        return seen
+
+    def _collect_kinds(self) -> None:
+        for name, model in self._document.models.items():
+            if model.category == "SubTree" and name in self.trees:
+                for port, about in model.ports.items():
+                    if about.kind is not None:
+                        self._classes.add(("key", name, port), about.kind)
+        for name, facts in self.trees.items():
+            for event in facts.events:
+                if isinstance(event, SubTreeCall):
+                    for inner, outer in self.mapping(name, event).items():
+                        self._classes.join(("key", name, outer), ("key", event.tree, inner))
+                    for port, text in event.literals.items():
+                        self._classes.hint(("key", event.tree, port), guess_kind(text))
+                    continue
+                if event.kind is not None:
+                    self._classes.add(("key", name, event.key), event.kind)
+                if event.hint is not None:
+                    self._classes.hint(("key", name, event.key), event.hint)
+                if event.port is not None:
+                    self._classes.join(("key", name, event.key), ("port", *event.port))
+
+
+def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTreeCall]:
+    def local(key: str) -> str:
+        return key.removeprefix(ROOT) if is_main else key
+
+    for element in tree.root.walk():
+        for use in uses_of(element, ports):
+            yield replace(use, key=local(use.key))
+        if element.tag == "SubTree":
+            keys, literals = {}, {}
+            given = {**ports.mapped_by_default(element.get("ID")), **element.attributes}
+            for name, value in given.items():
+                if name in ("ID", "name") or name.startswith("_"):
+                    continue
+                key = pointer(value, name)
+                if key is not None:
+                    keys[name] = local(key)
+                else:
+                    literals[name] = value
+            autoremap = element.get("_autoremap").lower() in ("true", "1")
+            yield SubTreeCall(element, element.get("ID"), keys, literals, autoremap)
+
+
+def _settled(events: list[Use | SubTreeCall], guessed: dict[tuple[str, str], str]) -> list[Use | SubTreeCall]:
+    """Decide whether ports of unknown direction are read or written.
+
+    A key that nothing is known to write, and that several ports use, must come from one of them: the first.
+    Of one element that has it twice the last port, for a node reads before it writes. A port has one
+    direction, wherever it is used.
+
+    Args:
+        events: What happens in a tree.
+        guessed: The ports that were decided on before; further ones are added.
+    """
+    users: dict[str, set[tuple[str, str] | int]] = {}
+    last: dict[tuple[str, int], Use] = {}
+    written: set[str] = set()
+    for event in events:
+        if isinstance(event, Use):
+            users.setdefault(event.key, set()).add(event.port or id(event))
+            last[event.key, id(event.element)] = event
+            access = guessed.get(event.port or ("", ""), event.access)
+            written |= {event.key} if access == WRITE else set()
+    settled: list[Use | SubTreeCall] = []
+    for event in events:
+        if isinstance(event, Use) and event.access == UNKNOWN and event.port is not None:
+            is_last = last[event.key, id(event.element)] is event
+            writes = is_last and event.key not in written and len(users[event.key]) > 1
+            access = guessed.setdefault(event.port, WRITE if writes else READ)
+            written |= {event.key} if access == WRITE else set()
+            event = replace(event, access=access)
+        settled.append(event)
+    return settled

@@ -1,0 +1,33 @@
+"""Tests of missions: mocked skills, a clock that is moved by hand, the real executor.
+
+The pytest fixture ``florence`` (:mod:`florence_bt.mission_testing.plugin`) is a :class:`Stage`;
+docs/testing.md teaches its use. The names below are loaded when they are first used, because pytest imports
+this package in every session.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from florence_bt.mission_testing.mocks.board import Call, Mock, MockError
+    from florence_bt.mission_testing.mocks.replies import Reply, fail, never, raises, succeed
+    from florence_bt.mission_testing.play import Play
+    from florence_bt.mission_testing.stage import Stage
+
+__all__ = ["Call", "Mock", "MockError", "Play", "Reply", "Stage", "fail", "never", "raises", "succeed"]
+
+_HOMES = {
+    **dict.fromkeys(("Call", "Mock", "MockError"), "mocks.board"),
+    **dict.fromkeys(("Reply", "fail", "never", "raises", "succeed"), "mocks.replies"),
+    "Play": "play",
+    "Stage": "stage",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

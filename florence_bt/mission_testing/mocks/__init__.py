@@ -1,0 +1,1 @@
+"""Skills and called missions that follow a script."""

@@ -1,0 +1,376 @@
+"""The mocked skills of one test: which mock answers a call, and what was called with which inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from inspect import isgenerator
+from typing import Any, cast
+
+from florence_bt.core.clock import Clock
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.outcome import Result
+from florence_bt.core.skill import Inputs, SkillRun
+from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
+from florence_bt.mission_testing.mocks.replies import Reply
+from florence_bt.mission_testing.mocks.routine import Routine, RoutineRun, broken_function
+from florence_bt.mission_testing.mocks.scripts import Function, Item, Script, in_turn, items_of, to_step
+from florence_bt.mission_testing.paths import MissionMap, Pattern, Place, made_up_place, read_pattern
+from florence_bt.mission_testing.unmatched import unmatched
+from florence_bt.trees.language.quantities import example_of
+
+
+class MockError(AssertionError):
+    """A mission did with a skill what the test did not provide for, or a mock what the real skill cannot."""
+
+
+@dataclass(eq=False, slots=True)
+class Call:
+    """One start of a mocked skill.
+
+    Attributes:
+        skill: The name of the skill.
+        place: The node that started it.
+        inputs: The complete inputs in SI units.
+        run_id: The run of the mission that it belongs to.
+        started: When, in seconds on the test's clock.
+        ended: When it ended, None while it runs.
+        result: How it ended, None while it runs.
+        cancelled: Whether it was cancelled before its end.
+    """
+
+    skill: str
+    place: Place
+    inputs: Mapping[str, Any]
+    run_id: str
+    started: float
+    ended: float | None = None
+    result: Result | None = None
+    cancelled: bool = False
+
+    @property
+    def path(self) -> str:
+        """The path of the node that started it, with the names of missions and skills."""
+        return self.place.shown
+
+
+@dataclass(eq=False, slots=True)
+class Mock:
+    """A script and whom it is for.
+
+    Attributes:
+        pattern: The skills or nodes that it answers.
+        default: Whether it stands back behind every mock that is none, and need not be used.
+        items: What its calls get, in turn; empty when a function decides.
+        function: The function that decides, or None.
+        calls: The calls that it answered.
+        asked: Whether a call came to it at all.
+        until: The moment until which the present step is given to every call.
+    """
+
+    pattern: Pattern
+    default: bool
+    items: tuple[Item, ...]
+    function: Function | None
+    calls: list[Call] = field(default_factory=list)
+    asked: bool = False
+    until: float = float("-inf")
+    _turns: Iterator[Item] | None = None
+    _lasting: Item | None = None
+
+    @property
+    def inputs(self) -> list[Mapping[str, Any]]:
+        """The inputs of the calls that it answered."""
+        return [call.inputs for call in self.calls]
+
+    def next(self, now: float) -> Item | None:
+        """What the next call gets, None when the script provides for no more."""
+        if self._turns is None:
+            self._turns = in_turn(self.items)
+        if now >= self.until:
+            item = self._lasting = next(self._turns, None)
+            if isinstance(item, Reply) and item.lasts is not None:
+                self.until = now + item.lasts
+        return self._lasting
+
+
+class MockBoard:
+    """The mocks of a test, as the skills of a robot.
+
+    Args:
+        clock: Drives the runs.
+        declarations: What the real skills say about themselves.
+
+    Attributes:
+        calls: Every call of a mocked skill, in order.
+        complaints: What went wrong with the mocks; the test must fail with the first.
+        find_place: The node of a path.
+        run_id: The run that is going on now.
+    """
+
+    def __init__(self, clock: Clock, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self.calls: list[Call] = []
+        self.complaints: list[str] = []
+        self.find_place: Callable[[str], Place] = made_up_place
+        self.run_id: Callable[[], str] = str
+        self._clock = clock
+        self._declarations = declarations
+        self._mocks: list[Mock] = []
+        self._chosen: dict[str, Mock | None] = {}
+        self._used: set[str] = set()
+        self._watches: list[tuple[str, Callable[[], None]]] = []
+
+    def patterns(self) -> list[Pattern]:
+        """Whom the mocks are for."""
+        return [mock.pattern for mock in self._mocks]
+
+    def unused(self) -> list[str]:
+        """The patterns of the mocks that answered no call yet; those of the whole test need not."""
+        return [mock.pattern.text for mock in self._mocks if not mock.default and not mock.asked]
+
+    def skills(self) -> Mapping[str, MockedSkill]:
+        """A skill for each declaration, also for those that missions bring along later."""
+        return _MockedSkills(self, self._declarations)
+
+    def add(self, pattern: str, script: Script, *, default: bool = False) -> Mock:
+        """Add a mock.
+
+        Raises:
+            ConfigError: The pattern or the script cannot be read, or the skill that it names cannot do that.
+        """
+        function = script if callable(script) else None
+        items = () if callable(script) else items_of(script)
+        mock = Mock(read_pattern(pattern), default, items, function)
+        declaration = self._declarations.get(pattern)
+        if declaration is not None:
+            for item in items:
+                to_step(item, declaration)
+        self._mocks.append(mock)
+        self._chosen.clear()
+        return mock
+
+    def check_patterns(self, mission: MissionMap) -> None:
+        """See that every mock is for something in a mission that is about to start.
+
+        Args:
+            mission: The nodes of the mission.
+
+        Raises:
+            ConfigError: A mock matches none of them, nor any of an earlier mission, or the skill that it
+                matches cannot do what its script says.
+        """
+        self._chosen.clear()
+        places = mission.uses()
+        for mock in self._mocks:
+            if any(mock.pattern.matches(place) for place in places):
+                self._used.add(mock.pattern.text)
+            elif mock.pattern.text not in self._used and not self._may_be_unused(mock):
+                raise self._unmatched(mock, mission)
+        for place in places:
+            chosen = self.mock_for(place)
+            if chosen is not None:
+                self._check_items(chosen, place)
+        self._chosen.clear()
+
+    def mock_for(self, place: Place) -> Mock | None:
+        """The mock that says most about a node; of equals the one that was added last."""
+        if place.path not in self._chosen:
+            fitting = [mock for mock in self._mocks if mock.pattern.matches(place)]
+            self._chosen[place.path] = max(
+                reversed(fitting), key=lambda mock: (not mock.default, *mock.pattern.rank), default=None
+            )
+        return self._chosen[place.path]
+
+    def start(self, declaration: SkillDeclaration, path: str, inputs: Inputs) -> SkillRun:
+        """Begin the run that the mock of a node says.
+
+        Raises:
+            MockError: There is no mock for it, or it cannot be; also noted in :attr:`complaints`.
+        """
+        try:
+            return self._start(declaration, self.find_place(path), inputs)
+        except MockError as error:
+            self.complaints.append(str(error))
+            raise
+
+    def _start(self, declaration: SkillDeclaration, place: Place, inputs: Inputs) -> SkillRun:
+        problems = declaration.problems_with(inputs)
+        problems += [f"{name} was not filled in" for name in declaration.inputs if name not in inputs]
+        if problems:
+            raise MockError(f"{place.shown} was started with bad inputs: {'; '.join(problems)}")
+        mock = self.mock_for(place)
+        if mock is None:
+            raise MockError(_how_to_mock(declaration, place))
+        call = Call(declaration.name, place, dict(inputs), self.run_id(), self._clock.now())
+        mock.asked = True
+        answer = _ask(mock, call) if mock.function is not None else self._next(mock, declaration)
+        if mock.function is None and answer is None:
+            raise MockError(
+                f"{place.shown} was started, but the mock {mock.pattern.text!r} provides for no more than "
+                f"{len(mock.calls)} calls; let its last step stand without a count, or for 'always'"
+            )
+        self.calls.append(call)
+        mock.calls.append(call)
+        return self._run(answer, declaration, call)
+
+    def _next(self, mock: Mock, declaration: SkillDeclaration) -> Item | None:
+        """The next step of a script; a skill that reports changes reports when it is over."""
+        before, now = mock.until, self._clock.now()
+        item = mock.next(now)
+        if declaration.wakes and mock.until > max(before, now):
+            self._clock.call_at(mock.until, partial(self._report_change, declaration.name))
+        return item
+
+    def watch(self, skill: str, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back when a mock of a skill that reports changes goes to its next step."""
+        watch = (skill, callback)
+        self._watches.append(watch)
+        return partial(self._watches.remove, watch)
+
+    def _report_change(self, skill: str) -> None:
+        for name, callback in tuple(self._watches):
+            if name == skill:
+                callback()
+
+    def _run(self, answer: Any, declaration: SkillDeclaration, call: Call) -> SkillRun:
+        def settle(said: Any) -> Step:
+            try:
+                step = to_step(said, declaration)
+                check_outputs(step, call.place)
+            except ConfigError as error:
+                raise MockError(f"the mock of {call.path} does what the skill cannot: {error}") from error
+            return step
+
+        run: RoutineRun | ScriptedRun
+        if isgenerator(answer):
+            run = RoutineRun(self._clock, cast(Routine, answer), settle, self.complaints, call.path)
+        else:
+            step = settle(answer)
+            if step.error is not None and step.after <= 0.0:
+                raise step.error
+            run = ScriptedRun(self._clock, step, call.inputs)
+        self._watch(call, run)
+        return run
+
+    def _watch(self, call: Call, run: RoutineRun | ScriptedRun) -> None:
+        """Note the end of a run in its call."""
+
+        def look() -> None:
+            call.cancelled = run.cancelled
+            if call.ended is None and run.result is not None:
+                call.ended, call.result = self._clock.now(), run.result
+
+        run.on_change(look)
+        look()
+
+    def _unmatched(self, mock: Mock, mission: MissionMap) -> ConfigError:
+        error = unmatched(mock.pattern.text, mission, self._declarations, skills_only=True, what="the mock ")
+        if mock.pattern.text in self._declarations:
+            more = "defaults(...) for mocks that need not be used"
+            return ConfigError(error.problem, valid=[*error.valid, more])
+        return error
+
+    def _may_be_unused(self, mock: Mock) -> bool:
+        """A default need not be used, but a plain name in it must be that of a skill."""
+        return mock.default and (not mock.pattern.plain or mock.pattern.text in self._declarations)
+
+    def _check_items(self, mock: Mock, place: Place) -> None:
+        if place.skill is None:
+            return
+        for item in mock.items:
+            try:
+                check_outputs(to_step(item, self._declarations[place.skill]), place)
+            except ConfigError as error:
+                raise ConfigError(
+                    f"the mock {mock.pattern.text!r} at {place.shown}: {error.problem}", valid=error.valid
+                ) from error
+
+
+class _MockedSkills(Mapping[str, "MockedSkill"]):
+    """A skill for each declaration, made when it is asked for."""
+
+    def __init__(self, board: MockBoard, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self._board = board
+        self._declarations = declarations
+        self._made: dict[str, MockedSkill] = {}
+
+    def __getitem__(self, name: str) -> MockedSkill:
+        declaration = self._declarations[name]
+        if name not in self._made:
+            kind = MockedWakingSkill if declaration.wakes else MockedSkill
+            self._made[name] = kind(self._board, declaration)
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._declarations)
+
+    def __len__(self) -> int:
+        return len(self._declarations)
+
+
+class MockedSkill:
+    """A skill whose runs come from a board."""
+
+    def __init__(self, board: MockBoard, declaration: SkillDeclaration) -> None:
+        self._board = board
+        self._declaration = declaration
+
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Begin a run for a caller that does not say where it stands in the tree."""
+        return self.start_at(self._declaration.name, inputs)
+
+    def start_at(self, path: str, inputs: Inputs) -> SkillRun:
+        """Begin a run for the node with this path."""
+        return self._board.start(self._declaration, path, inputs)
+
+
+class MockedWakingSkill(MockedSkill):
+    """One that reports changes of its answer."""
+
+    def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
+        """Call back when the script goes to its next step."""
+        return self._board.watch(self._declaration.name, callback)
+
+
+def _ask(mock: Mock, call: Call) -> Any:
+    """What the function of a mock answers to a call.
+
+    Raises:
+        MockError: It raised something: a mistake in the test, as opposed to a skill that ``raises``.
+    """
+    assert mock.function is not None
+    try:
+        return mock.function(call.inputs)
+    except MockError:
+        raise
+    except Exception as error:
+        raise MockError(broken_function(call.path, error)) from error
+
+
+def check_outputs(step: Step, place: Place) -> None:
+    """See that a success gives what the mission reads, or promises when the mission itself is mocked.
+
+    Raises:
+        ConfigError: An output is missing.
+    """
+    if step.result is None or not step.result.succeeded:
+        return
+    missing = [name for name in place.outputs if name not in step.result.outputs]
+    if missing:
+        raise ConfigError(
+            f"it succeeds without {' and '.join(missing)}, which it has to give here",
+            valid=[f"SUCCESS ({', '.join(f'{name}=...' for name in place.outputs)})"],
+        )
+
+
+def _how_to_mock(declaration: SkillDeclaration, place: Place) -> str:
+    outputs = ", ".join(f"{name}={example_of(port.kind)}" for name, port in declaration.outputs.items())
+    success = f"SUCCESS ({outputs})" if outputs else "SUCCESS"
+    example = success if declaration.instant else f"running 3 s, then {success}"
+    return (
+        f"{place.shown} was started, but {declaration.name} has no mock; give it one:\n"
+        f'    in Python: florence.mock("{declaration.name}", "{example}")\n'
+        f'    in a scenario, under skills: {declaration.name}: "{example}"'
+    )

@@ -1,0 +1,284 @@
+"""The nodes of a mission by path, and the patterns by which a test names them.
+
+A path is made of the names that a dump shows, joined with ``/``: ``goto_user/run approach_user/.../navigate
+to``. In a pattern a called mission may stand by its own name and a skill by its own name, ``_`` and a space
+are the same, ``*`` stands for anything within a name and ``**`` for any number of names. A pattern matches
+the end of a path, unless it begins with ``/``.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+from py_trees.behaviour import Behaviour
+
+from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.run_skill import RunSkill
+from florence_bt.behaviours.why import path_of
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Port, SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.checks.outcomes import Prospects, prospects_of
+from florence_bt.trees.language import model
+from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.origin import Origin, origin_of
+
+MAX_SHOWN = 5
+"""How many paths an error lists."""
+
+MAX_INDEX = 1_000_000
+"""The place in the order of the tree of a node that is not in the tree."""
+
+Segments = tuple[frozenset[str], ...]
+"""A path for matching: of each name everything that may be written for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A node of a mission.
+
+    Attributes:
+        path: The names from the root down, joined with ``/``, as in events and dumps.
+        shown: The same with the names of missions and skills, for people.
+        short: As little of it as tells the node from the others, as a pattern.
+        segments: The same for matching.
+        skill: The skill that it runs, None for every other node.
+        outputs: The outputs of the skill that the mission uses.
+        index: Where it stands in the order of the tree.
+        origin: The node of the mission file that it came from, None for parts of one.
+        use: Of a node that runs a skill: the node of the file that says so, also when it is a part of it.
+        leaf: Whether nothing is below it.
+        verdicts: What patterns were found to say about it, by their texts.
+    """
+
+    path: str
+    shown: str
+    short: str
+    segments: Segments
+    skill: str | None
+    outputs: tuple[str, ...]
+    index: int
+    origin: Origin | None
+    use: Origin | None
+    leaf: bool
+    verdicts: dict[str, bool] = field(default_factory=dict, repr=False, compare=False)
+
+
+class MissionMap:
+    """Every node of a mission, those of called missions and of clean-ups included.
+
+    Attributes:
+        mission: The name of the mission.
+        outputs: What it gives when it succeeds.
+        prospects: What can come of it.
+        places: Every node by path, in the order of the tree.
+    """
+
+    def __init__(self, mission: Mission, root: Behaviour, prospects: Prospects) -> None:
+        self.mission = mission.name
+        self.outputs: Mapping[str, Port] = mission.outputs
+        self.prospects = prospects
+        self.places: dict[str, Place] = {}
+        head = () if _plain(root.name) == _plain(mission.name) else (frozenset({_plain(mission.name)}),)
+        self._add(root, head, "" if not head else mission.name)
+        self._shorten()
+
+    def uses(self) -> list[Place]:
+        """The nodes that run a skill."""
+        return [place for place in self.places.values() if place.skill is not None]
+
+    def find(self, path: str) -> Place:
+        """The node of a path; one that is not in the tree is made up from its names."""
+        return self.places.get(path) or made_up_place(path)
+
+    def _add(self, node: Behaviour, above: Segments, shown_above: str, near: Origin | None = None) -> None:
+        origin = origin_of(node)
+        near = origin or near
+        names, shown = [node.name], node.name
+        if isinstance(node, RunSkill):
+            names.append(node.skill)
+            title = node.skill.replace("_", " ")
+            if node.name.startswith(title):
+                shown = node.skill + node.name[len(title) :]
+        elif origin is not None and isinstance(origin.node, model.Call):
+            names += [origin.node.mission.text, origin.node.default_title]
+            shown = origin.node.mission.text
+        segments = (*above, frozenset(_plain(name) for name in names))
+        shown = f"{shown_above}/{shown}" if shown_above else shown
+        path = path_of(node)
+        self.places[path] = Place(
+            path=path,
+            shown=shown,
+            short=shown,
+            segments=segments,
+            skill=node.skill if isinstance(node, RunSkill) else None,
+            outputs=tuple(node.outputs) if isinstance(node, RunSkill) else (),
+            index=len(self.places),
+            origin=origin,
+            use=near if isinstance(node, RunSkill) else None,
+            leaf=not node.children,
+        )
+        for child in node.children:
+            self._add(child, segments, shown, near)
+
+    def _shorten(self) -> None:
+        called = [place.origin.node for place in self.places.values() if place.origin is not None]
+        missions = {node.mission.text for node in called if isinstance(node, model.Call)}
+        wanted = {path: _shorter(place.shown, missions) for path, place in self.places.items()}
+        count = Counter(text for texts in wanted.values() for text in texts)
+        for path, texts in wanted.items():
+            short = next((text for text in texts if count[text] == 1), texts[-1])
+            self.places[path] = replace(self.places[path], short=short)
+
+
+def _shorter(shown: str, missions: Collection[str]) -> tuple[str, ...]:
+    """What may stand for a path, the best first: the last name, with a called mission before it, with any
+    name above it, with the one right above it too, and all of it.
+    """
+    *above, last = shown.split("/")
+    above.reverse()
+    near = f"{above[0]}/{last}" if above else last
+    calls = [name for name in above[:-1] if name in missions]
+    forms = [last, *(f"{name}/**/{last}" for name in calls), near, *(f"{name}/**/{last}" for name in above)]
+    return tuple(dict.fromkeys([*forms, *(f"{name}/**/{near}" for name in above[1:]), shown]))
+
+
+def made_up_place(path: str) -> Place:
+    """A node of which only the path is known."""
+    segments = tuple(frozenset({_plain(name)}) for name in path.split("/"))
+    return Place(path, path, path, segments, None, (), MAX_INDEX, None, None, True)
+
+
+def map_mission(
+    mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+) -> MissionMap:
+    """Build the tree of a mission and note its nodes.
+
+    Raises:
+        ConfigError: The mission has errors that ``florence check`` would have found.
+    """
+    context = TreeContext(ManualClock(), lambda: None, {}, declarations)
+    root = compile_mission(mission, library, {}, context).root
+    return MissionMap(mission, root, prospects_of(mission, library, declarations))
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A pattern of paths.
+
+    Attributes:
+        text: As written.
+        parts: Its names; None stands for ``**``.
+    """
+
+    text: str
+    parts: tuple[re.Pattern[str] | None, ...]
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is a single name without wildcards."""
+        return "/" not in self.text and "*" not in self.text
+
+    @property
+    def rank(self) -> tuple[int, int]:
+        """How much it says: names without a wildcard, then letters. The higher of two patterns wins."""
+        names = [name for name in self.text.split("/") if name and name != "**"]
+        return sum("*" not in name for name in names), sum(len(name.replace("*", "")) for name in names)
+
+    def matches(self, place: Place) -> bool:
+        """Whether a node is meant."""
+        verdict = place.verdicts.get(self.text)
+        if verdict is None:
+            verdict = place.verdicts[self.text] = _matches(self.parts, place.segments)
+        return verdict
+
+
+@lru_cache(maxsize=1024)
+def read_pattern(text: str) -> Pattern:
+    """Read a pattern.
+
+    Raises:
+        ConfigError: It is empty or has an empty name.
+    """
+    names = text.strip().removeprefix("/").split("/")
+    if not all(name.strip() for name in names):
+        raise ConfigError(
+            f"{text!r} is no pattern of paths", valid=["navigate_to", "approach_user/**/navigate_to", "*"]
+        )
+    parts: list[re.Pattern[str] | None] = [None if name == "**" else _name_pattern(name) for name in names]
+    if not text.strip().startswith("/"):
+        parts.insert(0, None)
+    return Pattern(text.strip(), tuple(parts))
+
+
+def matching(pattern: str, places: Iterable[Place]) -> list[Place]:
+    """The nodes that a pattern means, in order."""
+    read = read_pattern(pattern)
+    return [place for place in places if read.matches(place)]
+
+
+def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
+    """What may have been meant by a pattern that matches no place: the pattern with its misspelled names put
+    right, then paths that look like it, in their short form, the closest first.
+    """
+    places = list(places)
+    wanted = [_plain(name) for name in pattern.strip("/").split("/") if "*" not in name] or [""]
+
+    def likeness(place: Place) -> float:
+        names = [max(_alike(name, written) for written in place.segments) for name in wanted]
+        return 2.0 * _alike(wanted[-1], place.segments[-1]) + sum(names) / len(names)
+
+    ordered = sorted(places, key=lambda place: (-likeness(place), place.index))
+    repaired = _repaired(pattern, places)
+    return list(dict.fromkeys([*repaired, *(place.short for place in ordered)]))[:MAX_SHOWN]
+
+
+def _repaired(pattern: str, places: Sequence[Place]) -> list[str]:
+    """The pattern with the closest names that there are; none when that matches no place either."""
+    known: dict[str, str] = {}
+    for place in places:
+        for written in (*place.shown.split("/"), *([place.skill] if place.skill else ())):
+            known.setdefault(_plain(written), written)
+    names = pattern.split("/")
+    for number, name in enumerate(names):
+        if name and "*" not in name and _plain(name) not in known:
+            close = difflib.get_close_matches(_plain(name), known, n=1, cutoff=0.7)
+            names[number] = known[close[0]] if close else name
+    # A node without a name of its own stands between: not `goto_room/turn` but `goto_room/**/turn`.
+    ways = ["/".join(names), "/**/".join(name for name in names if name != "**")]
+    return [way for way in ways if way != pattern and all(way.split("/")) and matching(way, places)][:1]
+
+
+def _alike(name: str, written: frozenset[str]) -> float:
+    return max(difflib.SequenceMatcher(None, name, each).ratio() for each in sorted(written))
+
+
+def _matches(parts: tuple[re.Pattern[str] | None, ...], segments: Segments) -> bool:
+    """Whether a list of name patterns covers a path exactly; works from the left with all open positions."""
+    open_at = {0}
+    for part in parts:
+        if part is None:
+            open_at = set(range(min(open_at), len(segments) + 1)) if open_at else open_at
+        else:
+            open_at = {
+                at + 1
+                for at in open_at
+                if at < len(segments) and any(part.fullmatch(name) for name in segments[at])
+            }
+    return len(segments) in open_at
+
+
+def _name_pattern(name: str) -> re.Pattern[str]:
+    return re.compile(".*".join(re.escape(piece) for piece in _plain(name).split("*")), re.DOTALL)
+
+
+def _plain(name: str) -> str:
+    """A name as it is compared: lower case, underscores and slashes as spaces."""
+    return " ".join(name.replace("_", " ").replace("/", " ").lower().split())

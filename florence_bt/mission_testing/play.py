@@ -1,0 +1,245 @@
+"""One run of a mission in a test, and what a test may assert about it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+from florence_bt.behaviours.keys import readable
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
+from florence_bt.mission_testing._play_state import PlayState, Unmet, visited
+from florence_bt.mission_testing.mocks.board import Call
+from florence_bt.mission_testing.paths import read_pattern
+from florence_bt.mission_testing.record import seconds_text
+from florence_bt.mission_testing.trace import aligned, read_line, same_trace
+from florence_bt.mission_testing.values import expected_like, read_duration, read_kind, same
+from florence_bt.runtime.run import RunStatus
+from florence_bt.trees.language.quantities import format_value
+
+__all__ = ["Play", "Unmet"]
+__tracebackhide__ = True
+"""pytest shows the line of the test that failed, not the lines in here."""
+
+
+class Play(PlayState):
+    """One run of a mission. A :class:`florence_bt.mission_testing.stage.Stage` makes them and moves the time.
+
+    Each assertion returns the play, so that they can be written in a row, and raises an AssertionError with
+    the tree and the calls when it does not hold.
+    """
+
+    def assert_status(self, status: str) -> Self:
+        """The run has this status; ``SUCCESS`` and ``FAILURE`` are understood too."""
+        wanted = _STATUS_WORDS.get(status.upper(), status.upper())
+        if wanted not in RunStatus.__members__:
+            raise ConfigError(f"{status!r} is no status of a run", valid=RunStatus.__members__)
+        if self.status != wanted:
+            self.fail(f"{self.run.mission} is {self._state_text()}, not {wanted}")
+        return self
+
+    def assert_succeeded(self, **outputs: Any) -> Self:
+        """The run ended well, with these outputs among its outputs."""
+        self.assert_status("SUCCEEDED")
+        return self.assert_outputs(outputs)
+
+    def assert_failed(
+        self, code: str | None = None, reason: str | None = None, leaf: str | None = None
+    ) -> Self:
+        """The run failed.
+
+        Args:
+            code: With this code.
+            reason: With a reason that contains this.
+            leaf: Because of the node that this pattern means.
+        """
+        self.assert_status("FAILED")
+        return self.assert_why(code, reason, leaf)
+
+    def assert_stopped(self, reason: str | None = None) -> Self:
+        """The run was stopped, with a reason that contains this."""
+        self.assert_status("STOPPED")
+        return self.assert_why(reason=reason)
+
+    def assert_why(self, code: str | None = None, reason: str | None = None, leaf: str | None = None) -> Self:
+        """The cause of the end is this; arguments as of :meth:`assert_failed`."""
+        if code is not None and self.code != code:
+            reason = f"; the reason: {self.reason}" if self.reason else ""
+            self.fail(f"the code is {self.code!r}, not {code!r}{reason}")
+        if reason is not None and reason not in self.reason:
+            self.fail(f"the reason does not contain {reason!r}; it is: {self.reason!r}")
+        if leaf is not None:
+            self.check_pattern(leaf)
+            path = self.run.why.path if self.run.why else ""
+            if not path or not read_pattern(leaf).matches(self.places.find(path)):
+                self.fail(f"the cause is not {leaf!r} but {self.leaf or 'nothing at all'}")
+        return self
+
+    def assert_outputs(self, outputs: Mapping[str, Any]) -> Self:
+        """The mission gave these outputs; texts are read with their units."""
+        kinds = {name: port.kind for name, port in self.places.outputs.items()}
+        return self._assert_values("output", outputs, self.outputs, kinds)
+
+    def assert_keys(self, keys: Mapping[str, Any]) -> Self:
+        """The keys of the mission have these values; texts are read with their units."""
+        return self._assert_values("key", keys, self.keys, self.places.prospects.kinds)
+
+    def assert_called(
+        self,
+        pattern: str,
+        /,
+        *,
+        times: int | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        **more: Any,
+    ) -> Self:
+        """A skill was started.
+
+        Args:
+            pattern: The skill, or the nodes that start it.
+            times: How often exactly; at least once when not given.
+            inputs: Only calls with these inputs (others may be there beside) count; texts have units.
+            **more: Inputs too.
+        """
+        self.check_pattern(pattern)
+        wanted = {**(inputs or {}), **more}
+        calls = self.calls(pattern)
+        fitting = [call for call in calls if self.fits(call, wanted)]
+        if not fitting if times is None else len(fitting) != times:
+            what = f"{pattern!r}{f' with {_inputs_text(wanted)}' if wanted else ''}"
+            want = "at least once" if times is None else _times(times)
+            others = f" ({_times(len(calls))} in all)" if wanted else ""
+            self.fail(f"{what} was started {_times(len(fitting))}{others}, not {want}")
+        return self
+
+    def assert_not_called(self, *patterns: str) -> Self:
+        """None of these skills or nodes was started."""
+        for pattern in patterns:
+            self.assert_called(pattern, times=0)
+        return self
+
+    def assert_order(self, *patterns: str) -> Self:
+        """Calls of these skills or nodes came in this order; others may have come between."""
+        return self.assert_calls(patterns)
+
+    def assert_calls(
+        self, wanted: Sequence[str | tuple[str, Mapping[str, Any]]], *, only: bool = False
+    ) -> Self:
+        """Calls came in this order.
+
+        Args:
+            wanted: Patterns, or patterns with inputs.
+            only: Whether no others may have come before, between or after.
+        """
+        calls, number = self.calls(), 0
+        for item in wanted:
+            pattern, inputs = (item, {}) if isinstance(item, str) else item
+            self.check_pattern(pattern)
+            found = self._find_call(calls, number, pattern, inputs, only)
+            if found is None:
+                what = f"{pattern!r}{f' with {_inputs_text(inputs)}' if inputs else ''}"
+                self.fail(f"{what} was not called {self._place_in_order(calls, number, only)}")
+            number = found + 1
+        if only and number < len(calls):
+            self.fail(f"a further call came: {self.call_text(calls[number]).strip()}")
+        return self
+
+    def assert_tree(self, expected: str) -> Self:
+        """The tree as ASCII text is this. When no line of it is marked ``[ ]``, nodes that were not reached
+        are left out of the comparison.
+        """
+        wanted = _lines(expected)
+        whole = any(line.lstrip().startswith("[ ]") for line in wanted)
+        return self._assert_text("tree", wanted, _lines(self.tree) if whole else visited(self.tree))
+
+    def assert_trace(self, expected: str, pattern: str = "**", *, inner: bool = False) -> Self:
+        """The trace is this; arguments as of :meth:`trace`. Its lines may name nodes by patterns.
+
+        Raises:
+            ConfigError: A line is no line of a trace, or names no node of the mission.
+        """
+        wanted = [read_line(line) for line in _lines(expected) if line.strip()]
+        for line in wanted:
+            self.check_pattern(line.node)
+        actual = self.changes(pattern, inner=inner)
+        if same_trace(wanted, actual):
+            return self
+        places = self.places.places.values()
+        return self._assert_text("trace", aligned(wanted, actual, places), [str(each) for each in actual])
+
+    def assert_duration(self, duration: float | str, *, at_most: bool = False) -> Self:
+        """The run took so long (seconds, or a text as ``3 s``), to the millisecond; or at most so long."""
+        seconds = read_duration(duration)
+        if self.duration is None:
+            self.fail(f"{self.run.mission} has not ended")
+        slack = self.duration - seconds
+        if slack > 1e-3 or (slack < -1e-3 and not at_most):
+            want = f"{'at most ' if at_most else ''}{seconds_text(seconds)}"
+            self.fail(f"{self.run.mission} took {seconds_text(self.duration)}, not {want}")
+        return self
+
+    def _find_call(
+        self, calls: list[Call], start: int, pattern: str, inputs: Mapping[str, Any], only: bool
+    ) -> int | None:
+        """The number of the next call that fits; the very next one when there may be no others."""
+        read = read_pattern(pattern)
+        for number in range(start, min(len(calls), start + 1) if only else len(calls)):
+            if read.matches(calls[number].place) and self.fits(calls[number], inputs):
+                return number
+        return None
+
+    def _place_in_order(self, calls: list[Call], number: int, only: bool) -> str:
+        if only and number < len(calls):
+            return f"as number {number + 1}, but {self.call_text(calls[number]).strip()}"
+        return f"after {calls[number - 1].place.short}" if number else "at all"
+
+    def _state_text(self) -> str:
+        why = f": {self.reason} [{self.code}] at {self.leaf}" if self.run.why else ""
+        return f"{self.status}{why}"
+
+    def _assert_values(
+        self, what: str, wanted: Mapping[str, Any], actual: Mapping[str, Any], kinds: Mapping[str, Kind]
+    ) -> Self:
+        for name, value in wanted.items():
+            kind = kinds.get(name)
+            try:
+                read = value if kind is None else read_kind(value, kind)
+                if name in actual and kind is None:
+                    read = expected_like(value, actual[name])
+            except ConfigError as error:
+                raise ConfigError(f"the {what} {name!r}: {error.problem}", valid=error.valid) from error
+            if name not in actual:
+                known = ", ".join(actual) or "none"
+                self.fail(f"there is no {what} {name!r} (there are: {known})")
+            elif not same(read, actual[name]):
+                is_, not_ = (_shown(each, kind) for each in (actual[name], read))
+                self.fail(f"the {what} {name} is {is_}, not {not_}")
+        return self
+
+    def _assert_text(self, what: str, wanted: list[str], actual: list[str]) -> Self:
+        if wanted != actual:
+            difference = "\n".join(difflib.unified_diff(wanted, actual, "expected", "was", lineterm="", n=2))
+            text = "\n".join(actual)
+            self.fail(f"the {what} is another one:\n{difference}\n\nthe whole {what}, as it was:\n{text}")
+        return self
+
+
+_STATUS_WORDS = {"SUCCESS": "SUCCEEDED", "FAILURE": "FAILED"}
+
+
+def _shown(value: Any, kind: Kind | None) -> str:
+    return format_value(value, kind) if kind is not None else readable(value)
+
+
+def _times(number: int) -> str:
+    return {0: "never", 1: "once", 2: "twice"}.get(number, f"{number} times")
+
+
+def _inputs_text(inputs: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name}={readable(value)}" for name, value in inputs.items())
+
+
+def _lines(text: str) -> list[str]:
+    """The lines of an expected text without blank ones at its ends."""
+    return [line.rstrip() for line in text.strip("\n").rstrip().splitlines()]

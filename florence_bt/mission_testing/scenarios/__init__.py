@@ -1,0 +1,1 @@
+"""Scenario files: tests of missions written in YAML (docs/testing.md)."""

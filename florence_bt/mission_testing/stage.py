@@ -1,0 +1,400 @@
+"""The stage of a test: missions, mocked skills, a clock that is moved by hand, and the real executor."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.mission_testing.known import MissionMaps, all_declarations
+from florence_bt.mission_testing.mocks.board import Call, Mock, MockBoard, MockError
+from florence_bt.mission_testing.mocks.scripts import Script
+from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
+from florence_bt.mission_testing.paths import MissionMap, Place, made_up_place
+from florence_bt.mission_testing.play import Play
+from florence_bt.mission_testing.record import STATUSES, seconds_text
+from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
+from florence_bt.runtime.events import Event
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.run import MissionRun, Policy, Request, RunIds, RunStatus
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.neighbours import add_neighbours
+
+__tracebackhide__ = True
+"""pytest shows the line of the test that failed, not the lines in here."""
+
+LIMIT = "1 day"
+"""How long a test waits for something, in the time of the mission."""
+MAX_EVENTS = 1_000_000
+"""How much may happen while a test waits for one thing."""
+
+
+class Stage:
+    """Runs missions with mocked skills, in no time.
+
+    Args:
+        folders: Mission folders beside the built-in missions; later ones shadow earlier ones.
+        declarations: The skills; all that are installed when not given.
+        library: Missions that are loaded already, instead of ``folders``.
+        maps: Where maps of missions are kept between several stages on the same library.
+        scratch: A folder for missions that are given as text.
+
+    Attributes:
+        clock: The clock; :meth:`advance` moves it.
+        executor: The executor, the same as on a robot.
+        plays: Every run so far, in order.
+    """
+
+    def __init__(
+        self,
+        folders: Sequence[Path | str] = (),
+        *,
+        declarations: Mapping[str, SkillDeclaration] | None = None,
+        library: MissionLibrary | None = None,
+        maps: MissionMaps | None = None,
+        scratch: Path | None = None,
+    ) -> None:
+        self.clock = ManualClock()
+        paths = [Path(folder) for folder in folders]
+        self.library = copied(library) if library is not None else MissionLibrary.load(paths)
+        known = declarations if declarations is not None else all_declarations()
+        self.declarations: Mapping[str, SkillDeclaration] = self.library.with_declared(known)
+        self.plays: list[Play] = []
+        self._maps = maps or MissionMaps()
+        self._scratch = scratch
+        self._board = MockBoard(self.clock, self.declarations)
+        self._board.find_place = self._find_place
+        self._board.run_id = self._run_id
+        self._by_id: dict[str, Play] = {}
+        self._early: list[tuple[MissionRun, Event]] = []
+        self.executor = Executor(
+            self.library, self._board.skills(), self.declarations, self.clock, RunIds("test")
+        )
+        self.executor.on_tick = self._on_tick
+        self.executor.add_listener(self._on_event)
+
+    # ---- missions and mocks ---------------------------------------------------------------------------
+
+    def load(self, mission: str | Path) -> str:
+        """Make a mission known.
+
+        Args:
+            mission: A file (with those beside it that it calls), a folder, a text, or a known mission's name.
+
+        Returns:
+            The name of the mission; of a folder its name.
+
+        Raises:
+            ConfigError: It cannot be read; the error tells the first thing that is wrong with it.
+        """
+        if isinstance(mission, str) and "\n" in mission:
+            return self.load(self._write(mission))
+        path = Path(mission)
+        if path.is_dir():
+            for file in sorted(path.glob("*.yaml")):
+                self.library.add_file(file)
+            return path.name
+        if path.suffix not in (".yaml", ".yml"):
+            return self.library.get(str(mission)).name
+        if (added := self.library.add_file(path)) is None:
+            raise next(f for f in self.library.findings if f.file == str(path)).as_error()
+        add_neighbours([added], self.library)
+        self.places_of(path.stem)
+        return path.stem
+
+    def mock(self, pattern: str, script: Script = "SUCCESS") -> Mock:
+        """Say what a skill does when a node starts it.
+
+        Args:
+            pattern: The name of a skill, or a pattern of paths such as ``approach_user/**/navigate_to``; or
+                of a called mission, which is then mocked whole.
+            script: A text such as ``running 3 s, then FAILURE 203 twice, then SUCCESS``, a reply
+                (``succeed``, ``fail``, ``never``, ``raises``), a list of them, or a function of the inputs.
+
+        Returns:
+            The mock, which knows the calls that it answered.
+
+        Raises:
+            ConfigError: The script cannot be read, or the skill cannot do that.
+        """
+        return self._board.add(pattern, script)
+
+    def defaults(self, mocks: Mapping[str, Script] | None = None, /, **more: Script) -> None:
+        """Mocks that stand back behind those of :meth:`mock` and need not be used by every mission."""
+        for pattern, script in {**(mocks or {}), **more}.items():
+            self._board.add(pattern, script, default=True)
+
+    # ---- running --------------------------------------------------------------------------------------
+
+    def start(
+        self,
+        mission: str | Path,
+        inputs: Mapping[str, Any] | None = None,
+        /,
+        *,
+        policy: str = "reject",
+        priority: int = 0,
+        caller: str = "test",
+        **more: Any,
+    ) -> Play:
+        """Trigger a mission as a caller of the robot would, and do what there is to do at this moment.
+
+        Args:
+            mission: Its name or its file.
+            inputs: Its inputs: texts as in a mission file, or values in SI units.
+            policy: What to do when another mission runs: reject, queue or preempt.
+            priority: A higher number goes before a lower one.
+            caller: Who asks.
+            **more: Inputs too.
+
+        Raises:
+            ConfigError: No such mission, an error in it, bad inputs, or a mock that fits nothing in it.
+            RequestRefused: Another mission runs, or triggers are blocked.
+            MockError: The mission started a skill without a mock.
+        """
+        name = self.load(mission)
+        wanted = _policy(policy)
+        self._mock_missions(name)
+        places = self.places_of(name)
+        self._board.check_patterns(places)
+        given = self._readable(name, {**(inputs or {}), **more})
+        run = self.executor.trigger(Request(name, given, caller, wanted, priority))
+        play = Play(run, places, self.declarations, self._board.calls, self.executor.render)
+        play.unused = self._board.unused
+        self.plays.append(play)
+        self._by_id[run.run_id] = play
+        early, self._early = self._early, []
+        for waiting_run, event in early:
+            self._on_event(waiting_run, event)
+        self.settle()
+        return play
+
+    def run(self, mission: str | Path, inputs: Mapping[str, Any] | None = None, /, **more: Any) -> Play:
+        """Trigger a mission and let it run to its end; arguments as of :meth:`start`."""
+        play = self.start(mission, inputs, **more)
+        self.run_until_done(play)
+        return play
+
+    @property
+    def play(self) -> Play:
+        """The run that was triggered last.
+
+        Raises:
+            AssertionError: There is none yet.
+        """
+        if not self.plays:
+            raise AssertionError("no mission was started yet; florence.start('goto_user') starts one")
+        return self.plays[-1]
+
+    @property
+    def calls(self) -> list[Call]:
+        """Every start of a mocked skill in any run, in order."""
+        return list(self._board.calls)
+
+    @property
+    def now(self) -> float:
+        """Seconds since the beginning of the test."""
+        return self.clock.now()
+
+    def settle(self) -> None:
+        """Do what there is to do at this moment.
+
+        Raises:
+            MockError: A mission did with a skill what the test does not provide for.
+        """
+        self._go_to(self.clock.now())
+
+    def advance(self, duration: float | str) -> None:
+        """Let time pass: ``"3 s"``, or seconds.
+
+        Raises:
+            MockError: A mission did with a skill what the test does not provide for.
+        """
+        self._go_to(self.clock.now() + read_duration(duration))
+
+    def run_until_done(self, play: Play | None = None, *, limit: float | str = LIMIT) -> Play:
+        """Let time pass until a run has ended, the last one when not given.
+
+        Raises:
+            AssertionError: It does not end by itself, or not within the limit.
+        """
+        wanted = play or self.play
+        self._wait(lambda: wanted.done, wanted, "does not end", limit)
+        return wanted
+
+    def run_until(
+        self,
+        what: str | Callable[[], object],
+        status: str = "RUNNING",
+        *,
+        play: Play | None = None,
+        limit: float | str = LIMIT,
+    ) -> Play:
+        """Let time pass until a node has a status, or until a function says so.
+
+        Args:
+            what: A pattern of nodes, or a function that is asked after everything that happens.
+            status: RUNNING, SUCCESS, FAILURE or INVALID.
+            play: The run, the last one when not given.
+            limit: How long at most.
+
+        Raises:
+            ConfigError: The pattern matches no node; the error lists the closest ones.
+            AssertionError: It did not come to that.
+        """
+        wanted = play or self.play
+        if callable(what):
+            self._wait(lambda: bool(what()), wanted, "did not come to what was waited for", limit)
+            return wanted
+        if status.upper() not in STATUSES:
+            raise ConfigError(f"{status!r} is no status of a node", valid=STATUSES)
+        paths = [place.path for place in wanted.check_pattern(what)]
+        statuses = wanted.record.statuses
+
+        def reached() -> bool:
+            return any(statuses.get(path) == status.upper() for path in paths)
+
+        self._wait(reached, wanted, f"ended before {what!r} was {status.upper()}", limit)
+        return wanted
+
+    # ---- what people do meanwhile ---------------------------------------------------------------------
+
+    def stop(self, reason: str = "the test said so", play: Play | None = None) -> None:
+        """Stop a run, the current one when not given."""
+        self.executor.stop(reason, play.run.run_id if play else None)
+        self.settle()
+
+    def pause(self, reason: str = "the test said so") -> None:
+        """Pause the current run."""
+        self.executor.pause(reason)
+        self.settle()
+
+    def resume(self) -> None:
+        """Go on with the paused run."""
+        self.executor.resume()
+        self.settle()
+
+    def override(self, reason: str = "the test said so") -> None:
+        """Stop everything and let nothing start, as the manual override does."""
+        self.executor.override(reason)
+        self.settle()
+
+    def release(self) -> None:
+        """End the manual override."""
+        self.executor.release()
+        self.settle()
+
+    # ---- inside ---------------------------------------------------------------------------------------
+
+    def places_of(self, mission: str) -> MissionMap:
+        """The nodes of a mission.
+
+        Raises:
+            ConfigError: There is no such mission, or it has errors.
+        """
+        return self._maps.of(self.library.get(mission), self.library, self.declarations)
+
+    def check_mocks(self) -> None:
+        """See that no call of a skill went unanswered.
+
+        Raises:
+            MockError: One did.
+        """
+        if self._board.complaints:
+            complaint = self._board.complaints[0]
+            tree = self.plays[-1].report() if self.plays else ""
+            raise MockError(f"{complaint}\n\n{tree}".rstrip())
+
+    def _mock_missions(self, mission: str) -> None:
+        """Put stubs for the called missions that mocks name."""
+        names = mocked_missions(self._board.patterns(), self.places_of(mission), self.declarations)
+        if names:
+            put_stubs(names, self.library, self.declarations)
+            self._maps = MissionMaps()
+
+    def _readable(self, mission: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """The inputs with poses in every form that tests may write; what is wrong with them is told later."""
+        ports = self.library.get(mission).inputs
+        given = dict(inputs)
+        for name, value in inputs.items():
+            if name in ports and ports[name].kind is Kind.POSE:
+                with contextlib.suppress(ConfigError):
+                    given[name] = read_pose(value)
+        return given
+
+    def _go_to(self, when: float) -> None:
+        for _ in range(MAX_EVENTS):
+            self.check_mocks()
+            due = self.clock.next_time()
+            if due is None or due > when:
+                self.clock.advance_to(when)
+                return
+            self.clock.run_next()
+        raise AssertionError(f"more than {MAX_EVENTS} events before {seconds_text(when)}")
+
+    def _wait(self, done: Callable[[], bool], play: Play, problem: str, limit: float | str) -> None:
+        end = self.clock.now() + read_limit(limit)
+        for _ in range(MAX_EVENTS):
+            self.check_mocks()
+            if done():
+                self.settle()
+                return
+            due = self.clock.next_time()
+            if due is None or play.done:
+                play.fail(f"{play.run.mission} {problem}{self._hint(play)}")
+            if due > end:
+                self.clock.advance_to(end)
+                play.fail(f"{play.run.mission} {problem} within {limit}")
+            self.clock.run_next()
+        play.fail(f"{play.run.mission} {problem}, and more than {MAX_EVENTS} things happened")
+
+    def _hint(self, play: Play) -> str:
+        if play.run.status is RunStatus.PAUSED:
+            return ": it is paused; resume() lets it go on"
+        waiting = [call.place.short for call in play.calls() if call.ended is None]
+        if waiting:
+            return f": nothing will happen any more, {' and '.join(waiting)} never end by themselves"
+        return "" if play.done else ": nothing will happen any more"
+
+    def _find_place(self, path: str) -> Place:
+        play = self._by_id.get(self._run_id())
+        return play.places.find(path) if play is not None else made_up_place(path)
+
+    def _run_id(self) -> str:
+        run = self.executor.current
+        return run.run_id if run is not None else ""
+
+    def _on_tick(self, run: MissionRun) -> None:
+        play = self._by_id.get(run.run_id)
+        if play is not None and play.key_store is None:
+            play.key_store = self.executor.keys()
+
+    def _on_event(self, run: MissionRun, event: Event) -> None:
+        play = self._by_id.get(run.run_id)
+        if play is None:
+            # Inside the trigger, before the run is known here.
+            self._early.append((run, event))
+        else:
+            play.record.note(event, run.ticks)
+
+    def _write(self, text: str) -> Path:
+        match = re.search(r"^mission:\s*([a-z][a-z0-9_]*)\s*(#.*)?$", text, re.MULTILINE)
+        if match is None:
+            raise ConfigError("the text of a mission needs its name", valid=["mission: my_mission"])
+        if self._scratch is None:
+            raise ConfigError("a stage without a scratch folder takes no texts", valid=["a file"])
+        path = self._scratch / f"{match[1]}.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+
+def _policy(name: str) -> Policy:
+    policies = [policy.value for policy in Policy]
+    if name not in policies:
+        raise ConfigError(f"there is no policy {name!r}", valid=policies)
+    return Policy(name)

@@ -1,0 +1,339 @@
+"""What follows when the process died on its runs: the robot is made safe, then each mission's policy counts.
+
+``abort`` gives the run up, ``restart`` begins the mission anew, ``resume`` goes on where the journal ends.
+Nothing is started while it is not certain that the robot stands still, nor before everything has booted, nor
+when the last entry of the journal is old: then nobody expects the robot to drive off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from math import inf
+
+from florence_bt.behaviours.why import Why
+from florence_bt.core.clock import Clock
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.outcome import success
+from florence_bt.core.skill import FinishedRun, SkillRun
+from florence_bt.runtime.events import EventKind
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import (
+    Journal,
+    JournalBroken,
+    JournaledEvent,
+    JournaledRun,
+    JournalReader,
+    JournalTooNew,
+)
+from florence_bt.runtime.journal.journal import WRITTEN
+from florence_bt.runtime.journal.schema import OWN_FILE
+from florence_bt.runtime.journal.text import with_one_clock
+from florence_bt.runtime.journal.tree_text import tree_from_events
+from florence_bt.runtime.recovery.replay import ReplayDiverged, replay, typed
+from florence_bt.runtime.run import MissionRun, Policy, Request, RunStatus
+
+MakeSafe = Callable[[], SkillRun]
+"""Brings the robot to a stand and cancels what older processes asked of it; succeeds when it stands."""
+SAFE_LIMIT_S = 20.0
+"""How long making the robot safe may take."""
+BOOT_LIMIT_S = 60.0
+"""How long to wait for what is still booting before the runs are aborted, from the start on."""
+BOOT_PERIOD_S = 0.25
+"""How often to look for it."""
+MAX_EVENTS = 30_000
+"""The most events of a run that is replayed: 2 s on two ordinary cores, without an answer to anybody."""
+FRESH_S = 60.0
+"""How old the last entry of the journal may be for its runs to be taken up."""
+MAX_IN_A_ROW = 3
+"""A run that was taken up so often is given up: perhaps it is what kills the process."""
+CRASHED = "crashed"
+RECOVERY = "recovery"
+RESTART_OF = "restart of "
+
+
+def _nothing_moves() -> SkillRun:
+    return FinishedRun(success())
+
+
+@dataclass(frozen=True, slots=True)
+class LeftRun:
+    """A run that the process before left without an end."""
+
+    row: JournaledRun
+    events: tuple[JournaledEvent, ...]
+
+    def has(self, kind: EventKind) -> bool:
+        """Whether something of a kind happened in it."""
+        return any(event.kind == kind.value for event in self.events)
+
+
+class Recovery:
+    """Takes up what the process before left.
+
+    Args:
+        executor: Where missions run now.
+        journal: The journal that both processes write.
+        declarations: What the skills say about themselves.
+        clock: The clock of the executor.
+        tell: Told what became of each run, in one sentence.
+        steady: For the limits of waiting; ``clock`` when not given.
+        fresh_s: How old the last entry of the journal may be for its runs to be taken up; infinite when this
+            process is known to follow the one that died.
+        date: The date of now.
+    """
+
+    def __init__(
+        self,
+        executor: Executor,
+        journal: Journal,
+        declarations: Mapping[str, SkillDeclaration],
+        clock: Clock,
+        tell: Callable[[str], None] = lambda text: None,
+        *,
+        steady: Clock | None = None,
+        fresh_s: float = FRESH_S,
+        date: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        self._executor = executor
+        self._journal = journal
+        self._declarations = declarations
+        self._clock = clock
+        self._tell = tell
+        self._steady = steady or clock
+        self._fresh_s = fresh_s
+        self._date = date
+        self._past: list[LeftRun] = []
+        self._too_old = ""
+        self._safe_run: SkillRun | None = None
+        self._make_safe: MakeSafe = _nothing_moves
+        self._missing: Callable[[], Sequence[str]] = tuple
+        self._booting = False
+        self._over = True
+        self._boot_until = 0.0
+
+    def begin(
+        self, make_safe: MakeSafe = _nothing_moves, missing: Callable[[], Sequence[str]] = tuple
+    ) -> bool:
+        """Look for runs without an end; when there are some, make the robot safe and take them up.
+
+        Triggers are refused until that is over. Call it once, before anything else is triggered.
+
+        Args:
+            make_safe: Makes the robot safe; not given when nothing can move.
+            missing: What the missions need and is still booting, for people; empty when all is there.
+
+        Returns:
+            Whether there was something to take up.
+        """
+        if not self._something_left():
+            return False
+        self._executor.block(RECOVERY, "the robot is being made safe after a crash; ask again in a moment")
+        self._make_safe, self._missing = make_safe, missing
+        self._boot_until = self._steady.now() + BOOT_LIMIT_S
+        self._over = False
+        self._stop_robot()
+        return True
+
+    @property
+    def going_on(self) -> bool:
+        """Whether the robot is being made safe or something still boots: triggers are refused."""
+        return not self._over
+
+    def _something_left(self) -> bool:
+        """Read the journal. One that cannot be read may hide anything: then the robot is made safe too."""
+        try:
+            return self._read()
+        except JournalTooNew as error:
+            self._tell(f"{error}; it is left alone, and runs are kept in {OWN_FILE} beside it")
+        except JournalBroken as error:
+            self._tell(f"runs that went on when the process before died are not taken up: {error}")
+            self._journal.set_aside(str(error))
+        except FlorenceError as error:
+            self._tell(f"it is not known what the process before left: {error}")
+        return True
+
+    def _read(self) -> bool:
+        if not self._journal.exists():
+            return False
+        with JournalReader(self._journal.folder) as reader:
+            self._past = [LeftRun(row, tuple(reader.events(row.run_id))) for row in reader.unfinished()]
+            latest = reader.runs(1)
+            self._too_old = self._age_problem(reader.note(WRITTEN))
+        if latest and latest[0].status.final:
+            # Who asks for the last run after a restart means this one.
+            self._executor.last = latest[0].as_run()
+        return bool(self._past)
+
+    def _age_problem(self, written: str) -> str:
+        """Why runs are not taken up because of the date of the last entry; empty when it is fresh."""
+        if self._fresh_s == inf:
+            return ""
+        try:
+            age = (self._date() - datetime.fromisoformat(written)).total_seconds()
+        except (ValueError, TypeError):
+            return "the date of its last entry in the journal is not known"
+        if 0.0 <= age <= self._fresh_s:
+            return ""
+        when = f"{age:.0f} s ago" if age >= 0.0 else "in the future: the clock was set back"
+        return f"its last entry in the journal is {when}, and the limit is {self._fresh_s:g} s"
+
+    def _stop_robot(self) -> None:
+        self._booting = bool(self._missing())
+        run = self._safe_run = self._make_safe()
+        run.on_change(lambda: self._look(run))
+        self._safe_limit = self._steady.call_at(
+            self._steady.now() + SAFE_LIMIT_S, lambda: self._too_late(run)
+        )
+        self._look(run)
+
+    def _look(self, run: SkillRun) -> None:
+        result = run.poll()
+        if result is not None and self._safe_run is run:
+            self._safe_run = None
+            self._safe_limit.cancel()
+            self._stopped("" if result.succeeded else f"the robot could not be made safe: {result.reason}")
+
+    def _too_late(self, run: SkillRun) -> None:
+        if self._safe_run is run:
+            self._safe_run = None
+            run.cancel()
+            self._stopped(f"the robot could not be made safe: that was not done within {SAFE_LIMIT_S:g} s")
+
+    def _stopped(self, unsafe: str) -> None:
+        """Take the runs up, unless something still boots: the base too may have been silent."""
+        missing = self._missing()
+        if missing and not all(map(self._given_up, self._past)):
+            if self._steady.now() < self._boot_until:
+                self._steady.call_at(self._steady.now() + BOOT_PERIOD_S, lambda: self._stopped(unsafe))
+                return
+            unsafe = f"{', '.join(missing)}: not there after {BOOT_LIMIT_S:g} s"
+        elif unsafe and self._booting and self._steady.now() < self._boot_until:
+            self._stop_robot()
+            return
+        self._take_up(unsafe)
+
+    def _given_up(self, past: LeftRun) -> str:
+        """Why a run does not go on, whatever becomes of the robot; empty when it may."""
+        if self._too_old:
+            return f"{self._too_old}; {_again(past)}"
+        if past.has(EventKind.STOP_ASKED):
+            return "it was being stopped"
+        if past.row.started is None:
+            return ""
+        mission = self._executor.library.find(past.row.mission)
+        if mission is None:
+            return f"there is no mission {past.row.mission!r} any more"
+        return "" if mission.on_restart in ("restart", "resume") else "its on_restart says abort"
+
+    def _take_up(self, unsafe: str) -> None:
+        """Decide about each run, the one that had the robot first."""
+        self._over = True
+        self._executor.block(RECOVERY, None)
+        past, self._past = self._past, []
+        waiting: list[MissionRun] = []
+        for each in sorted(past, key=lambda each: each.row.started is None):
+            self._journal.continue_run(each.row.run_id, each.events[-1].seq if each.events else 0)
+            reason = self._given_up(each) or unsafe or self._executor.blocked_by
+            if reason:
+                self._abort(each, reason)
+            elif each.row.started is None:
+                waiting.append(self._run_of(each))
+                self._tell(f"{each.row.run_id} waits for its turn again after a crash")
+            else:
+                self._by_policy(each)
+        self._executor.queue_again(waiting)
+
+    def _by_policy(self, past: LeftRun) -> None:
+        if self._executor.library.get(past.row.mission).on_restart == "restart":
+            self._restart(past)
+        else:
+            self._resume(past)
+
+    def _abort(self, past: LeftRun, reason: str) -> None:
+        run = self._run_of(past)
+        run.tree = tree_from_events(past.events)
+        text = f"the process died on it; {reason}"
+        self._executor.close_past(run, RunStatus.ABORTED, Why(run.mission, CRASHED, text))
+        self._tell(f"{run.run_id} aborted: {text}")
+
+    def _restart(self, past: LeftRun) -> None:
+        if self._times_restarted(past.row) >= MAX_IN_A_ROW:
+            self._abort(past, f"it was restarted {MAX_IN_A_ROW} times in a row already")
+            return
+        run = self._run_of(past)
+        request = Request(
+            run.mission, run.inputs, f"{RESTART_OF}{run.run_id}", Policy.QUEUE, run.request.priority
+        )
+        # One transaction: after another crash the mission is neither forgotten nor restarted twice.
+        with self._journal.together():
+            try:
+                new = self._executor.trigger(request)
+            except FlorenceError as error:
+                self._abort(past, f"it could not be restarted: {error}")
+                return
+            self._abort(past, f"restarted as {new.run_id}")
+
+    def _times_restarted(self, row: JournaledRun) -> int:
+        times = 0
+        with JournalReader(self._journal.folder) as reader:
+            found: JournaledRun | None = row
+            while found is not None and found.caller.startswith(RESTART_OF):
+                times += 1
+                found = reader.run(found.caller.removeprefix(RESTART_OF))
+        return times
+
+    def _resume(self, past: LeftRun) -> None:
+        run = self._run_of(past)
+        times = sum(event.kind == EventKind.RECOVERED.value for event in past.events)
+        reason = ""
+        if times >= MAX_IN_A_ROW:
+            reason = f"it was resumed {times} times already"
+        elif past.row.version != self._executor.version_of(run.mission):
+            reason = "its mission file was changed since, so it cannot be resumed"
+        elif len(past.events) > MAX_EVENTS:
+            reason = f"its journal has {len(past.events)} events, more than {MAX_EVENTS}; " + _again(past)
+        elif past.row.lost:
+            reason = f"its journal lacks {past.row.lost} events, so it cannot be resumed"
+        if reason:
+            self._abort(past, reason)
+            return
+        try:
+            done = replay(run, past.events, self._executor.library, self._declarations)
+        except ReplayDiverged as error:
+            self._abort(past, f"it cannot be resumed: {error}")
+            return
+        except FlorenceError as error:
+            self._abort(past, f"its mission cannot be built: {error}")
+            return
+        except Exception as error:
+            # The server must come up, whatever an older version or somebody's node left in the journal.
+            self._abort(past, f"it cannot be resumed: {type(error).__name__}: {error}")
+            return
+        if done.over is not None:
+            self._executor.close_past(done.tree.run, *done.over)
+            return
+        self._executor.take_up(done.tree)
+        tip = self._executor.tip()
+        self._tell(f"{run.run_id} goes on after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
+
+    def _run_of(self, past: LeftRun) -> MissionRun:
+        """The run as it began, with inputs of the types that its mission declares."""
+        row = past.row
+        mission = self._executor.library.find(row.mission)
+        ports = mission.inputs if mission is not None else {}
+        inputs = {name: typed(value, ports.get(name)) for name, value in row.inputs.items()}
+        request = Request(row.mission, inputs, row.caller, Policy(row.policy), row.priority)
+        run = MissionRun(row.run_id, request, inputs, version=row.version, note=row.note)
+        run.ticks = row.ticks
+        times = [event.time for event in with_one_clock(past.events)]
+        if row.started is not None and times:
+            # On the clock of this process, without the time in which no process ran.
+            run.started = self._clock.now() - (times[-1] - times[0])
+        return run
+
+
+def _again(past: LeftRun) -> str:
+    return f"start it again with: florence run {past.row.run_id}"

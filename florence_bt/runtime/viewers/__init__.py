@@ -1,0 +1,1 @@
+"""What viewers of a running tree are sent: snapshots, keys, statistics. No ROS in here."""

@@ -1,0 +1,1 @@
+"""The simulated hardware as a process: emulators behind real ports, simulated time."""

@@ -1,0 +1,1 @@
+"""The simulated home: the flat, its people, the robot in it, and physics."""

@@ -1,0 +1,292 @@
+"""The simulated flat as plain values: solids, rooms, hotspots and seats, read from one source file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.paths import find_data
+from florence_bt.simulation.home._flat_file import (
+    FlatFile,
+    FurnitureEntry,
+    PartEntry,
+    PoseEntry,
+    WallEntry,
+    WallsEntry,
+)
+from florence_bt.simulation.home._positioned_yaml import Location, PositionedYaml
+
+Colour = tuple[int, int, int]
+"""Red, green, blue, each 0 to 255."""
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """An upright box or cylinder that stands still.
+
+    Attributes:
+        name: The wall or piece of furniture it belongs to; several solids may share it.
+        x: Centre in the map frame, metres.
+        y: Centre in the map frame, metres.
+        yaw: Direction of the box's first side in the map frame, radians.
+        half: Half of the box's sides in metres; None for a cylinder.
+        radius: Radius of the cylinder in metres; 0 for a box.
+        bottom: Height of the lower face above the floor in metres.
+        top: Height of the upper face above the floor in metres.
+        colour: Its colour.
+    """
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    half: tuple[float, float] | None
+    radius: float
+    bottom: float
+    top: float
+    colour: Colour
+
+
+@dataclass(frozen=True, slots=True)
+class Hotspot:
+    """A labelled pose of the robot in the map frame (document, section 3.8)."""
+
+    label: str
+    pose: Pose2
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """A rectangular room.
+
+    Attributes:
+        name: Its label.
+        x: Lowest and highest x in metres (centre lines of its walls).
+        y: Lowest and highest y in metres.
+        hotspot: Where the robot looks around in it.
+    """
+
+    name: str
+    x: tuple[float, float]
+    y: tuple[float, float]
+    hotspot: Hotspot
+
+    @property
+    def polygon(self) -> tuple[tuple[float, float], ...]:
+        """The four corners, counter-clockwise."""
+        (left, right), (low, high) = self.x, self.y
+        return ((left, low), (right, low), (right, high), (left, high))
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a point of the map frame lies in the room."""
+        return self.x[0] <= x < self.x[1] and self.y[0] <= y < self.y[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """A place where a person may sit, and where that person looks."""
+
+    room: str
+    pose: Pose2
+
+
+@dataclass(frozen=True, slots=True)
+class Door:
+    """A gap in a wall: its centre and its width in metres."""
+
+    name: str
+    x: float
+    y: float
+    width: float
+
+
+@dataclass(frozen=True, slots=True)
+class Flat:
+    """Everything about the simulated flat.
+
+    Attributes:
+        name: Names the generated files.
+        start: Where the robot stands at first.
+        floor_colour: Colour of the floor.
+        solids: Walls and furniture.
+        doors: Gaps in the walls.
+        rooms: The rooms; together they cover the flat.
+        objects: Hotspots that belong to objects instead of rooms.
+        seats: Where people may sit.
+    """
+
+    name: str
+    start: Pose2
+    floor_colour: Colour
+    solids: tuple[Solid, ...]
+    doors: tuple[Door, ...]
+    rooms: tuple[Room, ...]
+    objects: tuple[Hotspot, ...]
+    seats: tuple[Seat, ...]
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Lowest x, lowest y, highest x, highest y over all rooms, metres."""
+        return (
+            min(room.x[0] for room in self.rooms),
+            min(room.y[0] for room in self.rooms),
+            max(room.x[1] for room in self.rooms),
+            max(room.y[1] for room in self.rooms),
+        )
+
+    def room(self, name: str) -> Room:
+        """The room of a name.
+
+        Raises:
+            ConfigError: There is no such room; the message lists those that exist.
+        """
+        for room in self.rooms:
+            if room.name == name:
+                return room
+        names = [room.name for room in self.rooms]
+        raise ConfigError(f"the flat has no room {name!r}", valid=closest_first(name, names))
+
+    def room_at(self, x: float, y: float) -> Room | None:
+        """The room that holds a point of the map frame, or None."""
+        return next((room for room in self.rooms if room.contains(x, y)), None)
+
+
+def default_flat_file() -> Path:
+    """The source file of the flat that comes with the project."""
+    return find_data("maps", "flat.source.yaml")
+
+
+def load_flat(file: Path | None = None) -> Flat:
+    """Read a flat.
+
+    Args:
+        file: The source file; the project's own flat when not given.
+
+    Raises:
+        ConfigError: The file is missing or wrong, with file:line:column.
+    """
+    source = PositionedYaml(file if file is not None else default_flat_file())
+    entries = source.parse(FlatFile)
+    _check_names(source, entries)
+    flat = Flat(
+        name=entries.name,
+        start=_pose(entries.start),
+        floor_colour=_colour(entries.floor),
+        solids=tuple(_walls(entries.walls)) + tuple(_furniture(source, entries)),
+        doors=tuple(_doors(entries.walls)),
+        rooms=tuple(
+            Room(name, room.x, room.y, Hotspot(name, _pose(room.hotspot)))
+            for name, room in entries.rooms.items()
+        ),
+        objects=tuple(Hotspot(label, _pose(pose)) for label, pose in entries.hotspots.items()),
+        seats=tuple(Seat(seat.room, _pose(seat)) for seat in entries.seats),
+    )
+    _check_places(source, entries, flat)
+    return flat
+
+
+def _pose(entry: PoseEntry) -> Pose2:
+    return Pose2(entry.x, entry.y, normalize_angle(math.radians(entry.phi_deg)))
+
+
+def _colour(text: str) -> Colour:
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+def _walls(walls: WallsEntry) -> Iterator[Solid]:
+    """The pieces between the doors, and a lintel above each door."""
+    for wall in walls.lines:
+        length = math.dist(wall.from_, wall.to)
+        start = -walls.thickness / 2
+        for door in sorted(wall.doors, key=lambda each: each.centre):
+            edge = door.centre - door.width / 2
+            yield _wall_piece(walls, wall, start, edge, 0.0)
+            start = door.centre + door.width / 2
+            if walls.door_height < walls.height:
+                yield _wall_piece(walls, wall, edge, start, walls.door_height)
+        yield _wall_piece(walls, wall, start, length + walls.thickness / 2, 0.0)
+
+
+def _wall_piece(walls: WallsEntry, wall: WallEntry, start: float, end: float, bottom: float) -> Solid:
+    (x, y), along_x = wall.from_, wall.from_[1] == wall.to[1]
+    middle = (start + end) / 2
+    return Solid(
+        name=wall.name,
+        x=x + middle if along_x else x,
+        y=y if along_x else y + middle,
+        yaw=0.0 if along_x else math.pi / 2,
+        half=((end - start) / 2, walls.thickness / 2),
+        radius=0.0,
+        bottom=bottom,
+        top=walls.height,
+        colour=_colour(walls.colour),
+    )
+
+
+def _doors(walls: WallsEntry) -> Iterator[Door]:
+    for wall in walls.lines:
+        (x, y), along_x = wall.from_, wall.from_[1] == wall.to[1]
+        for door in wall.doors:
+            yield Door(door.name, x + door.centre * along_x, y + door.centre * (not along_x), door.width)
+
+
+def _furniture(source: PositionedYaml, entries: FlatFile) -> Iterator[Solid]:
+    for index, piece in enumerate(entries.furniture):
+        parts = entries.models.get(piece.model)
+        if parts is None:
+            raise source.unknown(("furniture", index, "model"), "model", piece.model, list(entries.models))
+        for part in parts:
+            yield _placed(piece, part)
+
+
+def _placed(piece: FurnitureEntry, part: PartEntry) -> Solid:
+    turned = Pose2(piece.x, piece.y, math.radians(piece.turn_deg))
+    x, y = turned.apply(*part.at)
+    return Solid(
+        name=piece.name,
+        x=x,
+        y=y,
+        yaw=turned.yaw,
+        half=(part.box[0] / 2, part.box[1] / 2) if part.box is not None else None,
+        radius=part.cylinder if part.cylinder is not None else 0.0,
+        bottom=part.z[0],
+        top=part.z[1],
+        colour=_colour(part.colour or piece.colour),
+    )
+
+
+def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
+    """Names of things that the robot can touch are unique; so are those that it can drive to."""
+    seen: set[str] = set()
+    named: list[tuple[Location, str]]
+    named = [(("walls", "lines", index, "name"), wall.name) for index, wall in enumerate(entries.walls.lines)]
+    named += [(("furniture", index, "name"), piece.name) for index, piece in enumerate(entries.furniture)]
+    for location, name in named:
+        if name in seen:
+            raise source.error(location, f"the name {name!r} is given twice")
+        seen.add(name)
+    for label in entries.hotspots:
+        if label in entries.rooms:
+            raise source.error(("hotspots", label), f"{label!r} is a room already")
+
+
+def _check_places(source: PositionedYaml, entries: FlatFile, flat: Flat) -> None:
+    """Hotspots, seats and the start lie where they claim to lie."""
+    names = [room.name for room in flat.rooms]
+    for room in flat.rooms:
+        if not room.contains(room.hotspot.pose.x, room.hotspot.pose.y):
+            raise source.error(("rooms", room.name, "hotspot"), f"the hotspot lies outside of {room.name!r}")
+    for hotspot in flat.objects:
+        if flat.room_at(hotspot.pose.x, hotspot.pose.y) is None:
+            raise source.error(("hotspots", hotspot.label), f"{hotspot.label!r} lies in no room")
+    for index, seat in enumerate(flat.seats):
+        if seat.room not in names:
+            raise source.unknown(("seats", index, "room"), "room", seat.room, names)
+        if not flat.room(seat.room).contains(seat.pose.x, seat.pose.y):
+            raise source.error(("seats", index), f"the seat lies outside of {seat.room!r}")
+    if flat.room_at(flat.start.x, flat.start.y) is None:
+        raise source.error(("start",), "the start lies in no room")

@@ -1,0 +1,305 @@
+"""The simulated world: the flat, the robot on its wheels and the people, moved by MuJoCo.
+
+No clock runs here: :meth:`World.step_to` is told the time. The same seed and the same calls give the same
+numbers, bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.simulation.home.flat import Flat
+from florence_bt.simulation.home.mjcf import (
+    BASE_GEOM,
+    SCENE_GROUP,
+    TIMESTEP_S,
+    WHEEL_RADIUS_M,
+    build_mjcf,
+)
+from florence_bt.simulation.home.person import PersonSpec, Walker
+from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, Scene, Shapes, reach_of
+
+MAX_WHEEL_MPS = 0.5
+"""Source: REFERENCE 1.3 (a wheel turns with at most 500 mm/s)."""
+
+_SAME_TOUCH_S = 0.5
+"""Touches of one thing with shorter gaps are one contact."""
+
+_BUMPER_HOLD_S = 0.05
+"""A pressed bumper springs back after this time; longer than a period of the sensor stream."""
+
+_BUMPER_OVERLAP_RAD = math.radians(10.0)
+"""A touch this near to straight ahead presses both sides."""
+
+_WALK_STEPS = 5
+"""Physics steps between two steps of a walking person."""
+
+_REST_MPS = 1e-3
+"""Slower than this (m/s and rad/s) is standing still; what is left then is the give of the tyres."""
+
+_REST_STEPS = 50
+"""Physics steps of standing still after which the robot is left alone until its wheels are driven again."""
+
+_KINDS = {
+    int(mujoco.mjtGeom.mjGEOM_PLANE): PLANE,
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): SPHERE,
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): CYLINDER,
+    int(mujoco.mjtGeom.mjGEOM_BOX): BOX,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """The robot's body touched something other than the floor.
+
+    Attributes:
+        time: When, in seconds.
+        name: The wall, the piece of furniture or the person.
+        position: Where, map frame, metres.
+    """
+
+    time: float
+    name: str
+    position: tuple[float, float, float]
+
+
+class World:
+    """The flat with the robot and people in it.
+
+    Args:
+        flat: The flat.
+        people: Who is there.
+        start: Where the robot stands at first; the flat's own start when not given.
+        seed: Draws what differs between days: how well the tyres grip.
+
+    Raises:
+        ConfigError: Two people, or a person and a thing of the flat, share a name.
+    """
+
+    def __init__(
+        self, flat: Flat, *, people: Sequence[PersonSpec] = (), start: Pose2 | None = None, seed: int = 0
+    ) -> None:
+        _check_names(flat, people)
+        self.flat = flat
+        self.people = tuple(people)
+        self.contacts: list[Contact] = []
+        """Every touch so far, oldest first."""
+        friction = float(np.random.default_rng(seed).uniform(0.7, 1.0))
+        text = build_mjcf(flat, people, flat.start if start is None else start, friction)
+        self._model = mujoco.MjModel.from_xml_string(text)
+        self._data = mujoco.MjData(self._model)
+        self._steps = 0
+        self._walkers = {
+            self._mocap_of(spec.name): Walker(spec) for spec in people if spec.posture == "walking"
+        }
+        self._floor = self._model.geom("floor").id
+        self._base = self._model.geom(BASE_GEOM).id
+        self._robot_body = self._model.body("robot").id
+        self._last_touch: dict[str, int] = {}
+        self._last_bump = [-(10**9), -(10**9)]
+        self._driven = False
+        self._still_steps = 0
+        mujoco.mj_forward(self._model, self._data)
+        self.scene = self._make_scene()
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self._steps * TIMESTEP_S
+
+    @property
+    def resting(self) -> bool:
+        """Whether nothing moves: nobody walks, and the robot stands still and touches nothing."""
+        return self._still_steps >= _REST_STEPS
+
+    def step_to(self, time: float) -> None:
+        """Let the world go on until a moment; the last whole physics step before it.
+
+        Args:
+            time: Seconds since the start; what has passed already changes nothing.
+        """
+        target = math.floor(time / TIMESTEP_S + 1e-6)
+        moved = self._steps < target
+        while self._steps < target and not self.resting:
+            if self._walkers and self._steps % _WALK_STEPS == 0:
+                self._walk()
+            mujoco.mj_step(self._model, self._data)
+            self._steps += 1
+            touched = False
+            for index, (first, second) in enumerate(self._data.contact.geom.tolist()):
+                if first != self._floor:
+                    self._touch(index, first, second)
+                    touched = True
+            self._still_steps = 0 if touched or self._moves() else self._still_steps + 1
+        self._steps = max(self._steps, target)
+        if moved and self._walkers:
+            self._refresh_scene()
+
+    def set_wheels(self, left_mps: float, right_mps: float) -> None:
+        """Set the speeds that the wheels are driven to.
+
+        Args:
+            left_mps: Speed of the left tyre, m/s, forward positive; limited to 0.5.
+            right_mps: Speed of the right tyre.
+        """
+        self._data.ctrl[0] = min(max(left_mps, -MAX_WHEEL_MPS), MAX_WHEEL_MPS) / WHEEL_RADIUS_M
+        self._data.ctrl[1] = min(max(right_mps, -MAX_WHEEL_MPS), MAX_WHEEL_MPS) / WHEEL_RADIUS_M
+        self._driven = left_mps != 0.0 or right_mps != 0.0
+        if self._driven:
+            self._still_steps = 0
+
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """The speeds that the left and the right tyre are driven to, m/s."""
+        left, right = self._data.ctrl[:2] * WHEEL_RADIUS_M
+        return float(left), float(right)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot drives faster than 0.01 m/s or turns faster than 0.02 rad/s."""
+        speed, rate = np.hypot(*self._data.qvel[:2]), abs(self._data.qvel[5])
+        return bool(speed > 0.01 or rate > 0.02)
+
+    def travel(self) -> tuple[float, float]:
+        """Metres that the left and the right wheel turned since the start (slip included)."""
+        return float(self._data.qpos[7]) * WHEEL_RADIUS_M, float(self._data.qpos[8]) * WHEEL_RADIUS_M
+
+    def yaw_rate(self) -> float:
+        """How fast the robot truly turns, rad/s, counter-clockwise positive."""
+        return float(self._data.qvel[5])
+
+    def bumpers(self) -> tuple[bool, bool]:
+        """Whether the left and the right half of the bumper are pressed."""
+        since = self._steps - round(_BUMPER_HOLD_S / TIMESTEP_S)
+        return self._last_bump[0] > since, self._last_bump[1] > since
+
+    @property
+    def robot_pose(self) -> Pose2:
+        """Where the robot truly is: base_footprint in the map frame."""
+        x, y, _, qw, qx, qy, qz = self._data.qpos[:7].tolist()
+        return Pose2(x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
+
+    def person_pose(self, name: str) -> Pose2:
+        """Where a person is and looks, map frame.
+
+        Raises:
+            ConfigError: There is no such person; the message lists those that are there.
+        """
+        mocap = self._mocap_of(name)
+        if mocap in self._walkers:
+            return self._walkers[mocap].pose
+        pose = next(spec.pose for spec in self.people if spec.name == name)
+        return Pose2(pose.x, pose.y, normalize_angle(pose.yaw))
+
+    def cast(
+        self, origin: NDArray[np.float64], directions: NDArray[np.float64], max_range: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """Follow rays until they meet something that is not the robot.
+
+        Args:
+            origin: Shape (3,), map frame, metres.
+            directions: Shape (n, 3), unit vectors in the map frame.
+            max_range: What is further is not seen, metres.
+
+        Returns:
+            Distances in metres, infinite where nothing was met, and the row of :attr:`scene` that was met
+            (-1 for nothing), both of shape (n,).
+        """
+        count = len(directions)
+        rows = np.empty(count, np.int32)
+        distances = np.empty(count)
+        group = np.zeros(6, np.uint8)
+        group[SCENE_GROUP] = 1
+        mujoco.mj_multiRay(
+            m=self._model,
+            d=self._data,
+            pnt=np.asarray(origin, float),
+            vec=np.ascontiguousarray(directions, float).reshape(-1),
+            geomgroup=group,
+            flg_static=True,
+            bodyexclude=-1,
+            geomid=rows,
+            dist=distances,
+            normal=None,
+            nray=count,
+            cutoff=max_range,
+        )
+        missed = (rows < 0) | (distances > max_range)
+        distances[missed] = np.inf
+        rows[missed] = -1
+        return distances, rows
+
+    def _mocap_of(self, name: str) -> int:
+        names = [spec.name for spec in self.people]
+        if name not in names:
+            raise ConfigError(f"there is no person {name!r}", valid=closest_first(name, names))
+        return names.index(name)
+
+    def _moves(self) -> bool:
+        return self._driven or bool(self._walkers) or bool(np.abs(self._data.qvel).max() > _REST_MPS)
+
+    def _walk(self) -> None:
+        robot = self.robot_pose
+        for mocap, walker in self._walkers.items():
+            pose = walker.advance(_WALK_STEPS * TIMESTEP_S, robot)
+            self._data.mocap_pos[mocap] = (pose.x, pose.y, 0.0)
+            self._data.mocap_quat[mocap] = (math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2))
+
+    def _touch(self, index: int, first: int, second: int) -> None:
+        """Remember a contact that is not one of the wheels with the floor."""
+        ours, other = (first, second) if self._is_robot(first) else (second, first)
+        position = self._data.contact.pos[index].tolist()
+        name = self.scene.names[other]
+        last = self._last_touch.get(name)
+        if last is None or (self._steps - last) * TIMESTEP_S > _SAME_TOUCH_S:
+            self.contacts.append(Contact(self.time, name, (position[0], position[1], position[2])))
+        self._last_touch[name] = self._steps
+        if ours == self._base:
+            bearing = self.robot_pose.bearing_to(position[0], position[1])
+            if -_BUMPER_OVERLAP_RAD <= bearing <= math.pi / 2:
+                self._last_bump[0] = self._steps
+            if -math.pi / 2 <= bearing <= _BUMPER_OVERLAP_RAD:
+                self._last_bump[1] = self._steps
+
+    def _is_robot(self, geom: int) -> bool:
+        return bool(self._model.geom_bodyid[geom] >= self._robot_body)
+
+    def _make_scene(self) -> Scene:
+        """The scene's geoms come before the robot's, so their ids are the scene's rows."""
+        model, data = self._model, self._data
+        count = int(np.count_nonzero(model.geom_bodyid < self._robot_body))
+        kind = np.array([_KINDS[int(each)] for each in model.geom_type[:count]], np.int8)
+        names = ["floor", *(solid.name for solid in self.flat.solids)]
+        names += [self.people[int(body) - 1].name for body in model.geom_bodyid[len(names) : count]]
+        size = np.array(model.geom_size[:count], float)
+        shapes = Shapes(
+            kind=kind,
+            position=np.array(data.geom_xpos[:count]),
+            rotation=np.array(data.geom_xmat[:count]).reshape(count, 3, 3),
+            size=size,
+            reach=reach_of(kind, size),
+            colour=np.array(np.rint(model.geom_rgba[:count, :3] * 255), np.uint8),
+        )
+        return Scene(shapes, tuple(names))
+
+    def _refresh_scene(self) -> None:
+        """Take over where the people are; they are the last rows."""
+        first, count, shapes = 1 + len(self.flat.solids), len(self.scene.names), self.scene.shapes
+        shapes.position[first:] = self._data.geom_xpos[first:count]
+        shapes.rotation[first:] = self._data.geom_xmat[first:count].reshape(-1, 3, 3)
+
+
+def _check_names(flat: Flat, people: Sequence[PersonSpec]) -> None:
+    taken = {"floor", *(solid.name for solid in flat.solids)}
+    for spec in people:
+        if spec.name in taken:
+            raise ConfigError(f"the name {spec.name!r} is taken by something or somebody else in the flat")
+        taken.add(spec.name)

@@ -1,0 +1,291 @@
+"""The rig: robot, flat, skills and executor in one process on one manual clock. No ROS, no bytes.
+
+The same seed gives the same run, bit for bit, many times faster than real time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import get_type_hints
+
+from florence_bt.core.clock import ManualClock, call_every
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid
+from florence_bt.core.skill import Inputs, InstantSkill, Skill, SkillRun
+from florence_bt.core.transforms import TransformBuffer
+from florence_bt.runtime.executor import Executor
+from florence_bt.runtime.journal import Journal
+from florence_bt.runtime.recorder import RunRecord, RunRecorder
+from florence_bt.runtime.run import MissionRun, Request, RunIds
+from florence_bt.simulation.home.flat import Flat
+from florence_bt.simulation.home.people import PersonSpec
+from florence_bt.simulation.home.world import World
+from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
+from florence_bt.simulation.rig.skills import (
+    ExclusiveComponent,
+    StartingSkill,
+    approach_skills,
+    locator_skills,
+)
+from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.navigation.navigate.base_stop import BaseStop
+from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
+from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.step import NavigatorParameters
+from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, START_TRACKER, STOP_TRACKER
+from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.parameters import (
+    DetectorParameters,
+    LookParameters,
+    TrackerParameters,
+)
+from florence_bt.skills.people.user_tracker.tracker import UserTracker
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.loader import MissionLibrary
+
+SETTLE_S = 2.0
+"""Seconds before a mission, in which the gyro learns its rest offset and the costmaps fill."""
+TURN_ALLOWANCE_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class RigSetting:
+    """What a rig is built from.
+
+    Attributes:
+        flat: The simulated flat.
+        grid: Its map.
+        hotspots: Its hotspots.
+        frames: The robot's static frames.
+        config: Parameters by node name.
+        people: Who is at home.
+        start: Where the robot stands at first, None for the flat's own place.
+        user_room: Where the user was last seen, empty for unknown.
+        seed: Start of every random generator.
+        runs_folder: Where the runs leave their folders, None for nowhere.
+    """
+
+    flat: Flat
+    grid: OccupancyGrid
+    hotspots: Hotspots
+    frames: TransformBuffer
+    config: Config
+    people: Sequence[PersonSpec] = ()
+    start: Pose2 | None = None
+    user_room: str = ""
+    seed: int = 0
+    runs_folder: Path | None = None
+
+
+class Rig:
+    """A robot in a flat that is driven by hand.
+
+    Attributes:
+        clock: Advance it and everything happens.
+        world: The truth.
+        executor: Runs the missions.
+        records: What finished runs left, when a folder for runs was given.
+    """
+
+    def __init__(self, setting: RigSetting) -> None:
+        self.clock = ManualClock()
+        start = setting.start or setting.flat.start
+        self.world = World(setting.flat, people=setting.people, start=start, seed=setting.seed)
+        self.robot = RigRobot(
+            self.world,
+            setting.grid,
+            setting.frames,
+            setting.config,
+            self.clock,
+            seed=setting.seed,
+            start=start,
+        )
+        self.locator = Locator(setting.hotspots, setting.user_room)
+        self.locator.map = setting.grid
+        base = _BaseSkills(self.robot, setting, self.clock)
+        people = _PeopleSkills(self.robot, setting, self.clock)
+        self.robot.on_scan = base.on_scan
+        self.robot.on_depth = people.on_depth
+        self.robot.driving = lambda: base.active
+        self.robot.looking = lambda: people.running
+        skills = {
+            **base.skills(),
+            **people.skills(),
+            **locator_skills(self.locator),
+            **approach_skills(base.occupancy_at),
+        }
+        self.executor = Executor(
+            MissionLibrary.load(),
+            skills,
+            collect_declarations(),
+            self.clock,
+            RunIds(f"rig-{setting.seed}"),
+            log=Journal(setting.runs_folder, date=str) if setting.runs_folder is not None else None,
+        )
+        self.records: list[RunRecord] = []
+        if setting.runs_folder is not None:
+            RunRecorder(
+                self.executor, setting.runs_folder, self.clock, lambda: self.robot.pose, self.records.append
+            )
+        call_every(self.clock, 0.1, self._locate)
+        self.clock.advance(SETTLE_S)
+
+    def run(
+        self, mission: str, inputs: Mapping[str, str] | None = None, *, limit_s: float = 600.0
+    ) -> MissionRun:
+        """Run a mission to its end.
+
+        Args:
+            mission: Its name.
+            inputs: Its inputs as texts.
+            limit_s: Simulated seconds after which it is stopped.
+
+        Returns:
+            The finished run.
+        """
+        run = self.executor.trigger(Request(mission, inputs or {}, caller="rig"))
+        end = self.clock.now() + limit_s
+        while not run.status.final and self.clock.now() < end:
+            self.clock.run_next()
+        if not run.status.final:
+            self.executor.stop(f"not over after {limit_s:.0f} s")
+            while not run.status.final:
+                self.clock.run_next()
+        return run
+
+    def _locate(self) -> None:
+        self.locator.robot = self.robot.pose
+
+
+class _BaseSkills:
+    """Everything that drives: ``navigate_to`` and ``turn`` on one navigator."""
+
+    def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
+        parameters = navigator_parameters(setting.config)
+        self._navigator = Navigator(setting.grid, parameters)
+        self._component = ExclusiveComponent()
+        self._robot = robot
+        self._clock = clock
+        self._frames = setting.frames
+        call_every(clock, 1.0 / parameters.cycle.controller_frequency, self._step)
+
+    @property
+    def active(self) -> bool:
+        """Whether something is being driven."""
+        return bool(self._navigator.active)
+
+    def skills(self) -> dict[str, Skill]:
+        return {NAVIGATE_TO.name: StartingSkill(self._navigate), TURN.name: StartingSkill(self._turn)}
+
+    def occupancy_at(self, x: float, y: float) -> int:
+        """Occupancy of the global costmap, 0..100, -1 where unknown."""
+        grid = self._navigator.global_grid()
+        row, column = grid.cell_of(x, y)
+        return int(grid.cells[row, column]) if grid.contains(row, column) else -1
+
+    def on_scan(self, source: str, scan: LaserScan) -> None:
+        sensor_in_base = self._frames.lookup(BASE_FRAME, scan.frame_id)
+        self._navigator.add_scan(
+            source, scan, sensor_in_base, self._robot.odometry.pose, self._robot.map_from_odom
+        )
+
+    def _navigate(self, inputs: Inputs) -> SkillRun:
+        run = self._component.begin("driving", self._navigator.cancel)
+        self._navigator.start(inputs["goal"], self._clock.now())
+        return run
+
+    def _turn(self, inputs: Inputs) -> SkillRun:
+        run = self._component.begin("turning", self._navigator.cancel)
+        self._navigator.start_spin(float(inputs["angle"]), self._clock.now(), TURN_ALLOWANCE_S)
+        return run
+
+    def _step(self) -> None:
+        if not self._navigator.active:
+            return
+        self._navigator.base_stop = BaseStop(*self._robot.stop)
+        step = self._navigator.step(self._clock.now(), self._robot.odometry, self._robot.map_from_odom)
+        if step.command is not None:
+            self._robot.command(step.command)
+        if step.result is not None:
+            self._component.finish(step.result)
+
+
+def navigator_parameters(config: Config) -> NavigatorParameters:
+    """All parameters of navigation from the flat section of the node ``navigate``."""
+    hints = get_type_hints(NavigatorParameters)
+    return NavigatorParameters(
+        **{
+            field.name: parameters_of(hints[field.name], config, "navigate")
+            for field in fields(NavigatorParameters)
+        }
+    )
+
+
+class _PeopleSkills:
+    """The user tracker and the look for a person."""
+
+    def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
+        self._detector = parameters_of(DetectorParameters, setting.config, "user_tracker_ni_node")
+        self._tracker = UserTracker(parameters_of(TrackerParameters, setting.config, "user_tracker_ni_node"))
+        self._look = LookForUser(parameters_of(LookParameters, setting.config, "user_tracker_ni_node"))
+        self._known = KnownObstacles(setting.grid)
+        self._component = ExclusiveComponent()
+        self._robot = robot
+        self._clock = clock
+        self._optical_in_base = setting.frames.lookup(BASE_FRAME, CAMERA_FRAME)
+        self._looking = False
+
+    @property
+    def running(self) -> bool:
+        """Whether pictures are needed."""
+        return bool(self._tracker.running) or self._looking
+
+    def skills(self) -> dict[str, Skill]:
+        return {
+            START_TRACKER.name: InstantSkill(lambda inputs: self._switch(True)),
+            STOP_TRACKER.name: InstantSkill(lambda inputs: self._switch(False)),
+            LOOK_FOR_USER.name: StartingSkill(self._begin_look),
+        }
+
+    def on_depth(self, image: DepthImage) -> None:
+        now = self._clock.now()
+        if self._tracker.running:
+            robot = self._robot.pose
+            found = detect_people(
+                image, self._optical_in_base, None, self._detector, known=self._known, robot=robot
+            )
+            users = self._tracker.update(now, [detection.moved_by(robot) for detection in found])
+            if self._looking:
+                self._look.feed(now, users, robot)
+        self._end_look_when_over()
+
+    def _switch(self, on: bool) -> Result:
+        if on:
+            self._tracker.start(self._clock.now())
+        else:
+            self._tracker.stop()
+        return success()
+
+    def _begin_look(self, inputs: Inputs) -> SkillRun:
+        run = self._component.begin("looking", self._cancel_look)
+        self._look.start(self._clock.now(), float(inputs["window"]))
+        self._looking = True
+        return run
+
+    def _end_look_when_over(self) -> None:
+        if not self._looking:
+            return
+        result = self._look.result(self._clock.now())
+        if result is not None:
+            self._looking = False
+            self._component.finish(result)
+
+    def _cancel_look(self) -> None:
+        self._looking = False
+        self._component.finish(cancelled())

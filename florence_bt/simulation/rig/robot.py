@@ -1,0 +1,203 @@
+"""The robot of the rig: the pure parts of base, laser, Kinect, filters and localisation on one manual clock.
+
+Bytes and ROS are left out; everything else is what the nodes use, with the parameters the nodes have. Each
+part runs at its node's rate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, TypeVar
+
+from florence_bt.core.clock import ManualClock, call_every
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.transforms import TransformBuffer
+from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
+from florence_bt.drivers.kinect.codec import metres_from_raw
+from florence_bt.drivers.turtlebot.codec.packets import BUMP_LEFT, BUMP_RIGHT
+from florence_bt.drivers.turtlebot.codec.state import SensorState
+from florence_bt.drivers.turtlebot.hazards import StopReason, describe, hold_forward
+from florence_bt.drivers.turtlebot.odometry import MotionEstimator
+from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
+from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
+from florence_bt.simulation.home.world import World
+from florence_bt.simulation.sensors.base_noise import BaseSensors
+from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
+from florence_bt.simulation.sensors.laser_sensor import LaserSensor
+from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
+from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
+from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
+from florence_bt.skills.filters.velocity_filter.ticker import VelocityTicker
+from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
+from florence_bt.skills.navigation.localisation.localiser import Localiser
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+
+LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
+CAMERA_FRAME = "camera_depth_optical_frame"
+BASE_FRAME = "base_footprint"
+BASE_PERIOD_S = 0.02
+KINECT_PERIOD_S = 0.2
+"""Slower than the Kinect's 30 Hz: a depth picture is by far the dearest thing in the rig."""
+IDLE_SCAN_PERIOD_S = 0.5
+"""While the robot stands and drives nowhere, scans are as rare as those that navigation takes then."""
+SETTLED_S = 0.5
+DRIVING_SIZE, LOOKING_SIZE = (160, 120), (320, 240)
+"""Columns and rows of the depth picture: coarse for obstacles, as on the robot for looking at people."""
+
+T = TypeVar("T")
+Config = Mapping[str, Mapping[str, Any]]
+
+
+def parameters_of(cls: type[T], config: Config, node: str) -> T:
+    """The part of a node's configuration that a pure component has parameters for."""
+    section = config.get(node, {})
+    known = {field.name for field in fields(cls)}  # type: ignore[arg-type]
+    return cls(
+        **{
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in section.items()
+            if name in known
+        }
+    )
+
+
+class RigRobot:
+    """Sensors, filters, odometry and localisation; tells listeners what it measured.
+
+    Args:
+        world: The physics.
+        grid: The map.
+        frames: The robot's static frames.
+        config: Parameters by node name.
+        clock: Drives everything.
+        seed: Start of every noise generator.
+        start: Where the robot believes to be at first, in the map frame.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        grid: OccupancyGrid,
+        frames: TransformBuffer,
+        config: Config,
+        clock: ManualClock,
+        *,
+        seed: int,
+        start: Pose2,
+    ) -> None:
+        self.world = world
+        self.frames = frames
+        self.odometry = Odometry(clock.now(), Pose2())
+        self.on_scan: Callable[[str, LaserScan], None] = _nobody
+        self.on_depth: Callable[[DepthImage], None] = _nobody
+        self.driving: Callable[[], bool] = lambda: True
+        self.looking: Callable[[], bool] = lambda: False
+        self._clock = clock
+        base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
+        self._wheels = base.wheels()
+        self._stop_on_bump = base.stop_motors_on_bump
+        self._motion = MotionEstimator(base.odometry(), base.gyro(), has_gyro=base.has_gyro)
+        self._base = BaseSensors(world, seed + 1)
+        self._twist = STANDSTILL
+        self.velocity = VelocityTicker(
+            clock, self._drive, parameters_of(VelocityFilterParameters, config, "velocity_filter")
+        )
+        self._laser = LaserSensor(world, frames.lookup(BASE_FRAME, LASER_FRAME), seed + 2)
+        self._laser_in_base = frames.lookup(BASE_FRAME, LASER_FRAME)
+        mount = frames.lookup(BASE_FRAME, CAMERA_FRAME)
+        self._driving_kinect = KinectSensor(world, mount, *DRIVING_SIZE, seed=seed + 3)
+        self._looking_kinect = KinectSensor(world, mount, *LOOKING_SIZE, seed=seed + 4)
+        self._fake_laser = FakeLaser(parameters_of(FakeLaserParameters, config, "kinect_laser"))
+        self._combinator = LaserCombinator(
+            parameters_of(CombinatorParameters, config, "laser_combinator"),
+            frames.lookup(LASER_FRAME, KINECT_SCAN_FRAME),
+        )
+        self._laser_filter = LaserFilter(parameters_of(LaserFilterParameters, config, "laser_filter"))
+        self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
+        self._localiser.set_pose(start, (0.05, 0.05, 0.03))
+        self.map_from_odom = start
+        self._moved = clock.now()
+        self._next_scan = self._next_kinect_scan = clock.now()
+        call_every(clock, BASE_PERIOD_S, self._step_base)
+        call_every(clock, URG_04LX.scan_period, self._scan)
+        call_every(clock, KINECT_PERIOD_S, self._look)
+
+    @property
+    def pose(self) -> Pose2:
+        """Where the robot believes to be in the map frame."""
+        return self.map_from_odom @ self.odometry.pose
+
+    @property
+    def stop(self) -> tuple[str, str]:
+        """What holds the base: its code and its sentence, both empty when nothing does."""
+        bits = sum(bit for bit, on in zip((BUMP_LEFT, BUMP_RIGHT), self.world.bumpers(), strict=True) if on)
+        if not bits or not self._stop_on_bump:
+            return "", ""
+        bumper = StopReason.BUMPER
+        return bumper.code, describe(bumper, SensorState(bumps_wheeldrops=bits))
+
+    def command(self, twist: Twist2) -> None:
+        """Take a velocity command, as the topic cmd_vel does."""
+        self.velocity.command(twist)
+
+    def _drive(self, twist: Twist2) -> None:
+        self._twist = twist
+        bumped = StopReason.BUMPER if self.stop[0] else None
+        wheels = hold_forward(wheels_from_twist(twist, self._wheels), bumped)
+        self.world.set_wheels(wheels.left_mmps / 1000.0, wheels.right_mmps / 1000.0)
+
+    def _step_base(self) -> None:
+        now = self._clock.now()
+        self.world.step_to(now)
+        self._base.update(now)
+        motion = self._motion.update(
+            now,
+            self._base.take_distance_mm() / 1000.0,
+            math.radians(self._base.take_angle_deg()),
+            self._base.gyro_adc(),
+            wheels_stopped=self._twist.is_zero(),
+        )
+        self.odometry = motion.odometry
+        if not motion.at_rest or self.driving():
+            self._moved = now
+            self._next_scan = self._next_kinect_scan = now
+
+    def _scan(self) -> None:
+        now = self._clock.now()
+        if now < self._next_scan:
+            return
+        if now - self._moved >= SETTLED_S:
+            self._next_scan = now + IDLE_SCAN_PERIOD_S - URG_04LX.scan_period / 2
+        geometry = URG_04LX
+        distances = self._laser.measure(geometry.first_step, geometry.last_step)
+        scan = scan_from_distances(distances, geometry.first_step, 1, geometry, now, LASER_FRAME)
+        corrected = self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
+        if corrected is not None:
+            self.map_from_odom = corrected
+        self._combinator.update_laser(scan, now)
+
+    def _look(self) -> None:
+        looking = self.looking()
+        if not looking and not self.driving():
+            return
+        now = self._clock.now()
+        kinect = self._looking_kinect if looking else self._driving_kinect
+        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
+        self.on_depth(depth)
+        if now < self._next_kinect_scan:
+            return
+        if now - self._moved >= SETTLED_S:
+            self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
+        kinect_scan = self._fake_laser.project(depth)
+        self.on_scan("depth", self._laser_filter.filter(kinect_scan))
+        combined = self._combinator.update_kinect(kinect_scan, now)
+        if combined is not None:
+            self.on_scan("scan", self._laser_filter.filter(combined))
+
+
+def _nobody(*_: Any) -> None:
+    """Nobody listens."""

@@ -1,0 +1,170 @@
+"""The simulated Kinect: raw disparities and colours as seen from where the robot truly is.
+
+No time passes during a measurement; the robot itself is never seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import CameraModel
+from florence_bt.core.transforms import Transform3
+from florence_bt.simulation.home.world import World
+from florence_bt.simulation.sensors._camera_kernels import cast_picture
+from florence_bt.simulation.sensors._picture_kernels import shade, to_raw
+from florence_bt.simulation.sensors.scene import Lens
+
+
+@dataclass(frozen=True, slots=True)
+class KinectParameters:
+    """How good the Kinect is.
+
+    Attributes:
+        min_depth_m: What is nearer gives no value.
+        max_depth_m: What is further gives no value.
+        raw_noise: Standard deviation of the raw value; in metres it grows with the square of the depth.
+        colour_noise: Largest error of a colour level.
+    """
+
+    min_depth_m: float = 0.5
+    max_depth_m: float = 4.8
+    raw_noise: float = 0.6
+    colour_noise: int = 4
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ConfigError: A value makes no sense.
+        """
+        if not 0.3 <= self.min_depth_m < self.max_depth_m <= 10.0:
+            raise ConfigError("the Kinect needs 0.3 <= min_depth_m < max_depth_m <= 10")
+        if self.raw_noise < 0.0 or not 0 <= self.colour_noise <= 100:
+            raise ConfigError("the noise of the Kinect must be zero or more (colour_noise at most 100)")
+
+
+_LIGHT = np.array([0.3, -0.4, 0.866]) / np.linalg.norm([0.3, -0.4, 0.866])
+
+
+class KinectSensor:
+    """A Kinect on the robot; the depth and the colour picture look through the same lens.
+
+    Args:
+        world: What is measured.
+        mount: base_footprint from the depth optical frame.
+        width: Columns; 320 as in our drivers, 160 for the fast rig, at most 640.
+        height: Rows, three quarters of the columns.
+        seed: Of the noise.
+        parameters: How good the Kinect is.
+
+    Raises:
+        ConfigError: The size is not one that a Kinect could be scaled to.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        mount: Transform3,
+        width: int = 320,
+        height: int = 240,
+        seed: int = 0,
+        parameters: KinectParameters | None = None,
+    ) -> None:
+        if not 0 < width <= 640 or 4 * height != 3 * width:
+            raise ConfigError(
+                f"no Kinect picture has {width} x {height}", valid=("640 x 480", "320 x 240", "160 x 120")
+            )
+        focal = 525.0 * width / 640
+        self.camera = CameraModel(width, height, focal, focal, width / 2 - 0.5, height / 2 - 0.5)
+        """Source: REFERENCE 5.4."""
+        self._lens = Lens(focal, self.camera.cx, self.camera.cy)
+        self._world = world
+        self._mount = mount
+        self._parameters = parameters if parameters is not None else KinectParameters()
+        self._rng = np.random.default_rng(seed)
+        self._depth = np.empty((height, width), np.float32)
+        self._rows = np.empty((height, width), np.int16)
+        self._seen: tuple[Pose2, float] | None = None
+        self._noise = self._rng.standard_normal(_POOL * width * height, np.float32)
+        self._noise *= np.float32(self._parameters.raw_noise)
+        self._chance = self._rng.random(_POOL * width * height, np.float32)
+
+    def measure(self) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+        """Take both pictures at the same moment.
+
+        Returns:
+            The raw disparities, shape (height, width), 11 bits, 2047 for no value; and the colours, shape
+            (height, width, 3), red green blue.
+        """
+        self._look(_SIGHT_M)
+        return self._raw(), self._colours()
+
+    def measure_depth(self) -> NDArray[np.uint16]:
+        """Take the depth picture alone, which costs about half; see :meth:`measure`."""
+        self._look(self._parameters.max_depth_m + 1.0)
+        return self._raw()
+
+    def _raw(self) -> NDArray[np.uint16]:
+        p, shape = self._parameters, self._depth.shape
+        noise, chance = self._draw(self._noise), self._draw(self._chance)
+        raw = np.empty(shape, np.uint16)
+        to_raw(self._depth, self._rows, noise, chance, p.min_depth_m, p.max_depth_m, raw)
+        return raw
+
+    def _draw(self, pool: NDArray[np.float32]) -> NDArray[np.float32]:
+        """As many numbers as there are pixels, from a random place of a pool: much cheaper than new ones."""
+        first = int(self._rng.integers(len(pool) - self._depth.size + 1))
+        return pool[first : first + self._depth.size].reshape(self._depth.shape)
+
+    def true_depth(self) -> NDArray[np.float32]:
+        """The exact depth along the axis in metres, shape (height, width), infinite where nothing is."""
+        self._look(_SIGHT_M)
+        return self._depth.copy()
+
+    def _map_from_camera(self) -> Transform3:
+        return Transform3.from_pose2(self._world.robot_pose) @ self._mount
+
+    def _look(self, max_depth: float) -> None:
+        seen = (self._world.robot_pose, max_depth)
+        if self._world.resting and seen == self._seen:
+            return
+        self._seen = seen
+        place = self._map_from_camera()
+        cast_picture(
+            self._world.scene.shapes,
+            place.translation,
+            np.ascontiguousarray(place.rotation),
+            self._lens,
+            max_depth,
+            self._depth,
+            self._rows,
+        )
+
+    def _colours(self) -> NDArray[np.uint8]:
+        place = self._map_from_camera()
+        limit = self._parameters.colour_noise
+        noise = self._rng.integers(-limit, limit + 1, self._depth.shape, np.int8)
+        pixels = np.empty((*self._depth.shape, 3), np.uint8)
+        shade(
+            self._world.scene.shapes,
+            place.translation,
+            np.ascontiguousarray(place.rotation),
+            self._lens,
+            _LIGHT,
+            self._depth,
+            self._rows,
+            noise,
+            pixels,
+        )
+        return pixels
+
+
+_POOL = 4
+"""Pictures' worth of random numbers that are drawn beforehand."""
+_SIGHT_M = 12.0
+"""How far the colour picture reaches: across the flat."""

@@ -1,0 +1,176 @@
+"""The locator without ROS: rooms, the last known user, the robot, its goal and the manual override.
+
+All poses are in the map frame.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.locator.hotspots import Hotspots
+
+if TYPE_CHECKING:
+    from florence_bt.core.sensing import OccupancyGrid
+
+STATUS_OF_RUN_STATE = {
+    "IDLE": "LOST",
+    "ACTIVE": "ACTIVE",
+    "SUCCEEDED": "SUCCEEDED",
+    "ABORTED": "ABORTED",
+    "PREEMPTED": "PREEMPTED",
+}
+"""State of a mission run -> the name move_base would have given (REFERENCE 10 and 12.1, row 7).
+
+Before the first goal an actionlib client answers LOST: it has no goal that it could know about.
+"""
+
+MAX_HOTSPOTS = 1000
+"""More take so long to write and to read back that nobody else would be answered."""
+NO_POSE = "the robot does not know where it is: no transform from map to base_link"
+USER_UNKNOWN = "nobody has told yet where the user is (setUserPosRoom or setUserPosXYPhi would)"
+
+
+class Locator:
+    """Answers who is where, and whether the robot may be sent somewhere.
+
+    Args:
+        hotspots: The rooms and objects.
+        initial_user_room: The room to believe the user in at the start, empty for none.
+
+    Raises:
+        ConfigError: The initial room is not among the hotspots.
+
+    Source:
+        Document, section 3.8; REFERENCE 12.1, 12.3 to 12.5.
+    """
+
+    def __init__(self, hotspots: Hotspots, initial_user_room: str = "") -> None:
+        self.hotspots = hotspots
+        self.robot: Pose2 | None = None
+        """Where the robot is, None while that is not known."""
+        self.goal: Pose2 | None = None
+        """The most recent navigation goal, None before the first."""
+        self.user: Pose2 | None = None
+        """Where the user was last known to be."""
+        self.map: OccupancyGrid | None = None
+        """The map, None while it is not known."""
+        self.override = False
+        """Whether a person has taken the robot over."""
+        self._run_state = "IDLE"
+        if initial_user_room:
+            result = self.set_user_room(initial_user_room)
+            if not result.succeeded:
+                raise ConfigError(f"initial_user_room: {result.reason}")
+
+    def room_of(self, x: float, y: float) -> str:
+        """The room of a point: the polygon that contains it, else the nearest room hotspot, else empty."""
+        rooms = self.hotspots.rooms()
+        for room in rooms:
+            if room.contains(x, y):
+                return room.label
+        here = Pose2(x, y)
+        return min(rooms, key=lambda room: here.distance_to(room.pose)).label if rooms else ""
+
+    def room_of_pose(self, pose: Pose2 | None) -> str:
+        """As :meth:`room_of`; empty when there is no pose."""
+        return self.room_of(pose.x, pose.y) if pose is not None else ""
+
+    def set_user_position(self, pose: Pose2) -> Result:
+        """Take over a coordinate from a precise sensor.
+
+        It always replaces the old one, unless it is not finite or in an obstacle of the map.
+        """
+        if not pose.is_finite():
+            return failure("bad_input", f"the position must be finite, not {pose}")
+        if self._in_obstacle(pose):
+            return failure(
+                "bad_input",
+                f"the map has an obstacle at ({pose.x:.2f} m, {pose.y:.2f} m): nobody can be there; "
+                "a place on free floor would be stored",
+            )
+        self.user = pose
+        return success()
+
+    def _in_obstacle(self, pose: Pose2) -> bool:
+        """Whether the map, if it is known, has an obstacle at a point."""
+        return self.map is not None and self.map.is_occupied(pose.x, pose.y)
+
+    def set_user_room(self, label: str) -> Result:
+        """Take over a room from a coarse sensor; a known position in the same room stays as it is."""
+        hotspot = self.hotspots.get(label)
+        if hotspot is None:
+            return failure("unknown_hotspot", self.hotspots.unknown(label))
+        if self.user is None or self.room_of_pose(self.user) != label:
+            self.user = hotspot.pose
+        return success()
+
+    def set_hotspot(self, label: str, pose: Pose2) -> Result:
+        """Move a hotspot or add a room."""
+        if not label.strip():
+            return failure("bad_input", "a hotspot needs a label")
+        if not pose.is_finite():
+            return failure("bad_input", f"the pose of a hotspot must be finite, not {pose}")
+        if self.hotspots.get(label) is None and len(self.hotspots) >= MAX_HOTSPOTS:
+            return failure("bad_input", f"there are {MAX_HOTSPOTS} hotspots already; move one of them")
+        self.hotspots.put(label, pose)
+        return success()
+
+    def get_user_room(self) -> Result:
+        """The skill ``get_user_room``."""
+        if self.user is None:
+            return failure("user_unknown", USER_UNKNOWN)
+        return success(room=self.room_of_pose(self.user))
+
+    def get_hotspot(self, label: str) -> Result:
+        """The skill ``get_hotspot``."""
+        hotspot = self.hotspots.get(label)
+        if hotspot is None:
+            return failure("unknown_hotspot", self.hotspots.unknown(label))
+        return success(pose=hotspot.pose)
+
+    def robot_in_room(self, label: str) -> Result:
+        """The skill ``robot_in_room``."""
+        if self.robot is None:
+            return failure("no_pose", NO_POSE)
+        room = self.room_of_pose(self.robot)
+        if room == label:
+            return success()
+        hint = "" if self.hotspots.get(label) else f"; {self.hotspots.unknown(label)}"
+        return failure("elsewhere", f"the robot is in {room!r}, not in {label!r}{hint}")
+
+    def get_robot_pose(self) -> Result:
+        """The skill ``get_robot_pose``."""
+        return success(pose=self.robot) if self.robot is not None else failure("no_pose", NO_POSE)
+
+    def take_run_state(self, state: str) -> None:
+        """Take over the state of the most recent mission run; an unknown word is kept as it is."""
+        self._run_state = state
+
+    @property
+    def status(self) -> str:
+        """The navigation status in move_base's words."""
+        return STATUS_OF_RUN_STATE.get(self._run_state, self._run_state)
+
+    def why_not_goto_user(self) -> str | None:
+        """Why the robot cannot be sent to the user now, or None when it can."""
+        return self._override_reason() or (USER_UNKNOWN if self.user is None else None)
+
+    def why_not_goto_room(self, label: str) -> str | None:
+        """Why the robot cannot be sent to a hotspot now, or None when it can."""
+        return self._override_reason() or (
+            self.hotspots.unknown(label) if self.hotspots.get(label) is None else None
+        )
+
+    def why_not_goto_pose(self, pose: Pose2) -> str | None:
+        """Why the robot cannot be sent to a pose now, or None when it can."""
+        return self._override_reason() or (
+            None if pose.is_finite() else f"the goal must be finite, not {pose}"
+        )
+
+    def _override_reason(self) -> str | None:
+        if self.override:
+            return "the manual override is on: send False on manualOverride first"
+        return None

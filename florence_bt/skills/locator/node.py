@@ -1,0 +1,311 @@
+"""The locator on ROS (``florenceLocator``): every service of the document's table 11."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from florence_interfaces.msg import DetectedUser, RunState
+from florence_interfaces.srv import (
+    GetHotspot,
+    GetRoom,
+    GetStatus,
+    GetXYPhi,
+    GotoRoom,
+    GotoXYPhi,
+    RunMission,
+    SetHotspot,
+    SetRoom,
+    SetXYPhi,
+    StopMission,
+)
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.conversions import grid_from_ros, pose_from_ros
+from florence_bt.ros.deferred import Deferred, allow_deferred
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
+from florence_bt.skills.locator.locator import Locator
+
+RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
+ANSWER_WITHIN_S = 5.0
+"""Of this machine's time: how fast a simulation goes is no matter of the mission server."""
+CALLER = "florenceLocator"
+
+Answer = Callable[[bool, str, str], None]
+"""Told whether a mission was accepted, why or why not, and the run's id."""
+
+
+@dataclass(frozen=True, slots=True)
+class LocatorNodeParameters:
+    """Parameters of the locator.
+
+    Attributes:
+        hotspots_file: The YAML file of the hotspots; empty for none. New hotspots are written there.
+        initial_user_room: The room to believe the user in at the start; empty for none.
+        map_frame: The frame of the map.
+        base_frame: The robot's frame.
+    """
+
+    hotspots_file: str = ""
+    initial_user_room: str = ""
+    map_frame: str = "map"
+    base_frame: str = "base_link"
+
+
+class LocatorNode(FlorenceNode):
+    """Serves ``florenceLocator/*``.
+
+    Args:
+        parameters: Overrides of the node's parameters.
+
+    Raises:
+        ConfigError: The hotspot file or the initial room is wrong.
+    """
+
+    def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
+        super().__init__("florenceLocator", parameters=parameters)
+        self._use = self.read_parameters(LocatorNodeParameters)
+        file = self._use.hotspots_file
+        hotspots = load_hotspots(file) if file else Hotspots()
+        self._locator = Locator(hotspots, self._use.initial_user_room)
+        self._tf = TransformListener(self)
+        self._missions = _MissionClient(self)
+        self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self.create_subscription(DetectedUser, "detected_user", self._on_detected, RELIABLE)
+        self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
+        self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
+        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self._create_getters()
+        self._create_setters()
+        self._create_gotos()
+
+    # ---- topics ---------------------------------------------------------------------------------------
+
+    def _on_override(self, message: Bool) -> None:
+        self._locator.override = bool(message.data)
+
+    def _on_detected(self, message: DetectedUser) -> None:
+        if not message.command:
+            return
+        x, y = message.user_position_x, message.user_position_y
+        robot = self._robot_pose()
+        result = self._locator.set_user_position(
+            Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0)
+        )
+        if not result.succeeded:
+            self.get_logger().warning(f"detected_user: {result.reason}")
+
+    def _on_run_state(self, message: RunState) -> None:
+        self._locator.take_run_state(message.state)
+
+    def _on_goal(self, message: PoseStamped) -> None:
+        goal = pose_from_ros(message.pose)
+        self._locator.goal = goal if goal.is_finite() else self._locator.goal
+
+    def _on_map(self, message: OccupancyGridMsg) -> None:
+        try:
+            self._locator.map = grid_from_ros(message)
+        except FlorenceError as error:
+            self.get_logger().warning(f"the map is left out: {error}")
+
+    # ---- getters --------------------------------------------------------------------------------------
+
+    def _create_getters(self) -> None:
+        poses: dict[str, Callable[[], Pose2 | None]] = {
+            "User": lambda: self._locator.user,
+            "Robot": self._robot_pose,
+            "Goal": lambda: self._locator.goal,
+        }
+        for name, pose_of in poses.items():
+            self._serve(GetRoom, f"get{name}PosRoom", self._room_answer(pose_of))
+            self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
+        self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
+        self._serve(GetStatus, "getStatus", self._on_get_status)
+
+    def _room_answer(self, pose_of: Callable[[], Pose2 | None]) -> Callable[..., GetRoom.Response]:
+        def answer(request: GetRoom.Request, response: GetRoom.Response) -> GetRoom.Response:
+            response.room = self._locator.room_of_pose(pose_of())
+            response.valid = bool(response.room)
+            return response
+
+        return answer
+
+    def _on_get_hotspot(
+        self, request: GetHotspot.Request, response: GetHotspot.Response
+    ) -> GetHotspot.Response:
+        result = self._locator.get_hotspot(request.label)
+        response.valid, response.message = result.succeeded, result.reason
+        if result.succeeded:
+            pose = result.outputs["pose"]
+            response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
+        return response
+
+    def _on_get_status(self, request: GetStatus.Request, response: GetStatus.Response) -> GetStatus.Response:
+        response.status = self._locator.status
+        return response
+
+    def _robot_pose(self) -> Pose2 | None:
+        try:
+            self._locator.robot = self._tf.buffer.lookup_pose(self._use.map_frame, self._use.base_frame)
+        except TransformUnavailable:
+            self._locator.robot = None
+        return self._locator.robot
+
+    # ---- setters --------------------------------------------------------------------------------------
+
+    def _create_setters(self) -> None:
+        self._serve(SetHotspot, "setHotspot", self._on_set_hotspot)
+        self._serve(SetRoom, "setUserPosRoom", self._on_set_user_room)
+        self._serve(SetXYPhi, "setUserPosXYPhi", self._on_set_user_position)
+
+    def _on_set_hotspot(
+        self, request: SetHotspot.Request, response: SetHotspot.Response
+    ) -> SetHotspot.Response:
+        before = self._locator.hotspots.copy()
+        result = self._locator.set_hotspot(request.label, _pose_of(request))
+        response.success, response.message = result.succeeded, result.reason
+        if result.succeeded:
+            response.success, response.message = self._save_hotspots()
+        if not response.success:
+            self._locator.hotspots = before
+        return response
+
+    def _save_hotspots(self) -> tuple[bool, str]:
+        file = self._use.hotspots_file
+        if not file:
+            return True, "kept until the node ends: it has no hotspots_file"
+        try:
+            save_hotspots(self._locator.hotspots, Path(file))
+        except ConfigError as error:
+            return False, f"not saved, and not kept: {error}"
+        return True, f"saved in {file}"
+
+    def _on_set_user_room(self, request: SetRoom.Request, response: SetRoom.Response) -> SetRoom.Response:
+        result = self._locator.set_user_room(request.room)
+        if not result.succeeded:
+            self.get_logger().warning(f"setUserPosRoom: {result.reason}")
+        response.success, response.message = result.succeeded, result.reason
+        return response
+
+    def _on_set_user_position(
+        self, request: SetXYPhi.Request, response: SetXYPhi.Response
+    ) -> SetXYPhi.Response:
+        result = self._locator.set_user_position(_pose_of(request))
+        response.success, response.message = result.succeeded, result.reason
+        return response
+
+    # ---- goto -----------------------------------------------------------------------------------------
+
+    def _create_gotos(self) -> None:
+        self._serve(Trigger, "gotoUser", self._on_goto_user)
+        self._serve(GotoRoom, "gotoRoom", self._on_goto_room)
+        self._serve(GotoXYPhi, "gotoXYPhi", self._on_goto_pose)
+
+    def _on_goto_user(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response | Deferred:
+        return self._goto(response, self._locator.why_not_goto_user(), "goto_user", {})
+
+    def _on_goto_room(
+        self, request: GotoRoom.Request, response: GotoRoom.Response
+    ) -> GotoRoom.Response | Deferred:
+        refusal = self._locator.why_not_goto_room(request.room)
+        return self._goto(response, refusal, "goto_room", {"room": request.room})
+
+    def _on_goto_pose(
+        self, request: GotoXYPhi.Request, response: GotoXYPhi.Response
+    ) -> GotoXYPhi.Response | Deferred:
+        pose = _pose_of(request)
+        inputs = {"x": f"{pose.x:.6f} m", "y": f"{pose.y:.6f} m", "phi": f"{pose.yaw:.6f} rad"}
+        return self._goto(response, self._locator.why_not_goto_pose(pose), "goto_pose", inputs)
+
+    def _goto(self, response: Any, refusal: str | None, mission: str, inputs: Mapping[str, str]) -> Any:
+        """Refuse at once, or ask for the mission and answer when that was answered."""
+        if refusal is not None:
+            response.success, response.message = False, refusal
+            return response
+        later = Deferred()
+
+        def answer(accepted: bool, message: str, run_id: str) -> None:
+            response.success, response.message = accepted, message
+            if hasattr(response, "run_id"):
+                response.run_id = run_id
+            later.answer(response)
+
+        self._missions.run(mission, inputs, answer)
+        return later
+
+    def _serve(self, service_type: Any, name: str, callback: Callable[..., Any]) -> None:
+        allow_deferred(self.create_service(service_type, f"florenceLocator/{name}", callback))
+
+
+class _MissionClient:
+    """Asks the mission server to run and stop missions, without waiting for it."""
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self._node = node
+        self._run = node.create_client(RunMission, RUN_SERVICE)
+        self._stop = node.create_client(StopMission, STOP_SERVICE)
+
+    def run(self, mission: str, inputs: Mapping[str, str], answer: Answer) -> None:
+        """Ask for a mission in place of what runs now; the answer comes within two seconds in any case."""
+        if not self._run.service_is_ready():
+            answer(False, f"the mission server is not there: no service {RUN_SERVICE}", "")
+            return
+        request = RunMission.Request(
+            mission=mission,
+            input_names=list(inputs),
+            input_values=list(inputs.values()),
+            caller=CALLER,
+            policy="preempt",
+        )
+        waiting = True
+
+        def too_late() -> None:
+            nonlocal waiting
+            waiting = False
+            answer(False, f"the mission server did not answer within {ANSWER_WITHIN_S:g} s", "")
+
+        def answered(future: Any) -> None:
+            message = future.result()
+            if waiting:
+                timer.cancel()
+                answer(message.accepted, message.message, message.run_id)
+            elif message.accepted:
+                # The caller was told that nothing will happen.
+                self.stop("accepted too late", message.run_id)
+
+        timer = self._node.steady.call_at(self._node.steady.now() + ANSWER_WITHIN_S, too_late)
+        self._run.call_async(request).add_done_callback(self._node.guarded(answered))
+
+    def stop(self, reason: str, run_id: str = "") -> None:
+        """Ask for the end of a run, or of the one that has the robot."""
+        if self._stop.service_is_ready():
+            self._stop.call_async(StopMission.Request(run_id=run_id, reason=reason))
+
+
+def _pose_answer(pose_of: Callable[[], Pose2 | None]) -> Callable[..., GetXYPhi.Response]:
+    def answer(request: GetXYPhi.Request, response: GetXYPhi.Response) -> GetXYPhi.Response:
+        pose = pose_of()
+        response.valid = pose is not None
+        if pose is not None:
+            response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
+        return response
+
+    return answer
+
+
+def _pose_of(request: Any) -> Pose2:
+    return Pose2(request.x, request.y, request.phi)

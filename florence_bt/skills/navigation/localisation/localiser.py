@@ -1,0 +1,165 @@
+"""The localisation as a whole: scans and odometry in, the place of the odometry frame in the map out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.localisation.particle_filter import ParticleFilter
+from florence_bt.skills.navigation.localisation.scan_match import match_scan
+
+INITIAL_DEVIATIONS = (0.5, 0.5, math.pi / 12.0)
+"""Standard deviations of x, y (metres) and yaw (radians) of an initial pose (REFERENCE 7.7)."""
+
+_REST_DISTANCE_M, _REST_ANGLE = 0.002, 0.002
+_SETTLE_DISTANCE_M, _SETTLE_ANGLE = 0.01, 0.01
+_MIN_POINTS = 10
+
+
+class Localiser:
+    """Finds the robot in a map.
+
+    A scan counts when the robot has moved far enough since the last one that did, and once more when it has
+    come to rest after any motion. The scan must be the laser's own, not the filtered one (document, section
+    3.5.3).
+
+    Attributes:
+        pose: base_footprint in the map at the last update, None before the first.
+        covariance: Shape (3, 3), of x, y, yaw.
+        map_from_odom: The place of the odometry frame in the map, None before the first update or
+            :meth:`believe`.
+    """
+
+    def __init__(
+        self, grid: OccupancyGrid, parameters: LocaliserParameters | None = None, seed: int = 0
+    ) -> None:
+        self._parameters = parameters or LocaliserParameters()
+        self._field = build_likelihood_field(
+            grid, self._parameters.likelihood_max_dist, self._parameters.surface_offset
+        )
+        self._filter = ParticleFilter(self._field, self._parameters, np.random.default_rng(seed))
+        self._told: Pose2 | None = None
+        self._odom: Pose2 | None = None
+        self._previous_odom: Pose2 | None = None
+        self.pose: Pose2 | None = None
+        self.covariance: NDArray[np.float64] = np.diag(np.square(INITIAL_DEVIATIONS))
+        self.map_from_odom: Pose2 | None = None
+        self.set_pose(Pose2())
+
+    @property
+    def particles(self) -> NDArray[np.float64]:
+        """Shape (n, 3): x, y, yaw of the particles in the map frame."""
+        return self._filter.particles
+
+    def set_pose(
+        self, pose: Pose2, standard_deviations: tuple[float, float, float] = INITIAL_DEVIATIONS
+    ) -> None:
+        """Tell where the robot is; the next scan counts in any case.
+
+        Args:
+            pose: base_footprint in the map frame.
+            standard_deviations: Of x, y in metres and of yaw in radians.
+
+        Raises:
+            ValueError: A number is not finite, or a deviation is below zero.
+        """
+        if not pose.is_finite() or not all(0.0 <= deviation < math.inf for deviation in standard_deviations):
+            raise ValueError(f"the robot cannot be at {pose} with the deviations {standard_deviations}")
+        self._filter.set_pose(pose, standard_deviations)
+        self._told = pose
+        self._odom = None
+        self.covariance = np.diag(np.square(standard_deviations))
+
+    def believe(self, odom_pose: Pose2) -> None:
+        """Take the pose of :meth:`set_pose` for true until a scan says better.
+
+        Args:
+            odom_pose: base_footprint in the odometry frame, where the robot was told to be.
+        """
+        if self._told is not None and odom_pose.is_finite():
+            self.map_from_odom, self._told = self._told @ odom_pose.inverse(), None
+
+    def update(self, scan: LaserScan, laser_in_base: Transform3, odom_pose: Pose2) -> Pose2 | None:
+        """Take a scan.
+
+        Args:
+            scan: The laser's own scan.
+            laser_in_base: The laser's frame in base_footprint; a laser that hangs upside down is
+                turned by this alone (REFERENCE 4.11).
+            odom_pose: base_footprint in the odometry frame at the time of the scan.
+
+        Returns:
+            The new map_from_odom, or None when the scan did not count: the robot has not moved, or
+            too few beams hit anything.
+        """
+        if not odom_pose.is_finite() or not self._counts(odom_pose):
+            return None
+        points = self._beam_ends(scan, laser_in_base)
+        if len(points) < _MIN_POINTS:
+            return None
+        if self._odom is not None:
+            self._filter.move(self._odom.inverse() @ odom_pose)
+        self._odom, self._told = odom_pose, None
+        self._filter.weigh(_evenly(points, self._parameters.laser_max_beams), scan.range_max)
+        self.pose, self.covariance = self._estimate_and_resample(points)
+        self.map_from_odom = self.pose @ odom_pose.inverse()
+        return self.map_from_odom
+
+    def _counts(self, odom_pose: Pose2) -> bool:
+        previous, self._previous_odom = self._previous_odom, odom_pose
+        if self._odom is None:
+            return True
+        p = self._parameters
+        if _moved(self._odom, odom_pose, p.update_min_d, p.update_min_a):
+            return True
+        at_rest = previous is not None and not _moved(previous, odom_pose, _REST_DISTANCE_M, _REST_ANGLE)
+        return at_rest and _moved(self._odom, odom_pose, _SETTLE_DISTANCE_M, _SETTLE_ANGLE)
+
+    def _beam_ends(self, scan: LaserScan, laser_in_base: Transform3) -> NDArray[np.float64]:
+        """The ends of all beams that hit something, shape (n, 2), in the base frame."""
+        p = self._parameters
+        longest = min(scan.range_max, p.laser_max_range) if p.laser_max_range > 0.0 else scan.range_max
+        used = scan.valid() & (scan.ranges < longest) & (scan.ranges >= p.laser_min_range)
+        ranges, angles = scan.ranges[used].astype(float), scan.angles()[used]
+        ends = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(ranges))], axis=1)
+        return np.ascontiguousarray(laser_in_base.apply(ends)[:, :2])
+
+    def _estimate_and_resample(self, points: NDArray[np.float64]) -> tuple[Pose2, NDArray[np.float64]]:
+        p = self._parameters
+        mean, covariance = self._filter.estimate()
+        self._filter.resample()
+        if not p.refine:
+            return mean, covariance
+        # The cloud has seen this scan already and may be surer than it should be: it only guides the fit.
+        floor = np.diag(np.square([p.match_prior_d, p.match_prior_d, p.match_prior_a]))
+        match = match_scan(
+            self._field,
+            _evenly(points, p.match_max_beams),
+            mean,
+            covariance + floor,
+            sigma=p.match_sigma,
+            independent_beams=p.match_independent_beams,
+        )
+        fits = match.near_fraction >= p.match_min_near
+        if not fits or _moved(mean, match.pose, p.match_max_shift, p.match_max_turn):
+            return mean, covariance
+        self._filter.inject(match.pose, match.covariance, p.match_inject)
+        return match.pose, match.covariance
+
+
+def _moved(start: Pose2, end: Pose2, distance: float, angle: float) -> bool:
+    return start.distance_to(end) >= distance or abs(normalize_angle(end.yaw - start.yaw)) >= angle
+
+
+def _evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """At most ``count`` of the points, evenly chosen."""
+    if len(points) <= count:
+        return points
+    return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])

@@ -1,0 +1,169 @@
+"""The node ``localiser``: ``map -> odom`` from the laser's own scans (document, section 3.3).
+
+Source: REFERENCE 7.7.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Odometry as OdometryMsg
+from sensor_msgs.msg import LaserScan as LaserScanMsg
+
+from florence_bt.core.clock import call_every
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import LaserScan
+from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.conversions import (
+    frame_from_ros,
+    grid_from_ros,
+    odometry_from_ros,
+    pose_array_to_ros,
+    pose_from_ros,
+    pose_with_covariance_to_ros,
+    scan_from_ros,
+)
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
+from florence_bt.ros.tf import TransformBroadcaster, TransformListener
+from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
+from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
+
+
+@dataclass(frozen=True, slots=True)
+class LocaliserNodeParameters:
+    """How the node speaks.
+
+    Attributes:
+        initial_x: Where the robot is at first, in the map frame, metres.
+        initial_y: Metres.
+        initial_yaw: Radians.
+        initial_deviation_xy: How sure that is, in metres.
+        initial_deviation_yaw: In radians.
+        seed: Start of the random numbers.
+        transform_tolerance: How far ahead ``map -> odom`` is stamped, in seconds.
+        transform_rate: How often it is published, in Hz.
+        map_frame: The map's frame.
+        odom_frame: The odometry's frame.
+        base_frame: The robot's frame.
+    """
+
+    initial_x: float = 0.0
+    initial_y: float = 0.0
+    initial_yaw: float = 0.0
+    initial_deviation_xy: float = 0.15
+    initial_deviation_yaw: float = 0.1
+    seed: int = 0
+    transform_tolerance: float = 0.2
+    transform_rate: float = 20.0
+    map_frame: str = "map"
+    odom_frame: str = "odom"
+    base_frame: str = "base_footprint"
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that cannot work.
+
+        Raises:
+            ConfigError: A number is outside its range.
+        """
+        if not Pose2(self.initial_x, self.initial_y, self.initial_yaw).is_finite():
+            raise ConfigError("the initial pose is not finite", valid=["initial_x: 0.0"])
+        for name in ("initial_deviation_xy", "initial_deviation_yaw", "transform_tolerance"):
+            if not 0.0 <= getattr(self, name) < 100.0:
+                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
+        if not 0.0 < self.transform_rate <= 1000.0:
+            raise ConfigError(f"transform_rate is {self.transform_rate}", valid=["20.0"])
+
+
+class LocaliserNode(FlorenceNode):
+    """Feeds the localiser and tells everybody where the robot is."""
+
+    def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
+        super().__init__("localiser", parameters=parameters, namespace=namespace)
+        self._settings = self.read_parameters(LocaliserParameters)
+        self._p = p = self.read_parameters(LocaliserNodeParameters)
+        self._start = Pose2(p.initial_x, p.initial_y, p.initial_yaw)
+        self._deviations = (p.initial_deviation_xy, p.initial_deviation_xy, p.initial_deviation_yaw)
+        self._localiser: Localiser | None = None
+        self._queue = ScanQueue()
+        self.ros_timebase.on_reset(self._queue.clear)
+        self._frames = TransformListener(self, moving=False)
+        self._broadcaster = TransformBroadcaster(self)
+        self._pose_publisher = self.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED)
+        self._cloud_publisher = self.create_publisher(PoseArray, "particle_cloud", RELIABLE)
+        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
+        self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
+        self.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, RELIABLE)
+        call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
+
+    def _on_map(self, message: OccupancyGridMsg) -> None:
+        known = self._localiser.pose if self._localiser is not None else None
+        self._localiser = Localiser(grid_from_ros(message), self._settings, self._p.seed)
+        self._localiser.set_pose(known or self._start, self._deviations)
+
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        pose, frame = pose_from_ros(message.pose.pose), frame_from_ros(message.header.frame_id)
+        variances = np.array(message.pose.covariance)[[0, 7, 35]]
+        if frame not in ("", self._p.map_frame) or not pose.is_finite() or not np.isfinite(variances).all():
+            self.get_logger().warning(
+                f"initialpose ignored: a finite pose in the frame {self._p.map_frame!r} is needed"
+            )
+            return
+        x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
+        told = (float(x), float(y), float(yaw))
+        self._start, self._deviations = pose, told if any(told) else INITIAL_DEVIATIONS
+        if self._localiser is not None:
+            self._localiser.set_pose(self._start, self._deviations)
+
+    def _on_scan(self, message: LaserScanMsg) -> None:
+        self._queue.add_scan("scan", scan_from_ros(message))
+        self._work()
+
+    def _on_odometry(self, message: OdometryMsg) -> None:
+        odometry = odometry_from_ros(message)
+        if self._localiser is not None:
+            self._localiser.believe(odometry.pose)
+        self._queue.add_odometry(odometry)
+        self._work()
+
+    def _work(self) -> None:
+        for _, scan, odom_pose in self._queue.take_ready():
+            if self._localiser is not None:
+                self._localise(self._localiser, scan, odom_pose)
+
+    def _localise(self, localiser: Localiser, scan: LaserScan, odom_pose: Pose2) -> None:
+        try:
+            laser_in_base = self._frames.buffer.lookup(self._p.base_frame, scan.frame_id)
+        except TransformUnavailable as error:
+            self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
+            return
+        if localiser.update(scan, laser_in_base, odom_pose) is None:
+            return
+        self._send_transform()
+        self._publish_pose(localiser, scan.stamp)
+
+    def _send_transform(self) -> None:
+        if self._localiser is not None and self._localiser.map_from_odom is not None:
+            stamp = self.timebase.now() + self._p.transform_tolerance
+            pose = self._localiser.map_from_odom
+            self._broadcaster.send(self._p.map_frame, self._p.odom_frame, stamp, pose)
+
+    def _publish_pose(self, localiser: Localiser, stamp: float) -> None:
+        assert localiser.pose is not None
+        covariance = np.zeros((6, 6))
+        covariance[np.ix_([0, 1, 5], [0, 1, 5])] = localiser.covariance
+        self._pose_publisher.publish(
+            pose_with_covariance_to_ros(localiser.pose, covariance.ravel().tolist(), self._p.map_frame, stamp)
+        )
+        if self._cloud_publisher.get_subscription_count():
+            poses = (Pose2(x, y, math.remainder(yaw, math.tau)) for x, y, yaw in localiser.particles.tolist())
+            self._cloud_publisher.publish(pose_array_to_ros(poses, self._p.map_frame, stamp))

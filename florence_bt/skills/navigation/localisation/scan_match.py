@@ -1,0 +1,92 @@
+"""Fit one scan to the likelihood field by a few Gauss-Newton steps, held back by what is believed already."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.skills.navigation.localisation._kernels import match_terms
+from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """A scan that was fitted.
+
+    Attributes:
+        pose: The best pose of the base in the map frame.
+        covariance: Shape (3, 3), of x, y, yaw.
+        near_fraction: The part of the beams that end close to a surface of the map.
+    """
+
+    pose: Pose2
+    covariance: NDArray[np.float64]
+    near_fraction: float
+
+
+def match_scan(
+    field: LikelihoodField,
+    points: NDArray[np.float64],
+    belief: Pose2,
+    covariance: NDArray[np.float64],
+    *,
+    sigma: float,
+    independent_beams: float,
+    steps: int = 8,
+) -> Match:
+    """Find the pose that fits the scan and the belief best.
+
+    Args:
+        field: The map.
+        points: Shape (n, 2), beam ends in the base frame.
+        belief: Where the robot is believed to be.
+        covariance: Shape (3, 3), how sure that is; along a bare corridor only the belief holds the pose.
+        sigma: Standard deviation of a beam end from the map's surface in metres.
+        independent_beams: How many beams' worth of knowledge a whole scan holds: neighbouring beams see
+            the same error of the map.
+        steps: Most steps to take.
+
+    Returns:
+        The match; with few points near a surface it stays close to the belief.
+
+    Source:
+        Probabilistic Robotics, section 6.4, as a maximum a posteriori estimate.
+    """
+    information = np.linalg.inv(covariance + np.diag([1e-8, 1e-8, 1e-8]))
+    here = np.array([belief.x, belief.y, belief.yaw])
+    start = here.copy()
+    gain = min(1.0, independent_beams / max(1, len(points))) / sigma**2
+    matrix = information
+    # A wide pull first, so that a belief some decimetres off is still caught, then a narrow one.
+    for scale in np.geomspace(6.0 * sigma, 2.0 * sigma, steps):
+        normal, vector, _, _ = _terms(field, points, here, float(scale))
+        offset = here - start
+        offset[2] = normalize_angle(offset[2])
+        matrix = gain * normal + information
+        step = np.linalg.solve(matrix, -(gain * vector + information @ offset))
+        here = here + step
+        if abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4 and scale < 3.0 * sigma:
+            break
+    near = _terms(field, points, here, 2.0 * sigma)[3]
+    pose = Pose2(float(here[0]), float(here[1]), normalize_angle(float(here[2])))
+    return Match(pose, np.linalg.inv(matrix), near / max(1, len(points)))
+
+
+def _terms(
+    field: LikelihoodField, points: NDArray[np.float64], pose: NDArray[np.float64], scale: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
+    terms: tuple[NDArray[np.float64], NDArray[np.float64], float, int] = match_terms(
+        pose[0],
+        pose[1],
+        pose[2],
+        points,
+        field.signed,
+        field.origin_x,
+        field.origin_y,
+        field.resolution,
+        scale,
+    )
+    return terms

@@ -1,0 +1,223 @@
+"""ROS map files: a YAML file with the scale beside a graymap. Files to :class:`OccupancyGrid` and back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError, FrameError, closest_first
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.plain_yaml import Listing, Source, Table, Text, read_source
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
+
+MODES = ("trinary", "scale", "raw")
+_KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
+_REQUIRED = _KEYS[:3]
+
+
+@dataclass(frozen=True, slots=True)
+class MapDescription:
+    """What the YAML file of a map says.
+
+    Attributes:
+        image: The picture.
+        resolution: Metres per pixel.
+        origin: Pose of the lower left corner of the picture in the map frame.
+        negate: Whether white means occupied.
+        occupied_thresh: Occupancy (0..1) from which a cell is occupied.
+        free_thresh: Occupancy up to which a cell is free.
+        mode: ``trinary``, ``scale`` (99 steps between free and occupied) or ``raw`` (the pixel is the value).
+
+    Source:
+        REFERENCE 7.8.
+    """
+
+    image: Path
+    resolution: float
+    origin: Pose2
+    negate: bool = False
+    occupied_thresh: float = 0.65
+    free_thresh: float = 0.196
+    mode: str = "trinary"
+
+
+def load_map(path: str | Path) -> OccupancyGrid:
+    """Read a map.
+
+    Args:
+        path: The YAML file; a relative image path in it starts from its folder.
+
+    Raises:
+        ConfigError: A file is missing or wrong; the message names the file, the line and what would work.
+
+    Source:
+        REFERENCE 7.8, document, section 3.3.1.
+    """
+    description = read_description(Path(path))
+    try:
+        pixels = decode_pgm(description.image.read_bytes())
+    except OSError as error:
+        raise ConfigError(
+            f"the map's picture {str(description.image)!r} cannot be read ({error.strerror})",
+            file=path,
+            valid=[str(found.name) for found in sorted(description.image.parent.glob("*.pgm"))],
+        ) from error
+    except FrameError as error:
+        raise ConfigError(str(error), file=description.image, valid=["a .pgm picture (P5 or P2)"]) from error
+    cells = _cells_from_pixels(pixels, description)
+    return OccupancyGrid(description.resolution, description.origin, cells)
+
+
+def _cells_from_pixels(pixels: NDArray[np.uint8], description: MapDescription) -> NDArray[np.int8]:
+    # The picture's first row is the top of the map, the grid's first row its bottom.
+    values = np.flipud(pixels)
+    if description.mode == "raw":
+        return np.where(values <= 100, values, UNKNOWN).astype(np.int8)
+    occupancy = (values if description.negate else 255.0 - values) / 255.0
+    free, occupied = description.free_thresh, description.occupied_thresh
+    between: NDArray[np.float64] | int = UNKNOWN
+    if description.mode == "scale":
+        between = np.floor(1.0 + 98.0 * (occupancy - free) / (occupied - free))
+    cells = np.where(occupancy <= free, FREE, between)
+    return np.ascontiguousarray(np.where(occupancy >= occupied, OCCUPIED, cells).astype(np.int8))
+
+
+def read_description(path: Path) -> MapDescription:
+    """Read the YAML file of a map, without its picture.
+
+    Raises:
+        ConfigError: As :func:`load_map`.
+    """
+    entries = _entries(path)
+    for name in _REQUIRED:
+        if name not in entries:
+            raise ConfigError(f"the key {name!r} is missing", file=path, line=1, valid=[f"{name}: ..."])
+    resolution = _number(path, entries, "resolution", 0.0)
+    if not resolution > 0.0:
+        raise _wrong(path, entries["resolution"], "the resolution must be above zero", "0.05")
+    occupied = _number(path, entries, "occupied_thresh", 0.65)
+    free = _number(path, entries, "free_thresh", 0.196)
+    if not 0.0 <= free < occupied <= 1.0:
+        node = entries.get("free_thresh", entries.get("occupied_thresh", entries["image"]))
+        text = f"the thresholds must be 0 <= free_thresh < occupied_thresh <= 1, not {free} and {occupied}"
+        raise _wrong(path, node, text, "free_thresh: 0.196 with occupied_thresh: 0.65")
+    image, mode = _text(path, entries, "image", ""), _text(path, entries, "mode", "trinary")
+    if mode not in MODES:
+        raise _wrong(path, entries["mode"], f"the mode {mode!r} is unknown", *closest_first(mode, MODES))
+    return MapDescription(
+        image=path.parent / image,
+        resolution=resolution,
+        origin=_origin(path, entries["origin"]),
+        negate=_flag(path, entries, "negate"),
+        occupied_thresh=occupied,
+        free_thresh=free,
+        mode=mode,
+    )
+
+
+def _entries(path: Path) -> dict[str, Source]:
+    """The values of the file by key, each with its place."""
+    try:
+        root = read_source(path)
+    except ConfigError as error:
+        valid = (
+            [str(other) for other in sorted(path.parent.glob("*.yaml"))] if not path.exists() else error.valid
+        )
+        raise ConfigError(
+            f"the map: {error.problem}", file=path, line=error.line, column=error.column, valid=valid
+        ) from error
+    if not isinstance(root, Table):
+        raise ConfigError("a map file holds keys with values", file=path, line=1, valid=_KEYS)
+    for key, _ in root.entries:
+        if key.text not in _KEYS:
+            raise _wrong(path, key, f"the key {key.text!r} is unknown", *closest_first(key.text, _KEYS))
+    return {key.text: value for key, value in root.entries}
+
+
+def _wrong(path: Path, source: Source, problem: str, *valid: str) -> ConfigError:
+    position = source.position
+    return ConfigError(problem, file=path, line=position.line, column=position.column, valid=valid)
+
+
+def _text(path: Path, entries: dict[str, Source], name: str, default: str) -> str:
+    source = entries.get(name)
+    if source is None:
+        return default
+    if not isinstance(source, Text) or not source.text:
+        raise _wrong(path, source, f"{name} must be a text", f"{name}: {default or 'map.pgm'}")
+    return source.text
+
+
+def _float(path: Path, source: Source, name: str, example: str) -> float:
+    text = source.text if isinstance(source, Text) else ""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise _wrong(path, source, f"{name} must be a number, not {text!r}", example)
+    return value
+
+
+def _number(path: Path, entries: dict[str, Source], name: str, default: float) -> float:
+    return _float(path, entries[name], name, f"{name}: {default or 0.05}") if name in entries else default
+
+
+def _flag(path: Path, entries: dict[str, Source], name: str) -> bool:
+    text = _text(path, entries, name, "0").lower()
+    if text not in ("0", "1", "false", "true"):
+        raise _wrong(path, entries[name], f"{name} must be 0 or 1, not {text!r}", "0", "1")
+    return text in ("1", "true")
+
+
+def _origin(path: Path, source: Source) -> Pose2:
+    example = "origin: [-10.0, -10.0, 0.0]"
+    if not isinstance(source, Listing) or len(source.items) not in (2, 3):
+        raise _wrong(path, source, "the origin must be a list of x, y and yaw", example)
+    numbers = [_float(path, item, "a number of the origin", example) for item in source.items]
+    if len(numbers) == 3 and numbers[2] != 0.0:
+        raise _wrong(
+            path, source.items[2], f"a map turned by {numbers[2]} rad is not supported", "a yaw of 0"
+        )
+    return Pose2(numbers[0], numbers[1], 0.0)
+
+
+def save_map(grid: OccupancyGrid, path: str | Path) -> None:
+    """Write a map: the YAML file and, beside it, the picture of the same name.
+
+    Cells from 65 on become occupied, cells to 19 free, the rest unknown, as the map saver of ROS does.
+
+    Args:
+        grid: The map.
+        path: The YAML file; the picture gets the ending ``.pgm``.
+
+    Raises:
+        ConfigError: The files cannot be written.
+
+    Source:
+        REFERENCE 7.8.
+    """
+    path = Path(path)
+    pixels = np.full(grid.cells.shape, 205, np.uint8)
+    pixels[(grid.cells >= 0) & (grid.cells < 20)] = 254
+    pixels[grid.cells >= 65] = 0
+    picture = path.with_suffix(".pgm")
+    description = (
+        f"image: {picture.name}\nmode: trinary\nresolution: {grid.resolution!r}\n"
+        f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    try:
+        picture.write_bytes(encode_pgm(np.flipud(pixels), f"{grid.resolution:g} m per pixel"))
+        path.write_text(description, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            f"the map cannot be written ({error.strerror})",
+            file=path,
+            valid=["a folder that exists and can be written"],
+        ) from error

@@ -1,0 +1,337 @@
+"""Costmaps: what is in the robot's way, and how near. Scans in, a grid of costs out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
+from florence_bt.skills.navigation.navigate.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
+
+FREE_COST = 0
+
+
+@dataclass(frozen=True, slots=True)
+class CostmapParameters:
+    """How costmaps are kept; names as in costmap_2d.
+
+    Attributes:
+        footprint: x, y, x, y, ... of the corners in metres.
+        footprint_padding: Metres added all around.
+        obstacle_range: Nearer beam ends mark, in metres.
+        raytrace_range: Rays clear up to here, in metres.
+        inflation_radius: How far costs spread from obstacles in metres.
+        cost_scaling_factor: How fast they decay, per metre.
+        lethal_cost_threshold: Map values from here on are obstacles (0..100).
+        track_unknown_space: Whether unknown cells of the map stay unknown; otherwise they count as free.
+        local_size: Side of the local costmap in metres.
+        local_resolution: Metres per cell of the local costmap.
+
+    Source:
+        REFERENCE 7.4; document, section 3.3.2.
+    """
+
+    footprint: tuple[float, ...] = FLORENCE_FOOTPRINT
+    footprint_padding: float = 0.01
+    obstacle_range: float = 2.5
+    raytrace_range: float = 3.0
+    inflation_radius: float = 0.40
+    cost_scaling_factor: float = 10.0
+    lethal_cost_threshold: int = 65
+    track_unknown_space: bool = True
+    local_size: float = 5.0
+    local_resolution: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that cannot work.
+
+        Raises:
+            ConfigError: A number is outside its range.
+        """
+        self.make_footprint()
+        positive = ("obstacle_range", "raytrace_range", "inflation_radius", "local_size", "local_resolution")
+        for name in positive:
+            if not 0.0 < getattr(self, name) < 100.0:
+                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number of metres above 0"])
+        for name in ("footprint_padding", "cost_scaling_factor"):
+            if not 0.0 <= getattr(self, name) < 1000.0:
+                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
+        if not 0 < self.lethal_cost_threshold <= 100:
+            raise ConfigError(f"lethal_cost_threshold is {self.lethal_cost_threshold}", valid=["1 to 100"])
+
+    def make_footprint(self) -> Footprint:
+        """The padded footprint."""
+        return Footprint.from_corners(corners_from_flat(self.footprint), self.footprint_padding)
+
+    def make_true_footprint(self) -> Footprint:
+        """The footprint without padding."""
+        return Footprint.from_corners(corners_from_flat(self.footprint))
+
+
+def cost_at_distance(distance: float, inscribed_radius: float, parameters: CostmapParameters) -> int:
+    """The cost of a cell at a distance (metres) from the nearest obstacle.
+
+    Source:
+        REFERENCE 7.4.
+    """
+    if distance == 0.0:
+        return LETHAL
+    if distance <= inscribed_radius:
+        return INSCRIBED
+    if distance > parameters.inflation_radius:
+        return FREE_COST
+    return int(252.0 * math.exp(-parameters.cost_scaling_factor * (distance - inscribed_radius)))
+
+
+@dataclass(frozen=True, slots=True)
+class Rays:
+    """The usable beams of one scan in the plane of a costmap's frame.
+
+    Attributes:
+        x: The sensor.
+        y: The sensor.
+        ends: Shape (n, 2), x and y of the beams' ends.
+        ranges: Shape (n,), length of each beam in metres.
+        nearest: The sensor sees nothing nearer than this, in metres.
+    """
+
+    x: float
+    y: float
+    ends: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    nearest: float
+
+
+def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
+    """Take a scan into a frame; beams that measured nothing valid are left out.
+
+    Source:
+        REFERENCE 6.2 (laser_geometry).
+    """
+    valid = scan.valid()
+    ranges, angles = scan.ranges[valid].astype(float), scan.angles()[valid]
+    flat = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=1)
+    x, y, _ = sensor_in_frame.translation.tolist()
+    ends = flat @ sensor_in_frame.rotation[:2, :2].T + sensor_in_frame.translation[:2]
+    return Rays(x, y, ends, ranges, float(scan.range_min))
+
+
+def moved_rays(rays: Rays, motion: Pose2) -> Rays:
+    """The same rays in another frame.
+
+    Args:
+        rays: In a frame.
+        motion: That frame in the new one.
+    """
+    c, s = math.cos(motion.yaw), math.sin(motion.yaw)
+    x, y = motion.apply(rays.x, rays.y)
+    ends = rays.ends @ np.array([[c, s], [-s, c]]) + np.array([motion.x, motion.y])
+    return Rays(x, y, ends, rays.ranges, rays.nearest)
+
+
+class Costmap:
+    """A static layer, one obstacle layer per sensor, and the inflated sum of them.
+
+    What one sensor has marked is cleared only by the same sensor: the laser passes under a table top that
+    the camera sees. A rolling costmap keeps the robot near its middle.
+
+    Attributes:
+        resolution: Metres per cell.
+        origin_x: Outer corner of cell [0, 0].
+        origin_y: Outer corner of cell [0, 0].
+        footprint: The padded footprint.
+    """
+
+    def __init__(self, parameters: CostmapParameters, static: OccupancyGrid | None = None) -> None:
+        self._parameters = parameters
+        self.footprint = parameters.make_footprint()
+        self._true_footprint = parameters.make_true_footprint().corner_array()
+        self._layers: dict[str, Cells] = {}
+        self._master: Cells | None = None
+        if static is None:
+            self.resolution = parameters.local_resolution
+            side = math.ceil(parameters.local_size / self.resolution)
+            self._static: Cells = np.zeros((side, side), np.uint8)
+            self._rolling = True
+            self._set_origin(0.0, 0.0)
+        else:
+            self.resolution = static.resolution
+            self._static = _static_costs(static, parameters)
+            self._rolling = False
+            self.origin_x, self.origin_y = static.origin.x, static.origin.y
+        self._reach = math.ceil(parameters.inflation_radius / self.resolution)
+        self._table = np.array(
+            [
+                cost_at_distance(
+                    math.sqrt(squared) * self.resolution, self.footprint.inscribed_radius, parameters
+                )
+                for squared in range(self._reach**2 + 1)
+            ],
+            np.uint8,
+        )
+
+    def _set_origin(self, x: float, y: float) -> None:
+        rows, columns = self._static.shape
+        self.origin_x = (math.floor(x / self.resolution) - columns // 2) * self.resolution
+        self.origin_y = (math.floor(y / self.resolution) - rows // 2) * self.resolution
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, columns)."""
+        return self._static.shape[0], self._static.shape[1]
+
+    @property
+    def master(self) -> Cells:
+        """The costs of all layers together, inflated, shape (rows, columns)."""
+        if self._master is None:
+            master = self._static.copy()
+            for marks in self._layers.values():
+                master[marks == LETHAL] = LETHAL
+            _cells.inflate(master, self._reach, self._table)
+            self._master = master
+        return self._master
+
+    def static_master(self) -> Cells:
+        """The costs of the static layer alone, inflated."""
+        master = self._static.copy()
+        _cells.inflate(master, self._reach, self._table)
+        return master
+
+    def add_rays(self, source: str, rays: Rays, robot: Pose2) -> None:
+        """Take one scan of one sensor: clear along its rays, then mark their ends.
+
+        Args:
+            source: Name of the sensor; it has a layer of its own.
+            rays: The scan, in the frame of this costmap.
+            robot: base_footprint in the frame of this costmap; what lies under it is free.
+
+        Source:
+            REFERENCE 7.4, update order.
+        """
+        if self._rolling:
+            self.roll_to(robot)
+        marks = self._layers.get(source)
+        if marks is None:
+            marks = self._layers[source] = np.zeros(self._static.shape, np.uint8)
+        offset = np.array([self.origin_x, self.origin_y])
+        ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
+        hits = rays.ranges < self._parameters.raytrace_range
+        _cells.clear_rays(
+            marks,
+            (rays.x - self.origin_x) / self.resolution,
+            (rays.y - self.origin_y) / self.resolution,
+            ends,
+            hits,
+            rays.nearest / self.resolution,
+            self._parameters.raytrace_range / self.resolution,
+        )
+        _cells.mark_points(marks, ends, rays.ranges < self._parameters.obstacle_range)
+        self.clear_footprint(robot)
+
+    def clear_footprint(self, robot: Pose2) -> None:
+        """Set what the sensors marked under the robot to free: it stands there."""
+        corners = np.array([robot.apply(x, y) for x, y in self._true_footprint])
+        corners = (corners - np.array([self.origin_x, self.origin_y])) / self.resolution
+        for marks in self._layers.values():
+            _cells.clear_polygon(marks, corners)
+        self._master = None
+
+    def roll_to(self, robot: Pose2) -> None:
+        """Shift a rolling costmap so that the robot is in its middle; what leaves it is forgotten."""
+        before_x, before_y = self.origin_x, self.origin_y
+        self._set_origin(robot.x, robot.y)
+        du = round((self.origin_x - before_x) / self.resolution)
+        dv = round((self.origin_y - before_y) / self.resolution)
+        if du or dv:
+            self._layers = {name: _shifted(marks, dv, du) for name, marks in self._layers.items()}
+            self._master = None
+
+    def reset_outside(self, x: float, y: float, side: float) -> None:
+        """Forget what the sensors marked outside of a square window (metres) around a point.
+
+        A side of zero forgets everything.
+
+        Source:
+            REFERENCE 7.3, ClearCostmap.
+        """
+        rows, columns = self._static.shape
+        half = side / 2.0
+        first_u, last_u = self._column(x - half), self._column(x + half)
+        first_v, last_v = self._row(y - half), self._row(y + half)
+        for marks in self._layers.values():
+            kept = marks[
+                max(0, first_v) : max(0, min(rows, last_v)), max(0, first_u) : max(0, min(columns, last_u))
+            ]
+            kept = kept.copy()
+            marks[:] = 0
+            if side > 0.0 and kept.size:
+                v, u = max(0, first_v), max(0, first_u)
+                marks[v : v + kept.shape[0], u : u + kept.shape[1]] = kept
+        self._master = None
+
+    def _column(self, x: float) -> int:
+        return math.floor((x - self.origin_x) / self.resolution)
+
+    def _row(self, y: float) -> int:
+        return math.floor((y - self.origin_y) / self.resolution)
+
+    def cell_of(self, x: float, y: float) -> tuple[int, int] | None:
+        """(row, column) of a point, None outside."""
+        row, column = self._row(y), self._column(x)
+        inside = 0 <= row < self._static.shape[0] and 0 <= column < self._static.shape[1]
+        return (row, column) if inside else None
+
+    def cost_at(self, x: float, y: float) -> int:
+        """The cost at a point; 255 (unknown) outside."""
+        cell = self.cell_of(x, y)
+        return UNKNOWN_COST if cell is None else int(self.master[cell])
+
+    def footprint_cost(self, pose: Pose2, *, unknown_blocks: bool = False) -> int:
+        """The greatest cost under the padded footprint at a pose, -1 when it collides."""
+        cost: int = _cells.footprint_cost(
+            self.master,
+            self.origin_x,
+            self.origin_y,
+            self.resolution,
+            pose.x,
+            pose.y,
+            pose.yaw,
+            self.footprint.outline(self.resolution / 2.0),
+            unknown_blocks,
+        )
+        return cost
+
+    def to_grid(self) -> OccupancyGrid:
+        """The costs as an occupancy grid: 100 lethal, 99 inscribed, 1..98 decaying, -1 unknown."""
+        costs = np.arange(256)
+        scale = np.where(costs > 0, 1 + 97 * (costs - 1) // 251, 0)
+        scale[INSCRIBED], scale[LETHAL], scale[UNKNOWN_COST] = 99, 100, -1
+        cells = scale.astype(np.int8)[self.master]
+        return OccupancyGrid(self.resolution, Pose2(self.origin_x, self.origin_y), cells)
+
+
+def _static_costs(grid: OccupancyGrid, parameters: CostmapParameters) -> Cells:
+    costs = np.zeros(grid.cells.shape, np.uint8)
+    costs[grid.cells >= parameters.lethal_cost_threshold] = LETHAL
+    if parameters.track_unknown_space:
+        costs[grid.cells < 0] = UNKNOWN_COST
+    return costs
+
+
+def _shifted(marks: Cells, dv: int, du: int) -> Cells:
+    """The array whose cell [v, u] is the old [v + dv, u + du]."""
+    rows, columns = marks.shape
+    result = np.zeros_like(marks)
+    if abs(dv) < rows and abs(du) < columns:
+        source = marks[max(0, dv) : rows + min(0, dv), max(0, du) : columns + min(0, du)]
+        v, u = max(0, -dv), max(0, -du)
+        result[v : v + source.shape[0], u : u + source.shape[1]] = source
+    return result

@@ -1,0 +1,234 @@
+"""Goals: the cycle of planning, driving and recovering, and turns in place. No ROS, no clock of its own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure
+from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate.base_stop import BaseStop
+from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
+from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
+from florence_bt.skills.navigation.navigate.drive import Drive, Moment, Site
+from florence_bt.skills.navigation.navigate.freshness import Freshness
+from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES
+from florence_bt.skills.navigation.navigate.step import Feedback, NavigatorParameters, Step
+from florence_bt.skills.navigation.navigate.turning import Turn
+
+
+class Navigator:
+    """Drives to poses and turns in place, one goal at a time.
+
+    Feed it every scan with :meth:`add_scan`, start a goal, then call :meth:`step` at the controller's
+    frequency and send what it commands, until it gives a result.
+
+    Attributes:
+        global_costmap: In the map frame.
+        local_costmap: In the odometry frame, rolling with the robot.
+        base_stop: What holds the base, as it says itself; keep it up to date.
+    """
+
+    def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
+        self._p = parameters or NavigatorParameters()
+        self.global_costmap = Costmap(self._p.costmap, grid)
+        self.local_costmap = Costmap(self._p.costmap)
+        static = self.global_costmap.static_master()
+        frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])
+        outline = self._p.costmap.make_true_footprint().outline(grid.resolution / 2.0)
+        self._walls = MapWalls(static, frame, outline)
+        self._site = Site(self.global_costmap, self.local_costmap, static, self._walls)
+        cycle = self._p.cycle
+        self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
+        self._drive: Drive | None = None
+        self._turn: Turn | None = None
+        self._end: Result | None = None
+        self._missing_since: float | None = None
+        self._feedback = Feedback()
+        self.base_stop = BaseStop()
+
+    @property
+    def active(self) -> bool:
+        """Whether a goal waits for its end."""
+        return self._drive is not None or self._turn is not None or self._end is not None
+
+    @property
+    def plan(self) -> NDArray[np.float64] | None:
+        """The path that is followed, shape (n, 2) in the map frame, or None."""
+        return self._drive.path if self._drive is not None else None
+
+    @property
+    def turn_travelled(self) -> float:
+        """Radians turned so far by the active turn, 0 without one."""
+        return self._turn.travelled if self._turn is not None else 0.0
+
+    # What is around.
+
+    def add_scan(
+        self,
+        source: str,
+        scan: LaserScan,
+        sensor_in_base: Transform3,
+        odom_pose: Pose2,
+        map_from_odom: Pose2 | None,
+        arrived: float | None = None,
+    ) -> None:
+        """Take a filtered scan into both costmaps.
+
+        Args:
+            source: ``scan`` for the laser, ``depth`` for the Kinect; each has a layer of its own.
+            scan: The scan; what is out of range must read as a far hit to clear (REFERENCE 6.4).
+            sensor_in_base: The sensor's frame in base_footprint.
+            odom_pose: base_footprint in the odometry frame at the time of the scan.
+            map_from_odom: The place of the odometry frame in the map, None while it is not known.
+            arrived: When the scan came, in seconds; its own stamp when not given.
+        """
+        if not odom_pose.is_finite():
+            return
+        self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
+        in_base = rays_of(scan, sensor_in_base)
+        for costmap, robot in (
+            (self.local_costmap, odom_pose),
+            (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
+        ):
+            if robot is not None:
+                costmap.add_rays(source, moved_rays(in_base, robot), robot)
+
+    def clear(self) -> None:
+        """Forget everything the sensors have marked."""
+        for costmap in (self.global_costmap, self.local_costmap):
+            costmap.reset_outside(0.0, 0.0, 0.0)
+
+    def cost_at(self, x: float, y: float) -> int:
+        """The cost of a place in the map frame: 0 free .. 252, 253 too near, 254 obstacle, 255 unknown."""
+        return self.global_costmap.cost_at(x, y) if math.isfinite(x) and math.isfinite(y) else UNKNOWN_COST
+
+    def global_grid(self) -> OccupancyGrid:
+        """The global costmap for showing: 100 lethal, 99 inscribed, -1 unknown."""
+        return self.global_costmap.to_grid()
+
+    def local_grid(self) -> OccupancyGrid:
+        """The local costmap for showing, in the odometry frame."""
+        return self.local_costmap.to_grid()
+
+    # Goals.
+
+    def start(self, goal: Pose2, now: float) -> None:
+        """Drive to a pose in the map frame; replaces what is active. A bad goal ends in the next step."""
+        self._begin(now)
+        problem = self._problem_with(goal)
+        if problem is not None:
+            code, reason = problem
+            self._end = failure(code, reason, server_code=SERVER_CODES[code])
+        else:
+            self._drive = Drive(goal, self._site, self._p, now)
+
+    def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
+        """Turn in place by an angle (rad, counter-clockwise positive); replaces what is active.
+
+        Args:
+            angle: Relative to the heading at the first step, by odometry.
+            now: Seconds.
+            time_allowance: Seconds the turn may take.
+        """
+        self._begin(now)
+        if not math.isfinite(angle) or not math.isfinite(time_allowance) or time_allowance <= 0.0:
+            reason = f"a turn by {angle} rad in {time_allowance} s cannot be done"
+            self._end = failure("bad_input", reason, server_code=SPIN_SERVER_CODES["bad_input"])
+        else:
+            self._turn = Turn(angle, self._p.turn, now, time_allowance)
+
+    def cancel(self) -> None:
+        """End the goal; the next step stops the robot and reports it. Without a goal nothing happens."""
+        if self.active and self._end is None:
+            self._drive = self._turn = None
+            self._end = cancelled()
+
+    def _begin(self, now: float) -> None:
+        self._drive = self._turn = self._end = None
+        self._missing_since = None
+        self._feedback = Feedback(text="starting")
+
+    def _problem_with(self, goal: Pose2) -> tuple[str, str] | None:
+        if not goal.is_finite():
+            return "bad_input", f"the goal {goal} is not finite"
+        cell = self.global_costmap.cell_of(goal.x, goal.y)
+        place = f"({goal.x:.2f}, {goal.y:.2f})"
+        if cell is None:
+            return "goal_outside", f"the goal {place} lies outside of the map"
+        cost = self._site.static[cell]
+        if INSCRIBED <= cost < UNKNOWN_COST:
+            return "goal_occupied", f"the robot does not fit at {place}: an obstacle of the map is too near"
+        if self._walls.touches(goal):
+            heading = f"{math.degrees(goal.yaw):.0f} degrees"
+            return "goal_occupied", f"the robot does not fit at {place} with the heading of {heading}"
+        return None
+
+    def step(self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None) -> Step:
+        """One cycle.
+
+        Args:
+            now: Seconds.
+            odometry: The newest odometry, None before the first.
+            map_from_odom: The place of the odometry frame in the map, None while it is not known.
+
+        Returns:
+            What to do now. The robot never moves on old data, and every goal's end comes with a standstill.
+        """
+        if not self.active:
+            return Step(None, Feedback())
+        if self._end is not None:
+            return self._finish(self._end)
+        if self.base_stop.holds_all:
+            return self._finish(self.base_stop.failure())
+        missing = self._fresh.missing(now, odometry, map_from_odom, needs_map=self._drive is not None)
+        if missing is not None:
+            return self._wait(now, *missing)
+        self._missing_since = None
+        assert odometry is not None
+        moment = self._moment(now, odometry, map_from_odom)
+        command, result = self._advance(moment)
+        return Step(command, self._feedback) if result is None else self._finish(result)
+
+    def _moment(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> Moment:
+        # The odometry is a little old; the robot has moved on since.
+        age = min(self._p.cycle.prediction_limit, max(0.0, now - odometry.stamp))
+        pose = integrate_twist(odometry.pose, odometry.twist, age)
+        self.local_costmap.roll_to(pose)
+        map_pose = None if map_from_odom is None else map_from_odom @ pose
+        clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
+        return Moment(now, pose, odometry.twist, map_from_odom or Pose2(), clearance, self.base_stop)
+
+    def _advance(self, moment: Moment) -> tuple[Twist2, Result | None]:
+        if self._drive is not None:
+            command, self._feedback, result = self._drive.step(moment)
+            return command, result
+        assert self._turn is not None
+        command, result = self._turn.step(moment.now, moment.pose, moment.twist, moment.clearance)
+        left = abs(self._turn.remaining)
+        self._feedback = Feedback(left, left / self._p.turn.spin_max_speed, 0, "turning in place")
+        return command, result
+
+    def _wait(self, now: float, code: str, reason: str) -> Step:
+        if self._missing_since is None:
+            self._missing_since = now
+        if now - self._missing_since > self._p.cycle.sensor_patience:
+            codes = SERVER_CODES if self._drive is not None else SPIN_SERVER_CODES
+            return self._finish(failure(code, reason, server_code=codes[code]))
+        old = self._feedback
+        self._feedback = Feedback(
+            old.distance_remaining, old.time_remaining, old.recoveries, f"waiting: {reason}"
+        )
+        return Step(STANDSTILL, self._feedback)
+
+    def _finish(self, result: Result) -> Step:
+        self._drive = self._turn = self._end = None
+        old = self._feedback
+        text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
+        self._feedback = Feedback(old.distance_remaining, 0.0, old.recoveries, text)
+        return Step(STANDSTILL, self._feedback, result)

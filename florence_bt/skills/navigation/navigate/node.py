@@ -1,0 +1,414 @@
+"""The node ``navigate``: the actions ``navigate_to_pose`` and ``spin``, the costmaps and ``cmd_vel``.
+
+A pose on ``goal_pose`` (RViz) is sent on to the own action, as Nav2 does: whoever looks for goals or cancels
+them meets every drive.
+
+Source: document, sections 3.3 and 3.4; REFERENCE 7.2, 7.3 and 7.9.
+"""
+
+from __future__ import annotations
+
+import math
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from florence_interfaces.msg import StopReason
+from geometry_msgs.msg import PoseStamped, Twist
+from nav2_msgs.action import NavigateToPose, Spin
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Odometry as OdometryMsg
+from nav_msgs.msg import Path
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_msgs.msg import Bool
+from std_srvs.srv import Empty
+from unique_identifier_msgs.msg import UUID
+
+from florence_bt.core.clock import Timer, call_every
+from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.outcome import Result, failure
+from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
+from florence_bt.ros.conversions import (
+    duration_from_ros,
+    duration_to_ros,
+    frame_from_ros,
+    grid_from_ros,
+    grid_to_ros,
+    odometry_from_ros,
+    path_to_ros,
+    pose_from_ros,
+    pose_stamped_to_ros,
+    scan_from_ros,
+    stamp_from_ros,
+    twist_to_ros,
+)
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
+from florence_bt.ros.tf import TransformListener
+from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
+from florence_bt.skills.navigation.navigate.base_stop import BaseStop
+from florence_bt.skills.navigation.navigate.goal_check import problem_with_quaternion
+from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.results import (
+    SERVER_CODES,
+    SPIN_SERVER_CODES,
+    navigate_error_code,
+    spin_error_code,
+)
+from florence_bt.skills.navigation.navigate.step import NavigatorParameters, Step
+
+_FEEDBACK_PERIOD_S = 0.5
+_JUST_AFTER_S = 0.001
+OVERRIDDEN = "the manual override is on; release it first: florence release"
+NO_MAP = "there is no map yet; the map server publishes it on 'map'"
+SendGoal = NavigateToPose.Impl.SendGoalService
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationNodeParameters:
+    """How the node speaks.
+
+    Attributes:
+        map_frame: The map's frame.
+        odom_frame: The odometry's frame.
+        base_frame: The robot's frame.
+        active_scan_period: Seconds between two scans that reach the costmaps while a goal is active.
+        idle_scan_period: The same while the robot has nothing to do.
+        costmap_publish_period: Seconds between two costmaps for whoever looks at them.
+    """
+
+    map_frame: str = "map"
+    odom_frame: str = "odom"
+    base_frame: str = "base_footprint"
+    active_scan_period: float = 0.1
+    idle_scan_period: float = 0.5
+    costmap_publish_period: float = 1.0
+
+
+class NavigationNode(FlorenceNode):
+    """Serves goals one at a time; works only while one is active."""
+
+    def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
+        super().__init__("navigate", parameters=parameters, namespace=namespace)
+        self._settings = NavigatorParameters.read(self.read_parameters)
+        self._p = self.read_parameters(NavigationNodeParameters)
+        self._navigator: Navigator | None = None
+        self._base_stop = BaseStop()
+        self._queue = ScanQueue()
+        self.ros_timebase.on_reset(self._forget_readings)
+        self._taken: dict[str, float] = {}
+        self._cycle: Timer | None = None
+        self._overdue: Timer | None = None
+        self._owner: SingleGoalServer | None = None
+        self._started = 0.0
+        self._next_feedback = 0.0
+        self._shown_plan: object = None
+        self._overridden = False
+        self._frames = TransformListener(self)
+        self._make_publishers()
+        self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
+        self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
+        for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
+            self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
+        self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
+        self._poses = SingleGoalServer(
+            self,
+            NavigateToPose,
+            "navigate_to_pose",
+            on_goal=self._on_pose_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SERVER_CODES["bad_input"],
+        )
+        self._spins = SingleGoalServer(
+            self,
+            Spin,
+            "spin",
+            on_goal=self._on_spin_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SPIN_SERVER_CODES["bad_input"],
+        )
+        self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
+        self.create_service(Empty, "~/clear_costmaps", self._on_clear)
+        call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
+
+    def _make_publishers(self) -> None:
+        self._velocity = self.create_publisher(Twist, "cmd_vel", RELIABLE)
+        self._path = self.create_publisher(Path, "plan", RELIABLE)
+        self._current_goal = self.create_publisher(PoseStamped, "~/current_goal", LATCHED)
+        self._global = self.create_publisher(OccupancyGridMsg, "global_costmap/costmap", LATCHED)
+        self._local = self.create_publisher(OccupancyGridMsg, "local_costmap/costmap", LATCHED)
+
+    def close(self) -> None:
+        """Stop the robot."""
+        if self._cycle is not None:
+            self._velocity.publish(twist_to_ros(STANDSTILL))
+            self._stop_cycle()
+
+    def on_failure(self, reason: str) -> None:
+        """Stop the robot and end the goal, which cannot be trusted to go on well."""
+        if self._cycle is not None:
+            self._abandon(failure("server_failed", reason))
+
+    def _forget_readings(self) -> None:
+        """The clock was set back: what was stamped before is of no use."""
+        self._queue.clear()
+        self._taken.clear()
+
+    # What the robot is told.
+
+    @property
+    def has_map(self) -> bool:
+        """Whether the map has come; before that, goals are refused."""
+        return self._navigator is not None
+
+    def _on_map(self, message: OccupancyGridMsg) -> None:
+        if self._navigator is not None and self._navigator.active:
+            self._abandon(failure("no_path", "the map was replaced", server_code=SERVER_CODES["no_path"]))
+        self._navigator = Navigator(grid_from_ros(message), self._settings)
+        self._navigator.base_stop = self._base_stop
+
+    def _on_override(self, message: Bool) -> None:
+        self._overridden = bool(message.data)
+        if self._overridden and self._owner is not None:
+            self._abandon(failure("rejected", OVERRIDDEN))
+
+    def _scan_callback(self, source: str) -> Any:
+        def on_scan(message: LaserScanMsg) -> None:
+            stamp = stamp_from_ros(message.header.stamp)
+            period = self._p.idle_scan_period if self._cycle is None else self._p.active_scan_period
+            # A tenth of tolerance: a scanner of exactly this period shall not lose every other scan.
+            if 0.0 <= stamp - self._taken.get(source, -math.inf) < 0.9 * period:
+                return
+            self._taken[source] = stamp
+            self._queue.add_scan(source, scan_from_ros(message))
+            self._take_scans()
+
+        return on_scan
+
+    def _on_odometry(self, message: OdometryMsg) -> None:
+        self._queue.add_odometry(odometry_from_ros(message))
+        self._take_scans()
+
+    def _on_base_stop(self, message: StopReason) -> None:
+        self._base_stop = BaseStop(message.code, message.text)
+        if self._navigator is not None:
+            self._navigator.base_stop = self._base_stop
+
+    def _take_scans(self) -> None:
+        navigator = self._navigator
+        for source, scan, odom_pose in self._queue.take_ready():
+            if navigator is None:
+                continue
+            try:
+                sensor_in_base = self._frames.buffer.lookup(self._p.base_frame, scan.frame_id)
+            except TransformUnavailable as error:
+                self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
+                continue
+            now = self.timebase.now()
+            navigator.add_scan(source, scan, sensor_in_base, odom_pose, self._map_from_odom(), now)
+            if source in self._settings.cycle.required_sources:
+                self._expect_next_scan(now)
+
+    def _expect_next_scan(self, now: float) -> None:
+        """Make a step as soon as the next scan is overdue; the cycle would stop the robot later."""
+        self._forget_overdue()
+        if self._cycle is not None:
+            when = now + self._settings.cycle.scan_timeout + _JUST_AFTER_S
+            self._overdue = self.timebase.call_at(when, self._step)
+
+    def _forget_overdue(self) -> None:
+        if self._overdue is not None:
+            self._overdue.cancel()
+            self._overdue = None
+
+    def _map_from_odom(self) -> Pose2 | None:
+        """The place of the odometry frame in the map, None when nobody has said so lately."""
+        buffer, now = self._frames.buffer, self.timebase.now()
+        stamp = buffer.latest_stamp(self._p.odom_frame)
+        if stamp is None or now - stamp > self._settings.cycle.sensor_timeout:
+            return None
+        try:
+            return buffer.lookup_pose(self._p.map_frame, self._p.odom_frame)
+        except TransformUnavailable:
+            return None
+
+    def _on_clear(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
+        if self._navigator is not None:
+            self._navigator.clear()
+        return response
+
+    # Goals.
+
+    def _why_not(self) -> str | None:
+        """Why no goal can be taken now, or None."""
+        if self._overridden:
+            return OVERRIDDEN
+        return NO_MAP if self._navigator is None else None
+
+    def _on_pose_goal(self, request: NavigateToPose.Goal) -> str | None:
+        refusal = self._why_not()
+        if refusal is None:
+            self._begin(self._goal_in_map(request.pose))
+        return refusal
+
+    def _on_goal_pose(self, message: PoseStamped) -> None:
+        refusal = self._why_not()
+        if refusal is None and not self._own_goals.service_is_ready():
+            refusal = "the node is just starting; ask again"
+        if refusal is not None:
+            self.get_logger().warning(f"goal_pose ignored: {refusal}")
+            return
+        goal = NavigateToPose.Goal(pose=message)
+        goal_id = UUID(uuid=list(uuid.uuid4().bytes))
+        self._own_goals.call_async(SendGoal.Request(goal_id=goal_id, goal=goal))
+
+    def _on_spin_goal(self, request: Spin.Goal) -> str | None:
+        refusal = self._why_not()
+        if refusal is not None or self._navigator is None:
+            return refusal
+        self._replace_owner(self._spins)
+        allowance = duration_from_ros(request.time_allowance)
+        self._navigator.start_spin(float(request.target_yaw), self.timebase.now(), allowance)
+        self._start_cycle()
+        return None
+
+    def _goal_in_map(self, message: PoseStamped) -> Pose2 | Result:
+        """The goal in the map frame, or why it is none."""
+        q = message.pose.orientation
+        problem = problem_with_quaternion(q.x, q.y, q.z, q.w)
+        if problem is not None:
+            return failure("bad_input", problem, server_code=SERVER_CODES["bad_input"])
+        pose, frame = pose_from_ros(message.pose), frame_from_ros(message.header.frame_id)
+        if frame in ("", self._p.map_frame):
+            return pose
+        try:
+            return self._frames.buffer.lookup_pose(self._p.map_frame, frame) @ pose
+        except TransformUnavailable as error:
+            return failure("no_transform", str(error), server_code=SERVER_CODES["no_transform"])
+
+    def _begin(self, goal: Pose2 | Result) -> None:
+        self._replace_owner(self._poses)
+        if isinstance(goal, Result):
+            # An older goal ends with it: the base stops.
+            self._abandon(goal)
+            return
+        assert self._navigator is not None, "without a map no goal is taken"
+        self._navigator.start(goal, self.timebase.now())
+        self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.timebase.now()))
+        self._start_cycle()
+
+    def _abandon(self, result: Result) -> None:
+        """End the goal with a result that is not its own, and stop the base."""
+        if self._navigator is not None:
+            self._navigator.cancel()
+        self._velocity.publish(twist_to_ros(STANDSTILL))
+        self._stop_cycle()
+        self._report(result)
+
+    def _replace_owner(self, owner: SingleGoalServer) -> None:
+        """Take the base from the other server; a server replaces its own goals by itself."""
+        if self._owner is not None and self._owner is not owner:
+            self._finish_server(self._owner, failure("cancelled", PREEMPTED))
+        self._owner = owner
+
+    def _on_cancel(self) -> None:
+        if self._navigator is not None and self._navigator.active:
+            self._navigator.cancel()
+            self._step()
+
+    # The control cycle.
+
+    def _start_cycle(self) -> None:
+        self._started = self._next_feedback = self.timebase.now()
+        if self._cycle is None:
+            period = 1.0 / self._settings.cycle.controller_frequency
+            self._cycle = call_every(self.timebase, period, self._step, start=self.timebase.now())
+
+    def _stop_cycle(self) -> None:
+        if self._cycle is not None:
+            self._cycle.cancel()
+            self._cycle = None
+        self._forget_overdue()
+
+    def _step(self) -> None:
+        navigator = self._navigator
+        if navigator is None:
+            return
+        step = navigator.step(self.timebase.now(), self._queue.odometry, self._map_from_odom())
+        if step.command is not None:
+            self._velocity.publish(twist_to_ros(step.command))
+        if step.result is not None:
+            self._stop_cycle()
+            self._report(step.result)
+        elif step.command is not None:
+            self._publish_feedback(navigator, step)
+            self._publish_plan(navigator)
+
+    def _publish_feedback(self, navigator: Navigator, step: Step) -> None:
+        now = self.timebase.now()
+        if self._owner is None or now < self._next_feedback:
+            return
+        self._next_feedback = now + _FEEDBACK_PERIOD_S
+        if self._owner is self._spins:
+            turned = navigator.turn_travelled
+            self._spins.publish_feedback(Spin.Feedback(angular_distance_traveled=float(turned)))
+            return
+        message = NavigateToPose.Feedback(
+            navigation_time=duration_to_ros(now - self._started),
+            estimated_time_remaining=duration_to_ros(step.feedback.time_remaining),
+            number_of_recoveries=step.feedback.recoveries,
+            distance_remaining=float(step.feedback.distance_remaining),
+        )
+        map_from_odom, odometry = self._map_from_odom(), self._queue.odometry
+        if map_from_odom is not None and odometry is not None:
+            pose = map_from_odom @ odometry.pose
+            message.current_pose = pose_stamped_to_ros(pose, self._p.map_frame, odometry.stamp)
+        self._poses.publish_feedback(message)
+
+    def _report(self, result: Result) -> None:
+        owner, self._owner = self._owner, None
+        if owner is not None:
+            self._finish_server(owner, result)
+        # One line of code each: rclpy refuses another severity from the same line.
+        if result.succeeded:
+            self.get_logger().info("goal succeeded")
+        else:
+            self.get_logger().warning(f"goal {result.outcome.value} ({result.code}): {result.reason}")
+
+    def _finish_server(self, server: SingleGoalServer, result: Result) -> None:
+        if server is self._poses:
+            message = NavigateToPose.Result(error_code=navigate_error_code(result), error_msg=result.reason)
+        else:
+            elapsed = duration_to_ros(self.timebase.now() - self._started)
+            message = Spin.Result(
+                total_elapsed_time=elapsed, error_code=spin_error_code(result), error_msg=result.reason
+            )
+        server.finish(message, result.outcome)
+
+    # For whoever looks.
+
+    def _publish_plan(self, navigator: Navigator) -> None:
+        plan = navigator.plan
+        if plan is None or plan is self._shown_plan or not self._path.get_subscription_count():
+            return
+        self._shown_plan = plan
+        poses = (Pose2(float(x), float(y)) for x, y in plan)
+        self._path.publish(path_to_ros(poses, self._p.map_frame, self.timebase.now()))
+
+    def _publish_costmaps(self) -> None:
+        if self._navigator is None:
+            return
+        self._publish_grid(self._global, self._navigator.global_grid, self._p.map_frame)
+        self._publish_grid(self._local, self._navigator.local_grid, self._p.odom_frame)
+
+    def _publish_grid(self, publisher: Publisher, make: Any, frame: str) -> None:
+        if publisher.get_subscription_count():
+            grid: OccupancyGrid = make()
+            publisher.publish(grid_to_ros(grid, frame, self.timebase.now()))

@@ -1,0 +1,207 @@
+"""The global planner: the cheapest path over a costmap, by a wave from the robot (navfn)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result, failure
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST, Cells
+from florence_bt.skills.navigation.navigate._wave_kernels import (
+    NEUTRAL,
+    OBSTACLE,
+    UNVISITED,
+    descend,
+    spread_wave,
+)
+from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.results import SERVER_CODES
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerParameters:
+    """How to plan.
+
+    Attributes:
+        allow_unknown: Whether the way may lead over unknown cells, at the highest cost.
+        neutral_cost: Cost of a free cell.
+        cost_factor: How much a costmap value adds.
+        start_clearance: Around the robot, cells too near to an obstacle may be crossed up to this
+            distance in metres, so that it can leave a place where it should not stand.
+
+    Source:
+        REFERENCE 7.5.
+    """
+
+    allow_unknown: bool = True
+    neutral_cost: int = NEUTRAL
+    cost_factor: float = 3.0
+    start_clearance: float = 0.35
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that cannot work.
+
+        Raises:
+            ConfigError: A number is outside its range.
+        """
+        if not 1 <= self.neutral_cost < OBSTACLE - 1:
+            raise ConfigError(f"neutral_cost is {self.neutral_cost}", valid=["1 to 252"])
+        for name in ("cost_factor", "start_clearance"):
+            if not 0.0 <= getattr(self, name) < 100.0:
+                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A path.
+
+    Attributes:
+        points: Shape (n, 2), x and y in the costmap's frame, from the robot to the goal, n >= 1.
+        length: Metres.
+        goal: The last pose; differs from the wanted one when that was blocked and a tolerance given.
+    """
+
+    points: NDArray[np.float64]
+    length: float
+    goal: Pose2
+
+
+def plan_path(
+    costmap: Costmap,
+    start: Pose2,
+    goal: Pose2,
+    parameters: PlannerParameters,
+    *,
+    tolerance: float = 0.0,
+    costs: Cells | None = None,
+) -> Plan | Result:
+    """Find the cheapest path.
+
+    Args:
+        costmap: The costmap, in the frame of both poses.
+        start: The robot.
+        goal: Where it should go.
+        parameters: How.
+        tolerance: When the goal is blocked, the nearest place within this many metres will do.
+        costs: Costs to use in place of the costmap's own (the static layer alone), same shape.
+
+    Returns:
+        The plan, or a failure: ``goal_outside``, ``start_outside``, ``goal_occupied``, ``no_path``.
+
+    Source:
+        REFERENCE 7.5; the codes of 7.9.
+    """
+    if not goal.is_finite():
+        return _failure("bad_input", f"the goal {goal} is not finite")
+    start_cell, goal_cell = costmap.cell_of(start.x, start.y), costmap.cell_of(goal.x, goal.y)
+    if goal_cell is None:
+        return _failure("goal_outside", f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map")
+    if start_cell is None:
+        return _failure("start_outside", f"the robot at ({start.x:.2f}, {start.y:.2f}) is outside of the map")
+    cells = costmap.master if costs is None else costs
+    crossing = _crossing_costs(cells, parameters)
+    _open_start(crossing, start_cell, parameters.start_clearance / costmap.resolution)
+    columns = crossing.shape[1]
+    start_index = (start_cell[0] + 1) * columns + start_cell[1] + 1
+    wanted = (goal_cell[0] + 1) * columns + goal_cell[1] + 1
+    blocked = bool(crossing[goal_cell[0] + 1, goal_cell[1] + 1] >= OBSTACLE)
+    if blocked and tolerance <= 0.0:
+        return _occupied(goal)
+    potential = spread_wave(
+        crossing.ravel(), columns, np.array([start_index]), -1 if blocked else wanted, 2.0 * NEUTRAL
+    )
+    end_cell = _reachable_cell(potential.reshape(crossing.shape), goal_cell, tolerance / costmap.resolution)
+    if end_cell is None:
+        if blocked:
+            return _occupied(goal)
+        return _failure("no_path", f"no way leads to ({goal.x:.2f}, {goal.y:.2f})")
+    points = _path_points(potential, columns, end_cell, costmap)
+    if points is None:
+        return _failure("no_path", f"the way to ({goal.x:.2f}, {goal.y:.2f}) could not be traced back")
+    return _finish(points, start, goal, None if end_cell == goal_cell else end_cell, costmap)
+
+
+def _failure(code: str, reason: str) -> Result:
+    return failure(code, reason, server_code=SERVER_CODES[code])
+
+
+def _occupied(goal: Pose2) -> Result:
+    return _failure(
+        "goal_occupied", f"the robot does not fit at ({goal.x:.2f}, {goal.y:.2f}): an obstacle is too near"
+    )
+
+
+def _crossing_costs(cells: Cells, parameters: PlannerParameters) -> NDArray[np.int32]:
+    """Costs of crossing each cell, with a border of obstacles, shape (rows + 2, columns + 2)."""
+    values = np.arange(256)
+    table = np.minimum(parameters.neutral_cost + parameters.cost_factor * values, INSCRIBED).astype(np.int32)
+    table[INSCRIBED:] = OBSTACLE
+    table[UNKNOWN_COST] = INSCRIBED if parameters.allow_unknown else OBSTACLE
+    crossing = np.full((cells.shape[0] + 2, cells.shape[1] + 2), OBSTACLE, np.int32)
+    crossing[1:-1, 1:-1] = table[cells]
+    # What was a lethal cell stays apart from what is only too near to one: see _open_start.
+    crossing[1:-1, 1:-1][cells == OBSTACLE] = OBSTACLE + 1
+    return crossing
+
+
+def _open_start(crossing: NDArray[np.int32], start: tuple[int, int], clearance: float) -> None:
+    """Let the way lead through cells near the robot that are only too near to an obstacle."""
+    row, column = start[0] + 1, start[1] + 1
+    reach = math.ceil(clearance)
+    first_row, first_column = max(1, row - reach), max(1, column - reach)
+    window = crossing[first_row : min(crossing.shape[0] - 1, row + reach + 1), :]
+    window = window[:, first_column : min(crossing.shape[1] - 1, column + reach + 1)]
+    v, u = np.ogrid[: window.shape[0], : window.shape[1]]
+    near = np.hypot(v + first_row - row, u + first_column - column) <= clearance
+    window[near & (window == OBSTACLE)] = INSCRIBED
+    crossing[row, column] = NEUTRAL
+
+
+def _reachable_cell(
+    potential: NDArray[np.float64], goal: tuple[int, int], tolerance: float
+) -> tuple[int, int] | None:
+    """The cell nearest to the goal that the wave has reached, None when there is none near enough."""
+    row, column = goal
+    if potential[row + 1, column + 1] < UNVISITED:
+        return goal
+    rows, columns = np.nonzero(potential[1:-1, 1:-1] < UNVISITED)
+    squared = (rows - row) ** 2 + (columns - column) ** 2
+    near = squared <= tolerance**2
+    if not near.any():
+        return None
+    best = int(np.lexsort((potential[rows[near] + 1, columns[near] + 1], squared[near]))[0])
+    return int(rows[near][best]), int(columns[near][best])
+
+
+def _path_points(
+    potential: NDArray[np.float64], columns: int, end: tuple[int, int], costmap: Costmap
+) -> NDArray[np.float64] | None:
+    """The way from the robot to a cell in metres, shape (n, 2)."""
+    index = (end[0] + 1) * columns + end[1] + 1
+    cells, arrived = descend(potential, columns, index, 4 * (columns + len(potential) // columns), 0.5)
+    if not arrived:
+        return None
+    # Border and centre: padded cell k has its centre at (k - 1 + 0.5) cells.
+    return (cells[::-1] - 0.5) * costmap.resolution + np.array([costmap.origin_x, costmap.origin_y])
+
+
+def _finish(
+    points: NDArray[np.float64], start: Pose2, goal: Pose2, end_cell: tuple[int, int] | None, costmap: Costmap
+) -> Plan:
+    """Join the path to the exact start and end."""
+    end = goal
+    if end_cell is not None:
+        end = Pose2(
+            costmap.origin_x + (end_cell[1] + 0.5) * costmap.resolution,
+            costmap.origin_y + (end_cell[0] + 0.5) * costmap.resolution,
+            goal.yaw,
+        )
+    inner = points[1:-1]
+    joined = np.vstack([[[start.x, start.y]], inner, [[end.x, end.y]]])
+    length = float(np.hypot(*np.diff(joined, axis=0).T).sum())
+    return Plan(joined, length, end)

@@ -1,0 +1,60 @@
+"""A goal without room to turn is entered straight: line up at a place before it, then drive forward.
+
+Such goals are usual here: half a metre in front of a person the robot's nose has no room to swing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate.costmap import Costmap
+
+RUN_UPS_M = (0.35, 0.45, 0.25)
+"""How far before the goal to line up, the best first."""
+_STEP_M = 0.05
+_HEADINGS = tuple(math.radians(45.0 * step) for step in range(8))
+LINED_UP_RAD = 0.2
+"""A robot that looks along the run-up within this angle, from on it, need not line up again."""
+
+
+def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Pose2 | None:
+    """Where to line up before driving into a goal.
+
+    Args:
+        here: The robot in the costmap's frame.
+        goal: The goal in the costmap's frame.
+        costmap: What is known to be in the way.
+        spare: The last part of the way that need not be free, in metres.
+
+    Returns:
+        A pose with the goal's heading before the goal, where the robot can turn, and from where the straight
+        way to the goal is free. None when the goal itself has room to turn, the robot is lined up already, or
+        there is no such place.
+    """
+    if _has_room_to_turn(goal, costmap) or is_lined_up(here, goal):
+        return None
+    for run_up in RUN_UPS_M:
+        stage = goal @ Pose2(-run_up, 0.0, 0.0)
+        if _has_room_to_turn(stage, costmap) and _is_free(stage, run_up - spare, costmap):
+            return stage
+    return None
+
+
+def is_lined_up(here: Pose2, goal: Pose2) -> bool:
+    """Whether driving straight on leads into the goal with the right heading."""
+    ahead = here.inverse() @ goal
+    if not 0.0 <= ahead.x <= 2.0 * RUN_UPS_M[0] or abs(ahead.yaw) > LINED_UP_RAD:
+        return False
+    return abs(ahead.y) <= max(_STEP_M, ahead.x * math.tan(LINED_UP_RAD))
+
+
+def _has_room_to_turn(place: Pose2, costmap: Costmap) -> bool:
+    return all(costmap.footprint_cost(Pose2(place.x, place.y, yaw)) >= 0 for yaw in _HEADINGS)
+
+
+def _is_free(start: Pose2, way: float, costmap: Costmap) -> bool:
+    steps = math.ceil(way / _STEP_M)
+    return all(
+        costmap.footprint_cost(start @ Pose2(way * step / steps, 0.0, 0.0)) >= 0 for step in range(steps + 1)
+    )

@@ -1,0 +1,115 @@
+"""Turning in place: how fast, and a whole turn by an angle of the odometry."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
+
+
+@dataclass(frozen=True, slots=True)
+class TurnParameters:
+    """How to turn by an angle.
+
+    Attributes:
+        spin_max_speed: rad/s.
+        spin_min_speed: rad/s; slower the base would stand still.
+        spin_gain: Speed per angle that is left, 1/s.
+        spin_precision: The turn is over when this much or less is left, in radians.
+
+    Source:
+        REFERENCE 12.2.
+    """
+
+    spin_max_speed: float = 0.5
+    spin_min_speed: float = 0.2
+    spin_gain: float = 1.5
+    spin_precision: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that cannot work.
+
+        Raises:
+            ConfigError: A number is outside its range.
+        """
+        if not 0.0 < self.spin_min_speed <= self.spin_max_speed < 10.0:
+            raise ConfigError(
+                f"a turn cannot be between {self.spin_min_speed} and {self.spin_max_speed} rad/s",
+                valid=["0 < spin_min_speed <= spin_max_speed"],
+            )
+        if not self.spin_gain > 0.0 or not 0.0 < self.spin_precision < 1.0:
+            raise ConfigError("spin_gain and spin_precision must be above 0", valid=["1.5 and 0.05"])
+
+
+AT_REST_TURN_SPEED = 0.03
+"""rad/s; slower counts as standing."""
+
+
+class _Phase(enum.Enum):
+    READY = "ready"
+    TURNING = "turning"
+    SETTLING = "settling"
+
+
+class Turn:
+    """One turn in place, from its start to its result.
+
+    Attributes:
+        travelled: Radians turned so far, counter-clockwise positive.
+    """
+
+    def __init__(self, angle: float, parameters: TurnParameters, now: float, time_allowance: float) -> None:
+        self._angle = angle
+        self._parameters = parameters
+        self._deadline = now + time_allowance
+        self._last_yaw: float | None = None
+        self._phase = _Phase.READY
+        self.travelled = 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Radians that are left, counter-clockwise positive."""
+        return self._angle - self.travelled
+
+    def step(
+        self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
+    ) -> tuple[Twist2, Result | None]:
+        """The velocity of this moment, and the result when the turn is over.
+
+        Args:
+            now: Seconds.
+            pose: base_footprint in the odometry frame.
+            twist: Its velocity.
+            clearance: What is around it.
+        """
+        if self._last_yaw is not None:
+            self.travelled += normalize_angle(pose.yaw - self._last_yaw)
+        self._last_yaw = pose.yaw
+        if self._phase is not _Phase.SETTLING and abs(self.remaining) <= self._parameters.spin_precision:
+            self._phase = _Phase.SETTLING
+        if self._phase is _Phase.SETTLING:
+            return STANDSTILL, success() if abs(twist.angular) < AT_REST_TURN_SPEED else None
+        if now > self._deadline:
+            left = math.degrees(self.remaining)
+            return STANDSTILL, _failure(
+                "time_allowance", f"{left:.0f} degrees were left when the time was over"
+            )
+        if not clearance.is_free(0.0, self.remaining):
+            return STANDSTILL, _failure("collision_ahead", "something is in the way of the turn")
+        self._phase = _Phase.TURNING
+        return Twist2(0.0, self._speed()), None
+
+    def _speed(self) -> float:
+        p = self._parameters
+        speed = min(p.spin_max_speed, max(p.spin_min_speed, p.spin_gain * abs(self.remaining)))
+        return math.copysign(speed, self.remaining)
+
+
+def _failure(code: str, reason: str) -> Result:
+    return failure(code, reason, server_code=SPIN_SERVER_CODES[code])

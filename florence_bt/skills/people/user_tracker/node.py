@@ -1,0 +1,321 @@
+"""The user tracker on ROS (``user_tracker_ni_node``): pictures in, tracked users, their frames and looks out.
+
+Stopped it takes no pictures at all. The filter of the document's section 4.2 is a pure function, published
+beside the unfiltered users.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from florence_interfaces.action import LookForUser as LookAction
+from florence_interfaces.msg import DetectedUser, TrackedUsers
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Trigger
+
+from florence_bt.core.clock import Timer
+from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, Result
+from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, TrackedUser
+from florence_bt.core.transforms import Transform3, TransformUnavailable
+from florence_bt.ros.action_server import SingleGoalServer
+from florence_bt.ros.conversions import (
+    camera_model_from_ros,
+    colour_from_ros,
+    depth_from_ros,
+    grid_from_ros,
+    stamp_from_ros,
+)
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
+from florence_bt.ros.tf import TransformBroadcaster, TransformListener
+from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
+from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.parameters import (
+    DetectorParameters,
+    LookParameters,
+    TrackerParameters,
+)
+from florence_bt.skills.people.user_tracker.tracker import UserTracker
+from florence_bt.skills.people.user_tracker.user_filter import filter_users
+
+WARNING_PERIOD_S = 5.0
+EMPTY_PICTURE = DepthImage(
+    0.0, "", CameraModel(1, 1, 1.0, 1.0, 0.0, 0.0), np.full((1, 1), np.nan, np.float32)
+)
+MOST_WAIT_S = 2.0
+"""A picture waits this long for the pose it was taken at; the robot was somewhere else by then."""
+
+
+@dataclass(frozen=True, slots=True)
+class UserTrackerNodeParameters:
+    """Parameters of the node beside those of the detector, the tracker and the look.
+
+    Attributes:
+        period_s: Pictures that come sooner after the last one are left out, seconds.
+        colour_age_s: A colour picture may differ this much in time from the depth picture, seconds.
+        keep_pictures_s: Pictures are listened to for this long after a stop, seconds: between two looks the
+            tracker is stopped for a moment, and it would take a while to find the pictures anew.
+        use_map: Whether the map takes walls and furniture out of the pictures.
+        map_frame: The frame of the map.
+        base_frame: The frame of the robot on the floor.
+    """
+
+    period_s: float = 0.06
+    colour_age_s: float = 0.2
+    keep_pictures_s: float = 20.0
+    use_map: bool = True
+    map_frame: str = "map"
+    base_frame: str = "base_footprint"
+
+    def __post_init__(self) -> None:
+        """Check the times.
+
+        Raises:
+            ConfigError: One is below zero.
+        """
+        if not (self.period_s >= 0.0 and self.colour_age_s >= 0.0 and self.keep_pictures_s >= 0.0):
+            raise ConfigError("period_s, colour_age_s and keep_pictures_s must not be below zero")
+
+
+class UserTrackerNode(FlorenceNode):
+    """Tracks people while it is started, and looks for one on demand.
+
+    Args:
+        parameters: Overrides of the node's parameters.
+    """
+
+    def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
+        super().__init__("user_tracker_ni_node", parameters=parameters)
+        self._use = self.read_parameters(UserTrackerNodeParameters)
+        self._detector = self.read_parameters(DetectorParameters)
+        # The first call loads the compiled loops, which takes as long as twenty pictures: not during a look.
+        detect_people(EMPTY_PICTURE, Transform3.identity(), None, self._detector)
+        self._tracker = UserTracker(self.read_parameters(TrackerParameters))
+        self._look = LookForUser(self.read_parameters(LookParameters))
+        self._look_timer: Timer | None = None
+        self._started_by_look = False
+        self._pictures: list[Any] = []
+        self._forget_timer: Timer | None = None
+        self._depth_camera: CameraModel | None = None
+        self._colour: ColourImage | None = None
+        self._known: KnownObstacles | None = None
+        self._last_stamp = float("-inf")
+        self._waiting: Image | None = None
+        self._tf = TransformListener(self)
+        self._frames = TransformBroadcaster(self)
+        self._users_topic = self.create_publisher(TrackedUsers, "tracked_users", RELIABLE)
+        self._filtered_topic = self.create_publisher(TrackedUsers, "filtered_tracked_users", RELIABLE)
+        self._detected_topic = self.create_publisher(DetectedUser, "detected_user", RELIABLE)
+        if self._use.use_map:
+            self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.create_service(Trigger, "~/Start", self._on_start)
+        self.create_service(Trigger, "~/Stop", self._on_stop)
+        self._action = SingleGoalServer(
+            self, LookAction, "look_for_user", on_goal=self._on_goal, on_cancel=self._on_cancel
+        )
+
+    def close(self) -> None:
+        """Take no more pictures."""
+        self._tracker.stop()
+
+    # ---- start and stop -------------------------------------------------------------------------------
+
+    def _on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._start()
+        self._started_by_look = False
+        response.success, response.message = True, "tracking"
+        return response
+
+    def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._stop()
+        response.success, response.message = True, "stopped"
+        return response
+
+    def _start(self) -> None:
+        self._tracker.start(self.timebase.now())
+        if self._forget_timer is not None:
+            self._forget_timer.cancel()
+            self._forget_timer = None
+        if not self._pictures:
+            self._pictures = [
+                self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR),
+                self.create_subscription(Image, "camera/depth/image", self._on_depth, SENSOR),
+                self.create_subscription(Image, "camera/rgb/image_color", self._on_colour, SENSOR),
+            ]
+
+    def _stop(self) -> None:
+        self._tracker.stop()
+        self._colour = self._waiting = None
+        if self._pictures and self._forget_timer is None:
+            when = self.timebase.now() + self._use.keep_pictures_s
+            self._forget_timer = self.timebase.call_at(when, self._forget_pictures)
+
+    def _forget_pictures(self) -> None:
+        self._forget_timer = None
+        for subscription in self._pictures:
+            self.destroy_subscription(subscription)
+        self._pictures = []
+
+    # ---- pictures -------------------------------------------------------------------------------------
+
+    def _on_map(self, message: OccupancyGridMsg) -> None:
+        try:
+            self._known = KnownObstacles(grid_from_ros(message))
+        except FlorenceError as error:
+            self.get_logger().warning(f"the map is left out: {error}")
+
+    def _on_camera(self, message: CameraInfo) -> None:
+        try:
+            self._depth_camera = camera_model_from_ros(message)
+        except FlorenceError as error:
+            self._warn(f"the camera info is left out: {error}")
+
+    def _on_colour(self, message: Image) -> None:
+        if not self._tracker.running or self._depth_camera is None:
+            return
+        try:
+            # Only the pixels count here; the camera model of the depth picture stands in for its own.
+            self._colour = colour_from_ros(message, self._depth_camera)
+        except FlorenceError as error:
+            self._warn(f"a colour picture is left out: {error}")
+
+    def _on_depth(self, message: Image) -> None:
+        # A picture may still be on its way when the tracker stops.
+        if not self._tracker.running or self._depth_camera is None:
+            return
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            # A picture can overtake the pose it was taken at. The first that does is kept, not the newest: on
+            # a busy machine the newest is always too new.
+            self._use_picture(waiting, stamp_from_ros(message.header.stamp))
+        stamp = stamp_from_ros(message.header.stamp)
+        if self._waiting is None and not 0.0 <= stamp - self._last_stamp < self._use.period_s:
+            self._use_picture(message, stamp)
+
+    def _use_picture(self, message: Image, now: float) -> None:
+        """Detect people in a picture, or keep it until the pose it was taken at is known.
+
+        Args:
+            message: The picture.
+            now: Stamp of the newest picture, seconds.
+        """
+        assert self._depth_camera is not None
+        stamp = stamp_from_ros(message.header.stamp)
+        try:
+            self._take_picture(depth_from_ros(message, self._depth_camera))
+        except TransformUnavailable as error:
+            if 0.0 <= now - stamp < MOST_WAIT_S:
+                self._waiting = message
+            else:
+                self._warn(f"a depth picture is left out: {error}")
+            return
+        except FlorenceError as error:
+            self._warn(f"a depth picture is left out: {error}")
+        self._last_stamp = stamp
+
+    def _take_picture(self, depth: DepthImage) -> None:
+        use, buffer = self._use, self._tf.buffer
+        optical_in_base = buffer.lookup(use.base_frame, depth.frame_id, depth.stamp)
+        robot = buffer.lookup_pose(use.map_frame, use.base_frame, depth.stamp)
+        colour = self._colour
+        if colour is not None and abs(colour.stamp - depth.stamp) > use.colour_age_s:
+            colour = None
+        found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
+        users = self._tracker.update(depth.stamp, [detection.moved_by(robot) for detection in found])
+        self._publish(users, depth.stamp)
+        if self._action.active:
+            self._feed_look(depth.stamp, users, robot)
+
+    def _publish(self, users: tuple[TrackedUser, ...], stamp: float) -> None:
+        present = filter_users(users)
+        self._users_topic.publish(_users_to_ros(users))
+        self._filtered_topic.publish(_users_to_ros(present))
+        for user in present:
+            self._frames.send(self._use.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y))
+
+    # ---- looks ----------------------------------------------------------------------------------------
+
+    def _on_goal(self, goal: LookAction.Goal) -> str | None:
+        window = float(goal.window) or float(LOOK_FOR_USER.inputs["window"].default)
+        problem = LOOK_FOR_USER.inputs["window"].problem_with(window)
+        if problem:
+            return f"window: {problem}"
+        if not self._tracker.running:
+            self._start()
+            self._started_by_look = True
+        self._end_timer()
+        self._look.start(self.timebase.now(), window)
+        self._look_timer = self.timebase.call_at(self._look.deadline, self._judge_look)
+        return None
+
+    def _feed_look(self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2) -> None:
+        before = self._look.users_seen
+        self._look.feed(stamp, users, robot)
+        if self._look.users_seen != before:
+            self._action.publish_feedback(LookAction.Feedback(users_seen=self._look.users_seen))
+        self._judge_look()
+
+    def _judge_look(self) -> None:
+        result = self._look.result(self.timebase.now())
+        if result is None:
+            return
+        self._end_look()
+        if result.succeeded:
+            self._tell_detected(result)
+        self._action.finish(_look_to_ros(result, self._look.pictures), result.outcome)
+
+    def _tell_detected(self, result: Result) -> None:
+        user = result.outputs["user"]
+        self._detected_topic.publish(
+            DetectedUser(command=True, user_position_x=user.x, user_position_y=user.y)
+        )
+
+    def _on_cancel(self) -> None:
+        self._end_look()
+        self._action.finish(LookAction.Result(error_msg="cancelled on request"), Outcome.CANCELLED)
+
+    def _end_look(self) -> None:
+        self._end_timer()
+        if self._started_by_look:
+            self._started_by_look = False
+            self._stop()
+
+    def _end_timer(self) -> None:
+        if self._look_timer is not None:
+            self._look_timer.cancel()
+            self._look_timer = None
+
+    def _warn(self, text: str) -> None:
+        self.get_logger().warning(text, throttle_duration_sec=WARNING_PERIOD_S)
+
+
+def _users_to_ros(users: tuple[TrackedUser, ...]) -> TrackedUsers:
+    return TrackedUsers(
+        user_ids=[user.user_id for user in users],
+        user_ids_ni=[user.device_id for user in users],
+        num_users_tracked=len(users),
+    )
+
+
+def _look_to_ros(result: Result, pictures: int) -> LookAction.Result:
+    if not result.succeeded:
+        number = {code: number for number, code in LOOK_FOR_USER.server_codes.items()}[result.code]
+        return LookAction.Result(error_code=number, error_msg=result.reason, pictures=pictures)
+    user = result.outputs["user"]
+    return LookAction.Result(
+        found=True,
+        pictures=pictures,
+        user_id=result.outputs["user_id"],
+        x=user.x,
+        y=user.y,
+        phi=user.yaw,
+        distance=result.outputs["distance"],
+    )

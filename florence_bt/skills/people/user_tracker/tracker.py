@@ -1,0 +1,166 @@
+"""Follows people from picture to picture and gives them ids, as OpenNI's user generator did."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from florence_bt.core.sensing import TrackedUser
+from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
+from florence_bt.skills.people.user_tracker.appearance import Histogram, blend
+from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.identity import Gallery
+from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+
+LOST_DISTANCE = 0.0
+"""Distance that is told for a lost person, below the range of the Kinect (document, section 4.2.3)."""
+
+
+class _Track:
+    """One person, or what may become one."""
+
+    def __init__(self, detection: Detection, now: float, use: TrackerParameters) -> None:
+        position = np.array([detection.x, detection.y])
+        self.filter = ConstantVelocity(position, use.position_sigma, use.acceleration)
+        self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
+        self.device_id = 0
+        self.user_id = 0
+        self.distance = detection.distance
+        self.histogram: Histogram | None = detection.histogram
+        self.seen = self.predicted = now
+        self.lost = False
+
+    def predict(self, now: float, coast_s: float) -> None:
+        """Move on to a moment; a lost person stays where it was."""
+        if not self.lost and now - self.seen > coast_s:
+            self.lost = True
+            self.filter.halt()
+        if not self.lost:
+            self.filter.predict(max(0.0, now - self.predicted))
+        self.predicted = now
+
+    def take(self, detection: Detection, now: float) -> None:
+        """Take over where the person was seen."""
+        self.filter.update(np.array([detection.x, detection.y]))
+        self.hits.append(True)
+        self.distance, self.seen, self.lost = detection.distance, now, False
+        if detection.histogram is not None:
+            old = self.histogram
+            self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
+
+    def told(self) -> TrackedUser:
+        """What is published of it."""
+        x, y = (float(value) for value in self.filter.state[:2])
+        return TrackedUser(self.user_id, self.device_id, x, y, LOST_DISTANCE if self.lost else self.distance)
+
+
+class UserTracker:
+    """Tracks people in the map frame.
+
+    A person is confirmed when it was seen in some of the last pictures. It then has a device id, counted
+    from 1 at every start, and a persistent id by its colours. A lost person is told with the distance 0 for a
+    while (whoever wants only those who are there filters by the distance) and has its ids when it returns.
+
+    Args:
+        parameters: How people are followed.
+
+    Source:
+        REFERENCE 9 and 12.9; document, sections 4.1.2 and 4.2.
+    """
+
+    def __init__(self, parameters: TrackerParameters | None = None) -> None:
+        self._use = parameters or TrackerParameters()
+        self._gallery = Gallery(self._use)
+        self._tracks: list[_Track] = []
+        self._next_device_id = 1
+        self.running = False
+        """Whether pictures are wanted."""
+
+    def start(self, now: float) -> None:
+        """Begin with no people and device ids from 1. The colours of people known before are kept."""
+        self.stop()
+        self.running = True
+
+    def stop(self) -> None:
+        """Forget everybody who is tracked. Harmless when stopped already."""
+        self.running = False
+        self._tracks = []
+        self._next_device_id = 1
+
+    def update(self, now: float, detections: Sequence[Detection]) -> tuple[TrackedUser, ...]:
+        """Take what a picture shows.
+
+        Args:
+            now: The time of the picture, seconds.
+            detections: The people in it, in the map frame.
+
+        Returns:
+            The confirmed people by device id, in the map frame; lost ones with the distance 0. Nobody when
+            the tracker is stopped.
+        """
+        if not self.running:
+            return ()
+        for track in self._tracks:
+            track.predict(now, self._use.coast_s)
+        pairs = self._assign(detections)
+        for track, detection in pairs:
+            track.take(detection, now)
+        matched_tracks = {id(track) for track, _ in pairs}
+        matched_detections = {id(detection) for _, detection in pairs}
+        for track in self._tracks:
+            if id(track) not in matched_tracks:
+                track.hits.append(False)
+        self._tracks += [
+            _Track(each, now, self._use) for each in detections if id(each) not in matched_detections
+        ]
+        self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
+        self._identify(now)
+        return tuple(track.told() for track in self._confirmed())
+
+    def _confirmed(self) -> list[_Track]:
+        return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
+
+    def _assign(self, detections: Sequence[Detection]) -> list[tuple[_Track, Detection]]:
+        """Pairs of tracks and detections with the smallest sum of distances, none beyond the gate."""
+        if not self._tracks or not detections:
+            return []
+        cost = np.array([[_separation(track, each) for each in detections] for track in self._tracks])
+        beyond = 1e3
+        rows, columns = linear_sum_assignment(np.where(cost <= self._use.gate, cost, beyond))
+        return [
+            (self._tracks[row], detections[column])
+            for row, column in zip(rows, columns, strict=True)
+            if cost[row, column] <= self._use.gate
+        ]
+
+    def _is_kept(self, track: _Track, now: float) -> bool:
+        if track.device_id:
+            return now - track.seen <= self._use.forget_s
+        missed = len(track.hits) - sum(track.hits)
+        return missed <= self._use.confirm_window - self._use.confirm_hits
+
+    def _identify(self, now: float) -> None:
+        """Give ids to who is confirmed now, and remember the colours of who is seen."""
+        for track in self._tracks:
+            if not track.device_id and sum(track.hits) >= self._use.confirm_hits:
+                present = [other.user_id for other in self._tracks if other.device_id and not other.lost]
+                track.user_id = self._gallery.identify(track.histogram, now, present)
+                track.device_id = self._next_device_id
+                self._next_device_id += 1
+            if track.device_id and track.seen == now:
+                self._gallery.observe(track.user_id, track.histogram, now)
+        self._drop_doubles()
+
+    def _drop_doubles(self) -> None:
+        """A lost track whose person was recognised elsewhere is over."""
+        here = [track.user_id for track in self._tracks if track.device_id and not track.lost]
+        self._tracks = [track for track in self._tracks if not (track.lost and track.user_id in here)]
+
+
+def _separation(track: _Track, detection: Detection) -> float:
+    position: NDArray[np.float64] = track.filter.state[:2]
+    return float(np.hypot(detection.x - position[0], detection.y - position[1]))

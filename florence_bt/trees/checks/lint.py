@@ -1,0 +1,138 @@
+"""Checks missions before they run, and reports everything at once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.trees.checks._lint_declared import lacking_skills
+from florence_bt.trees.checks._lint_keys import KeyChecks
+from florence_bt.trees.checks._lint_names import NameChecks
+from florence_bt.trees.checks._lint_places import Places, check_places, labels_in
+from florence_bt.trees.checks._lint_reach import ReachChecks
+from florence_bt.trees.checks._lint_structure import check_structure
+from florence_bt.trees.checks._notes import Notes
+from florence_bt.trees.language._facts import Facts, callers_among, reachable
+from florence_bt.trees.language.findings import ERROR, Finding, has_errors, limit_findings, sort_findings
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.source import Position
+
+__all__ = ["Places", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
+
+
+def check(
+    missions: Mission | Iterable[Mission],
+    library: MissionLibrary,
+    declarations: Mapping[str, SkillDeclaration],
+    hotspots: Collection[str] | Places | None = None,
+) -> list[Finding]:
+    """Check missions.
+
+    Args:
+        missions: What to check; the missions that they call are looked at but not reported on.
+        library: Where called missions are found.
+        declarations: The skills by name.
+        hotspots: The labels of all hotspots, or all that is known of the flat; None when nothing is known.
+
+    Returns:
+        Everything that was found, by file and place; empty when all is well.
+    """
+    facts = Facts(library, dict(library.with_declared(declarations)))
+    places = hotspots if isinstance(hotspots, Places) or hotspots is None else Places(tuple(hotspots))
+    findings: list[Finding] = []
+    for mission in [missions] if isinstance(missions, Mission) else missions:
+        findings += [*_check_mission(mission, facts, places), *lacking_skills(mission, declarations, library)]
+    return limit_findings(findings)
+
+
+def check_files(
+    files: Iterable[Path],
+    library: MissionLibrary,
+    declarations: Mapping[str, SkillDeclaration],
+    hotspots: Collection[str] | Places | None = None,
+) -> list[Finding]:
+    """Check mission files, which join the library first so that they can call each other.
+
+    Args:
+        files: The files.
+        library: Where called missions are found; the files' missions shadow those of the same name.
+        declarations: The skills by name.
+        hotspots: As in :func:`check`.
+
+    Returns:
+        Everything that was found, by file and place; files that are no YAML included.
+    """
+    missions, findings = read_files(files, library)
+    return limit_findings([*findings, *check(missions, library, declarations, hotspots)])
+
+
+def read_files(files: Iterable[Path], library: MissionLibrary) -> tuple[list[Mission], list[Finding]]:
+    """Read mission files into a library: the missions, and what is wrong with files that are no YAML."""
+    paths = list(files)
+    missions = [mission for path in paths if (mission := library.add_file(path)) is not None]
+    given = {str(path) for path in paths}
+    return missions, [finding for finding in library.findings if finding.file in given]
+
+
+def errors_of_called(
+    missions: Collection[Mission], library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+) -> list[Finding]:
+    """An error at each call of a mission that cannot run, itself or through what it calls.
+
+    Args:
+        missions: What is checked; what is wrong with these is told at their own places.
+        library: Where called missions are found.
+        declarations: The skills by name.
+    """
+    facts = Facts(library, dict(library.with_declared(declarations)))
+    checked = {id(mission) for mission in missions}
+    called = dict.fromkeys(name for mission in missions for name in facts.callees(mission))
+    reached = [*called, *(name for name in reachable(called, facts.callees_of) if name not in called)]
+    errors: dict[str, Finding] = {}
+    for name in reached:
+        mission = library.find(name)
+        if mission is not None and id(mission) not in checked:
+            found = sort_findings(_check_mission(mission, facts, None))
+            if has_errors(found):
+                errors[name] = next(finding for finding in found if finding.severity == ERROR)
+    callers = callers_among(reached, facts.callees_of)
+    leads_to = {**reachable(errors, lambda name: callers.get(name, ())), **{name: name for name in errors}}
+
+    def first_error(name: str) -> tuple[str, Finding]:
+        while leads_to[name] != name:
+            name = leads_to[name]
+        return name, errors[name]
+
+    findings: list[Finding] = []
+    for mission in missions:
+        cycle = facts.cycle_of(mission)
+        for call in facts.calls(mission):
+            if call.mission.text not in leads_to or call.mission.text in cycle:
+                continue  # what calls itself is told at its own place
+            name, error = first_error(call.mission.text)
+            place = call.mission.position
+            message = f"the mission {name!r} has errors; the first one: {error.as_error()}"
+            findings.append(Finding(str(mission.file), place.line, place.column, ERROR, message))
+    return findings
+
+
+def written_labels(
+    mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+) -> list[tuple[str, Position]]:
+    """The labels of hotspots that are written in a mission, each with its place."""
+    return [(text, position) for text, position, _ in labels_in(mission, Facts(library, declarations))]
+
+
+def _check_mission(mission: Mission, facts: Facts, places: Places | None) -> list[Finding]:
+    notes = Notes(mission)
+    NameChecks(mission, facts, notes).check()
+    if places is not None:
+        check_places(mission, facts, places, notes)
+    check_structure(mission, facts, notes)
+    # What could not be read may be what writes a key, or what can fail.
+    if not has_errors(mission.findings):
+        ReachChecks(mission, facts, notes).check()
+        KeyChecks(mission, facts, notes).check()
+    return [*mission.findings, *notes.findings]

@@ -1,0 +1,1 @@
+"""Missions drawn as text, as Mermaid and as SVG."""

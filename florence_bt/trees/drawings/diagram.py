@@ -1,0 +1,143 @@
+"""A mission as a diagram: boxes with a title, details and boxes below. ``draw`` draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from florence_bt.trees.language import model
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Mission, Node, PolicyKind, show
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A node in a diagram.
+
+    Attributes:
+        title: The name of the node.
+        kind: The kind key of the language, or ``skill``.
+        details: Further lines: inputs, outputs, limits.
+        below: The boxes below, first to last.
+        edge: A word on the line to the box above, e.g. ``finally``.
+        guards: When the node may start and go on, e.g. ``when $x < 3``.
+        because: The author's words for its failures.
+    """
+
+    title: str
+    kind: str
+    details: tuple[str, ...] = ()
+    below: tuple[Box, ...] = ()
+    edge: str = ""
+    guards: tuple[str, ...] = ()
+    because: tuple[str, ...] = ()
+
+    def walk(self) -> Iterator[Box]:
+        """This box and every box below."""
+        yield self
+        for box in self.below:
+            yield from box.walk()
+
+
+def diagram_of(mission: Mission, library: MissionLibrary | None = None, *, expand: bool = False) -> Box:
+    """Make the diagram of a mission.
+
+    Args:
+        mission: The mission.
+        library: Where called missions are found when they are expanded.
+        expand: Whether to draw the trees of called missions below their calls.
+
+    Returns:
+        The box of the root; a mission without a tree is a single box.
+    """
+    if mission.tree is None:
+        return Box(mission.name, "sequence", ("no tree",))
+    root = _Maker(library if expand else None, (mission.name,)).box(mission.tree)
+    return replace(root, title=mission.tree.name or mission.name)
+
+
+class _Maker:
+    def __init__(self, library: MissionLibrary | None, callers: tuple[str, ...]) -> None:
+        self._library = library
+        self._callers = callers
+
+    def box(self, node: Node, edge: str = "") -> Box:
+        below = [self.box(part, word) for part, word in zip(node.parts, _edges(node), strict=True)]
+        if isinstance(node, model.Call):
+            below += self._called(node)
+        if node.cleanup is not None:
+            below.append(self.box(node.cleanup, "finally"))
+        details, guards = tuple(_details(node)), tuple(_guards(node))
+        because = tuple(_because(node))
+        return Box(node.title, _kind(node), details, tuple(below), edge, guards, because)
+
+    def _called(self, node: model.Call) -> Iterator[Box]:
+        name = node.mission.text
+        mission = self._library.find(name) if self._library else None
+        if mission is not None and mission.tree is not None and name not in self._callers:
+            yield _Maker(self._library, (*self._callers, name)).box(mission.tree)
+
+
+def _kind(node: Node) -> str:
+    match node:
+        case model.Use():
+            return "skill"
+        case model.Call():
+            return "run"
+    return type(node).__name__.lower()
+
+
+def _edges(node: Node) -> list[str]:
+    """A word for the line to each part."""
+    match node:
+        case model.If():
+            asked = ["if"] if isinstance(node.condition, Node) else []
+            return [*asked, "then", *(["else"] if node.otherwise is not None else [])]
+        case model.Switch(cases=cases, default=default):
+            return [*(case.text for case, _ in cases), *(["default"] if default is not None else [])]
+        case model.Parallel(policy=policy) if policy.kind is PolicyKind.SELECTED:
+            wanted = [name.text for name in policy.names]
+            return ["must succeed" if child.title in wanted else "" for child in node.children]
+    return [""] * len(node.parts)
+
+
+def _guards(node: Node) -> Iterator[str]:
+    for word, guard in (("when", node.when), ("unless", node.unless), ("while", node.holds)):
+        if guard is not None:
+            yield f"{word} {guard.text}"
+
+
+def _because(node: Node) -> Iterator[str]:
+    if node.reasons is None:
+        return
+    if node.reasons.always is not None:
+        yield show(node.reasons.always)
+    yield from (f"{code}: {show(text)}" for code, text in node.reasons.by_code.items())
+
+
+def _details(node: Node) -> Iterator[str]:
+    if node.name and not isinstance(node, model.Use | model.Sequence | model.Selector | model.Parallel):
+        yield node.default_title
+    match node:
+        case model.Use() | model.Call():
+            if isinstance(node, model.Use) and node.name:
+                yield node.skill
+            yield from (f"{name.text}: {show(value)}" for name, value in node.inputs)
+            yield from (f"{output.text} -> ${key.text}" for output, key in node.outputs)
+        case model.Set(values=values):
+            yield from (f"${key.text} = {show(value)}" for key, value in values)
+        case model.Retry(on=on, attempt_key=key):
+            if on:
+                yield "on " + ", ".join(code.text for code in on)
+            if key is not None:
+                yield f"attempt -> ${key.text}"
+        case model.Fail(reason=reason, code=code):
+            yield show(reason)
+            if code is not None:
+                yield f"code: {code.text}"
+        case model.Parallel(policy=policy) if policy.kind is PolicyKind.ANY:
+            yield "any one is enough"
+        case model.Parallel(policy=policy) if policy.kind is PolicyKind.COUNTED:
+            yield f"policy: {policy}"
+        case model.Sequence(memory=False) | model.Selector(memory=False) | model.If(memory=False):
+            yield "without memory"

@@ -1,0 +1,157 @@
+"""Files that declare skills which nobody has written yet: ``NAME.skills.yaml`` beside missions.
+
+An import of other people's trees writes one. The missions can then be checked and drawn, and tested with
+mocks; ``florence check`` says which of their skills this installation lacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language._reader import Reader
+from florence_bt.trees.language.findings import Finding
+from florence_bt.trees.language.kinds import INPUT_KEYS, OUTPUT_KEYS, RESERVED
+from florence_bt.trees.language.parse import read_ports
+from florence_bt.trees.language.quantities import format_value, read_value
+from florence_bt.trees.language.source import Source, Table, Text, read_source
+
+ENDING = ".skills.yaml"
+"""How the names of these files end."""
+SKILL_KEYS = ("summary", "inputs", "outputs", "failures", "resources", "deadline", "instant")
+"""What can be said about a skill."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredSkills:
+    """The skills of a file.
+
+    Attributes:
+        file: The file.
+        declarations: The skills by name.
+        findings: What was wrong with the file.
+    """
+
+    file: Path
+    declarations: dict[str, SkillDeclaration]
+    findings: tuple[Finding, ...] = ()
+
+
+def is_skills_file(path: Path) -> bool:
+    """Whether a file declares skills, by its name."""
+    return path.name.endswith(ENDING)
+
+
+def read_skills_file(path: Path) -> DeclaredSkills:
+    """Read a file of skills.
+
+    Returns:
+        The skills; what is wrong with the file's form is in the findings.
+
+    Raises:
+        ConfigError: The file cannot be read or is no YAML of the plain kind.
+    """
+    reader, source = Reader(path), read_source(path)
+    skills = source.get("skills") if isinstance(source, Table) else None
+    if not isinstance(source, Table) or not isinstance(skills, Table):
+        reader.problem(
+            source.position, "a file of skills needs a table of them", ["skills: {a_skill: {...}}"]
+        )
+        return DeclaredSkills(path, {}, tuple(reader.findings))
+    for key, _ in source.entries:
+        if key.text != "skills":
+            reader.unknown(key.position, "key of a file of skills", key.text, ["skills"])
+    declared = {}
+    for key, item in skills.entries:
+        name = reader.identifier(key, "a skill")
+        if name is not None and name.text in RESERVED:
+            reader.problem(
+                name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
+            )
+        elif name is not None:
+            declared[name.text] = _skill(reader, name.text, item)
+    return DeclaredSkills(path, declared, tuple(reader.findings))
+
+
+def _skill(reader: Reader, name: str, source: Source) -> SkillDeclaration:
+    table = reader.table(source, f"the skill {name!r}") or Table((), source.position)
+    for key, _ in table.entries:
+        if key.text not in SKILL_KEYS:
+            reader.unknown(key.position, f"key of the skill {name!r}", key.text, SKILL_KEYS)
+    summary, instant, deadline = (table.get(key) for key in ("summary", "instant", "deadline"))
+    inputs, _ = read_ports(reader, table.get("inputs"), "an input", INPUT_KEYS)
+    outputs, _ = read_ports(reader, table.get("outputs"), "an output", OUTPUT_KEYS)
+    resources = table.get("resources")
+    return SkillDeclaration(
+        name,
+        (reader.text(summary, "summary") or "") if summary is not None else "",
+        inputs,
+        outputs,
+        _failures(reader, table.get("failures")),
+        frozenset(each.text for each in reader.identifiers(resources, "a resource"))
+        if resources
+        else frozenset(),
+        _deadline(reader, deadline),
+        instant is not None and reader.choice(instant, "instant", ("true", "false"), "false") == "true",
+    )
+
+
+def _failures(reader: Reader, source: Source | None) -> dict[str, str]:
+    found = {}
+    table = reader.table(source, "failures")
+    for key, item in table.entries if table else ():
+        code, meaning = reader.identifier(key, "a failure code"), reader.text(item, f"failure {key.text}")
+        if code is not None and meaning is not None:
+            found[code.text] = meaning
+    return found
+
+
+def _deadline(reader: Reader, source: Source | None) -> float:
+    default = SkillDeclaration("", "").deadline_s
+    if source is None:
+        return default
+    try:
+        seconds = read_value(source.text, Kind.DURATION) if isinstance(source, Text) else 0.0
+    except ConfigError as error:
+        reader.problem(source.position, f"deadline: {error.problem}", error.valid)
+        return default
+    if seconds <= 0.0:
+        reader.problem(source.position, "the deadline must be longer than nothing", ["60 s"])
+        return default
+    return float(seconds)
+
+
+def skills_document(declarations: Iterable[SkillDeclaration]) -> dict[str, Any]:
+    """Skills as the tables of such a file; reading them gives the declarations again."""
+    return {"skills": {declaration.name: _written(declaration) for declaration in declarations}}
+
+
+def _written(declaration: SkillDeclaration) -> dict[str, Any]:
+    written: dict[str, Any] = {"summary": declaration.summary} if declaration.summary else {}
+    for title, ports in (("inputs", declaration.inputs), ("outputs", declaration.outputs)):
+        if ports:
+            written[title] = {name: port_document(port) for name, port in ports.items()}
+    if declaration.failures:
+        written["failures"] = dict(declaration.failures)
+    if declaration.resources:
+        written["resources"] = sorted(declaration.resources)
+    written["deadline"] = format_value(declaration.deadline_s, Kind.DURATION)
+    if declaration.instant:
+        written["instant"] = "true"
+    return written
+
+
+def port_document(port: Port) -> dict[str, Any]:
+    """A port as a table of a mission file or a file of skills."""
+    written: dict[str, Any] = {"type": port.kind.value}
+    limits = {"default": None if port.required else port.default, "min": port.minimum, "max": port.maximum}
+    for key, value in limits.items():
+        if value is not None:
+            written[key] = format_value(value, port.kind)
+    if port.description:
+        written["description"] = port.description
+    return written

@@ -1,0 +1,235 @@
+"""The kinds of expressions, found without running them: metres cannot be added to seconds.
+
+What is not known (a key that nothing writes) fits everywhere, so that one mistake is reported once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from florence_bt.core.declaration import Kind
+from florence_bt.trees.language.expressions._rules import PLAIN, common_kind, product_kind, quotient_kind
+from florence_bt.trees.language.expressions.printing import print_term
+from florence_bt.trees.language.expressions.syntax import (
+    Binary,
+    Constant,
+    Expression,
+    Function,
+    Key,
+    PosePart,
+    Term,
+    Unary,
+    start_of,
+)
+from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, with_article
+from florence_bt.trees.language.source import Position
+
+
+@dataclass(frozen=True, slots=True)
+class KindProblem:
+    """Something in an expression that cannot be computed.
+
+    Attributes:
+        position: Where.
+        message: What is wrong, one sentence.
+        valid: What would have worked.
+    """
+
+    position: Position
+    message: str
+    valid: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What is known about an expression.
+
+    Attributes:
+        kind: What it gives; None when that is not known.
+        problems: Everything that is wrong, from left to right.
+    """
+
+    kind: Kind | None
+    problems: tuple[KindProblem, ...]
+
+
+def check_kinds(
+    expression: Expression, kinds: Mapping[str, Kind | None], wanted: Kind | None = None
+) -> Checked:
+    """Find the kind of an expression and what is wrong with it.
+
+    Args:
+        expression: The expression.
+        kinds: The kinds of the keys, as far as they are known.
+        wanted: What the expression must give; None when anything will do.
+    """
+    checker = _Checker(kinds)
+    kind = checker.kind(expression.term)
+    if wanted is not None and not checker.problems and not _fits(expression.term, kind, wanted):
+        message = f"{print_term(expression.term)!r} is {_article(kind)}; {_article(wanted)} is needed"
+        checker.add(start_of(expression.term), message, *_instead(expression.term, kind, wanted))
+    return Checked(kind, tuple(checker.problems))
+
+
+class _Checker:
+    def __init__(self, kinds: Mapping[str, Kind | None]) -> None:
+        self.problems: list[KindProblem] = []
+        self._kinds = kinds
+
+    def add(self, position: Position, message: str, *valid: str) -> None:
+        self.problems.append(KindProblem(position, message, valid))
+
+    def kind(self, term: Term) -> Kind | None:
+        match term:
+            case Constant(kind=kind):
+                return kind
+            case Key(key=key):
+                return self._kinds.get(key)
+            case PosePart(pose=pose, part=part):
+                self._need(pose, Kind.POSE, f".{part}")
+                return Kind.ANGLE if part == "yaw" else Kind.LENGTH
+            case Unary(operator="not", operand=operand):
+                self._need(operand, Kind.BOOLEAN, "not")
+                return Kind.BOOLEAN
+            case Unary(operand=operand):
+                return self._number(operand, "-")
+            case Function():
+                return self._function(term)
+            case Binary(operator=("and" | "or") as operator, left=left, right=right):
+                self._need(left, Kind.BOOLEAN, operator)
+                self._need(right, Kind.BOOLEAN, operator)
+                return Kind.BOOLEAN
+            case Binary(operator="+" | "-", left=left, right=right):
+                return self._alike(term, left, right)
+            case Binary(operator="*" | "/"):
+                return self._scaled(term)
+            case Binary():
+                self._compared(term)
+                return Kind.BOOLEAN
+
+    def _need(self, term: Term, wanted: Kind, what: str) -> None:
+        kind = self.kind(term)
+        if kind is not None and kind is not wanted:
+            message = f"{what!r} needs {_article(wanted)}, but {print_term(term)!r} is {_article(kind)}"
+            self.add(start_of(term), message, *_instead(term, kind, wanted))
+
+    def _number(self, term: Term, what: str) -> Kind | None:
+        kind = self.kind(term)
+        if kind is None or kind in NUMERIC_KINDS:
+            return kind
+        message = f"{what!r} needs a number or a quantity, but {print_term(term)!r} is {_article(kind)}"
+        valid = (f"{print_term(term)}.x",) if kind is Kind.POSE else ()
+        self.add(start_of(term), message, *valid)
+        return None
+
+    def _function(self, term: Function) -> Kind | None:
+        if term.name == "distance":
+            for argument in term.arguments:
+                self._need(argument, Kind.POSE, "distance")
+            return Kind.LENGTH
+        if term.name == "abs":
+            return self._number(term.arguments[0], "abs")
+        return self._alike(term, *term.arguments)
+
+    def _alike(self, term: Binary | Function, left: Term, right: Term) -> Kind | None:
+        """Two numbers of one kind: sums, minimum, maximum."""
+        what = term.operator if isinstance(term, Binary) else term.name
+        before = len(self.problems)
+        kinds = self._number(left, what), self._number(right, what)
+        if len(self.problems) > before:
+            return None
+        kind, fit = _common(left, kinds[0], right, kinds[1])
+        if not fit:
+            self._unlike(term, what, left, kinds[0], right, kinds[1])
+        return kind
+
+    def _scaled(self, term: Binary) -> Kind | None:
+        before = len(self.problems)
+        left, right = self._number(term.left, term.operator), self._number(term.right, term.operator)
+        if len(self.problems) > before or left is None or right is None:
+            return None
+        kind = (product_kind if term.operator == "*" else quotient_kind)(left, right)
+        if kind is None:
+            verb = "multiplied with" if term.operator == "*" else "divided by"
+            message = f"{_article(left)} cannot be {verb} {_article(right)} ({print_term(term)!r})"
+            self.add(term.position, message, *_scalings(term, left, right))
+        return kind
+
+    def _compared(self, term: Binary) -> None:
+        left, right = self.kind(term.left), self.kind(term.right)
+        ordered = term.operator not in ("==", "!=")
+        for side, kind in ((term.left, left), (term.right, right)):
+            if ordered and kind is not None and kind not in NUMERIC_KINDS:
+                shown = f"{print_term(side)!r} is {_article(kind)}"
+                message = f"{term.operator!r} needs numbers or quantities, but {shown}"
+                self.add(start_of(side), message, "==", "!=")
+                return
+        if not _common(term.left, left, term.right, right)[1]:
+            self._unlike(term, term.operator, term.left, left, term.right, right)
+
+    def _unlike(
+        self, term: Term, what: str, left: Term, kind: Kind | None, right: Term, other: Kind | None
+    ) -> None:
+        message = (
+            f"{print_term(left)!r} is {_article(kind)} and {print_term(right)!r} is {_article(other)}: "
+            f"{what!r} needs two of one kind"
+        )
+        valid = (*_instead(right, other, kind), *_instead(left, kind, other))
+        self.add(term.position, message, *valid)
+
+
+def _common(left: Term, kind: Kind | None, right: Term, other: Kind | None) -> tuple[Kind | None, bool]:
+    """The one kind of two values, and whether they have one; a plain 0 is a value of every numeric kind."""
+    if kind is None or other is None:
+        return kind or other, True
+    if _is_zero(left) and other in NUMERIC_KINDS:
+        return other, True
+    if _is_zero(right) and kind in NUMERIC_KINDS:
+        return kind, True
+    common = common_kind(kind, other)
+    return common, common is not None
+
+
+def _fits(term: Term, kind: Kind | None, wanted: Kind) -> bool:
+    if kind is None or kind is wanted or (kind, wanted) == (Kind.INTEGER, Kind.NUMBER):
+        return True
+    return _is_zero(term) and wanted in NUMERIC_KINDS
+
+
+def _is_zero(term: Term) -> bool:
+    return isinstance(term, Constant) and term.kind in PLAIN and term.value == 0
+
+
+def _instead(term: Term, kind: Kind | None, wanted: Kind | None) -> tuple[str, ...]:
+    """What could be written in place of a term to make it of the wanted kind."""
+    if wanted is None or kind is None:
+        return ()
+    text = print_term(term)
+    if isinstance(term, Constant) and kind in PLAIN and wanted in UNITS:
+        return tuple(f"{text} {unit}" for unit in UNITS[wanted])
+    if wanted is Kind.BOOLEAN and kind in NUMERIC_KINDS:
+        zero = f"0 {next(iter(UNITS[kind]))}" if kind in UNITS else "0"
+        return (f"{text} > {zero}",)
+    if wanted is Kind.BOOLEAN:
+        return (f'{text} == "{example_of(kind)}"',) if kind is Kind.TEXT else ()
+    if kind is Kind.POSE and wanted in (Kind.LENGTH, Kind.ANGLE):
+        return (f"{text}.yaw",) if wanted is Kind.ANGLE else (f"{text}.x", f"{text}.y")
+    if wanted is Kind.TEXT and isinstance(term, Constant):
+        return (f'"{term.text}"',)
+    return ()
+
+
+def _scalings(term: Binary, left: Kind, right: Kind) -> tuple[str, ...]:
+    if left in PLAIN:
+        return ()
+    return (f"{print_term(term.left)} {term.operator} 2", *_FAMILY[term.operator])
+
+
+_FAMILY = {"*": ("speed * duration",), "/": ("length / duration", "length / length")}
+
+
+def _article(kind: Kind | None) -> str:
+    if kind is Kind.BOOLEAN:
+        return "true or false"
+    return with_article(kind) if kind is not None else "unknown"

@@ -1,0 +1,256 @@
+"""From the text of an expression to its syntax tree, by recursive descent.
+
+The grammar, loosest first; ``=`` here means "is"::
+
+    or         = and {"or" and}
+    and        = not {"and" not}
+    not        = "not" not | comparison
+    comparison = sum [("==" | "!=" | "<" | "<=" | ">" | ">=") sum]
+    sum        = product {("+" | "-") product}
+    product    = minus {("*" | "/") minus}
+    minus      = "-" minus | part
+    part       = value ["." ("x" | "y" | "yaw")]
+    value      = number [unit] | text | "true" | "false" | "$" key | function "(" or {"," or} ")" | "(" or ")"
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.language.expressions.printing import print_term
+from florence_bt.trees.language.expressions.syntax import (
+    Binary,
+    Constant,
+    Expression,
+    Function,
+    Key,
+    PosePart,
+    Term,
+    Unary,
+)
+from florence_bt.trees.language.expressions.tokens import Places, Token, cut, problem_at
+from florence_bt.trees.language.quantities import guess_value
+from florence_bt.trees.language.source import Position
+
+MAX_LENGTH = 1000
+"""How many characters an expression has at most."""
+MAX_TOKENS = 200
+"""How many words, numbers and signs it has at most."""
+MAX_NESTING = 32
+"""How deep parentheses, signs and functions are nested at most."""
+
+COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")
+POSE_PARTS = ("x", "y", "yaw")
+FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "distance": 2}
+"""Function -> how many values it needs."""
+_WORDS = ("and", "or", "not", "true", "false")
+_MEANT_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
+
+
+def parse_expression(text: str, position: Position | None = None, *, exact: bool = True) -> Expression:
+    """Parse an expression.
+
+    Args:
+        text: The expression, without ``${`` and ``}``.
+        position: Where it begins in its file; line 1, column 1 when not given.
+        exact: Whether the text stands in the file as it is here, on one line; otherwise every part is said to
+            stand at the beginning.
+
+    Raises:
+        ConfigError: It is no expression; with line and column, without a file.
+    """
+    start = position or Position()
+    if len(text) > MAX_LENGTH:
+        problem = f"an expression of {len(text)} characters; at most {MAX_LENGTH} are read"
+        raise problem_at(start, problem, "set: a part of it to a key first")
+    places = Places(start, exact=exact)
+    tokens = cut(text, places)
+    if len(tokens) > MAX_TOKENS:
+        problem = f"an expression of {len(tokens) - 1} words and signs; at most {MAX_TOKENS} are read"
+        raise problem_at(start, problem, "set: a part of it to a key first")
+    if len(tokens) == 1:
+        raise problem_at(start, "an expression is missing", "$distance < 1 m", "$found and not $done")
+    begin = places.at(len(text) - len(text.lstrip()))
+    term = _Parser(tokens).whole()
+    return Expression(print_term(term) if "\n" in text.strip() else text.strip(), term, begin)
+
+
+class _Parser:
+    def __init__(self, tokens: list[Token]) -> None:
+        self._tokens = tokens
+        self._index = 0
+        self._depth = 0
+
+    def whole(self) -> Term:
+        term = self._or()
+        if self._now.kind != "end":
+            raise self._left_over(self._now)
+        return term
+
+    # ---- tokens ---------------------------------------------------------------------------------------
+
+    @property
+    def _now(self) -> Token:
+        return self._tokens[self._index]
+
+    def _take(self) -> Token:
+        token = self._now
+        self._index += token.kind != "end"
+        return token
+
+    def _is(self, *texts: str) -> bool:
+        return self._now.kind in ("symbol", "word") and self._now.text in texts
+
+    def _expect(self, sign: str, opened: Token) -> None:
+        if not self._is(sign):
+            if self._now.kind == "end":
+                raise problem_at(opened.position, f"this {opened.text} is not closed", sign)
+            raise self._left_over(self._now, sign)
+        self._take()
+
+    def _nested(self, position: Position, parse: Callable[[], Term]) -> Term:
+        self._depth += 1
+        if self._depth > MAX_NESTING:
+            problem = f"parts of an expression are nested more than {MAX_NESTING} deep"
+            raise problem_at(position, problem, "set: a part of it to a key first")
+        term = parse()
+        self._depth -= 1
+        return term
+
+    # ---- grammar --------------------------------------------------------------------------------------
+
+    def _or(self) -> Term:
+        return self._left_to_right(("or",), self._and)
+
+    def _and(self) -> Term:
+        return self._left_to_right(("and",), self._not)
+
+    def _not(self) -> Term:
+        if not self._is("not"):
+            return self._comparison()
+        token = self._take()
+        return Unary("not", self._nested(token.position, self._not), token.position)
+
+    def _comparison(self) -> Term:
+        left = self._sum()
+        if not self._is(*COMPARISONS):
+            return left
+        token = self._take()
+        term = Binary(token.text, left, self._sum(), token.position)
+        if self._is(*COMPARISONS):
+            problem = "comparisons cannot be chained"
+            raise problem_at(self._now.position, problem, "$a < $b and $b < $c")
+        return term
+
+    def _sum(self) -> Term:
+        return self._left_to_right(("+", "-"), self._product)
+
+    def _product(self) -> Term:
+        return self._left_to_right(("*", "/"), self._minus)
+
+    def _left_to_right(self, operators: tuple[str, ...], operand: Callable[[], Term]) -> Term:
+        term = operand()
+        while self._is(*operators):
+            token = self._take()
+            term = Binary(token.text, term, operand(), token.position)
+        return term
+
+    def _minus(self) -> Term:
+        if not self._is("-"):
+            return self._part()
+        token = self._take()
+        return Unary("-", self._nested(token.position, self._minus), token.position)
+
+    def _part(self) -> Term:
+        term = self._value()
+        while self._is("."):
+            dot = self._take()
+            name = self._take()
+            if name.kind != "word" or name.text not in POSE_PARTS:
+                where = name.position if name.kind == "word" else dot.position
+                raise problem_at(where, f"a pose has no part {name.text!r}", *(f".{p}" for p in POSE_PARTS))
+            term = PosePart(term, name.text, name.position)
+        return term
+
+    def _value(self) -> Term:
+        token = self._take()
+        match token.kind:
+            case "quantity":
+                return _quantity(token)
+            case "text":
+                return Constant(token.text[1:-1], Kind.TEXT, token.text[1:-1], token.position)
+            case "key":
+                return Key(token.text.strip("${}"), token.position)
+            case "word":
+                return self._word(token)
+        if token.text == "(":
+            term = self._nested(token.position, self._or)
+            self._expect(")", token)
+            return term
+        raise self._no_value(token)
+
+    def _word(self, token: Token) -> Term:
+        if token.text in ("true", "false"):
+            return Constant(token.text == "true", Kind.BOOLEAN, token.text, token.position)
+        if self._is("(") and token.text not in ("and", "or", "not"):
+            return self._function(token)
+        raise self._bare_word(token)
+
+    def _function(self, name: Token) -> Term:
+        if name.text not in FUNCTIONS:
+            valid = [f"{known}(...)" for known in closest_first(name.text, FUNCTIONS)]
+            raise problem_at(name.position, f"there is no function {name.text!r}", *valid)
+        opened = self._take()
+        arguments = [] if self._is(")") else [self._nested(name.position, self._or)]
+        while self._is(","):
+            self._take()
+            arguments.append(self._nested(name.position, self._or))
+        self._expect(")", opened)
+        wanted = FUNCTIONS[name.text]
+        if len(arguments) != wanted:
+            problem = f"{name.text} needs {wanted} value{'s' if wanted > 1 else ''}, not {len(arguments)}"
+            raise problem_at(name.position, problem, f"{name.text}({', '.join(('$a', '$b')[:wanted])})")
+        return Function(name.text, tuple(arguments), name.position)
+
+    # ---- errors ---------------------------------------------------------------------------------------
+
+    def _no_value(self, token: Token) -> ConfigError:
+        if token.kind == "end":
+            before = self._tokens[-2].text
+            return problem_at(token.position, f"a value is missing after {before!r}", "$key", "1.5 m")
+        return problem_at(token.position, f"a value is needed before {token.text!r}", "$key", "1.5 m")
+
+    def _bare_word(self, token: Token) -> ConfigError:
+        word = token.text
+        lower = word.lower()
+        if lower in _WORDS and lower != word:
+            return problem_at(token.position, f"{word!r} is written in lower case", lower)
+        if word in _WORDS:
+            return problem_at(token.position, f"a value is needed before {word!r}", "$key", "true")
+        close = difflib.get_close_matches(lower, _WORDS, n=1, cutoff=0.75)
+        problem = f"{word!r} is neither a key nor a text"
+        return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close)
+
+    def _left_over(self, token: Token, *wanted: str) -> ConfigError:
+        if token.text == ")":
+            return problem_at(token.position, "this ) closes nothing", *wanted)
+        if token.kind == "word":
+            close = difflib.get_close_matches(token.text.lower(), ("and", "or"), n=1, cutoff=0.5)
+            meant = _MEANT_WORDS.get(token.text.lower())
+            valid = (meant,) if meant else tuple(close) or ("and", "or", *COMPARISONS)
+            return problem_at(token.position, f"an operator is needed, not {token.text!r}", *valid)
+        operators = wanted or ("and", "or", *COMPARISONS, "+", "-", "*", "/")
+        return problem_at(token.position, f"an operator is missing before {token.text!r}", *operators)
+
+
+def _quantity(token: Token) -> Constant:
+    try:
+        kind, value = guess_value(token.text)
+    except ConfigError as error:
+        raise problem_at(token.position, error.problem, *error.valid) from error
+    if kind is Kind.TEXT:
+        raise problem_at(token.position, f"{token.text!r} is no number", "1.5", "0.5 m")
+    return Constant(value, kind, token.text, token.position)

@@ -1,0 +1,158 @@
+"""Expressions as written: an immutable syntax tree, with the position of every part."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from florence_bt.core.declaration import Kind
+from florence_bt.trees.language.source import Position
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A value that is written out: ``0.5 m``, ``"kitchen"``, ``true``.
+
+    Attributes:
+        value: The value in SI units.
+        kind: What it is.
+        text: As written; a text without its quotes.
+        position: Where it begins.
+    """
+
+    value: Any
+    kind: Kind
+    text: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """``$key``: the value of a key.
+
+    Attributes:
+        key: The key's name.
+        position: Where it begins, at the dollar sign.
+    """
+
+    key: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class PosePart:
+    """``$pose.x``: a number of a pose.
+
+    Attributes:
+        pose: What it is a part of.
+        part: ``x``, ``y`` or ``yaw``.
+        position: Where the name of the part stands.
+    """
+
+    pose: Term
+    part: str
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """``not a`` and ``-a``.
+
+    Attributes:
+        operator: ``not`` or ``-``.
+        operand: What it works on.
+        position: Where the operator stands.
+    """
+
+    operator: str
+    operand: Term
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """Two operands with an operator between them.
+
+    Attributes:
+        operator: ``or and == != < <= > >= + - * /``.
+        left: The first operand.
+        right: The second operand.
+        position: Where the operator stands.
+    """
+
+    operator: str
+    left: Term
+    right: Term
+    position: Position
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """``min($a, $b)``.
+
+    Attributes:
+        name: ``abs``, ``min``, ``max`` or ``distance``.
+        arguments: What it is given.
+        position: Where the name stands.
+    """
+
+    name: str
+    arguments: tuple[Term, ...]
+    position: Position
+
+
+Term = Constant | Key | PosePart | Unary | Binary | Function
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A whole expression.
+
+    Attributes:
+        text: As the author wrote it, on one line, without ``${`` and ``}``.
+        term: The syntax tree.
+        position: Where it begins.
+        keys: The names of the keys that it reads, each once, in the order of the text.
+    """
+
+    text: str
+    term: Term
+    position: Position
+    keys: tuple[str, ...] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Look for the keys once: every check asks for them."""
+        object.__setattr__(self, "keys", tuple(dict.fromkeys(key.key for key in keys_of(self.term))))
+
+
+def parts_of(term: Term) -> tuple[Term, ...]:
+    """The terms directly below a term."""
+    match term:
+        case PosePart(pose=pose):
+            return (pose,)
+        case Unary(operand=operand):
+            return (operand,)
+        case Binary(left=left, right=right):
+            return (left, right)
+        case Function(arguments=arguments):
+            return arguments
+    return ()
+
+
+def keys_of(term: Term) -> Iterator[Key]:
+    """Every mention of a key in a term, from left to right."""
+    if isinstance(term, Key):
+        yield term
+    for part in parts_of(term):
+        yield from keys_of(part)
+
+
+def start_of(term: Term) -> Position:
+    """Where the text of a term begins; an opening parenthesis is not counted."""
+    match term:
+        case Binary(left=left):
+            return start_of(left)
+        case PosePart(pose=pose):
+            return start_of(pose)
+    return term.position

@@ -1,0 +1,90 @@
+"""Inputs that a caller gives a mission: service, action, command line or another program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from florence_bt.behaviours.keys import is_source
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.language._reader import Reader
+from florence_bt.trees.language.model import Mission, PoseParts, Value
+from florence_bt.trees.language.quantities import example_of, out_of_range, read_value
+from florence_bt.trees.language.source import parse_source
+from florence_bt.trees.language.values import tree_value
+
+
+def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Check the inputs of a call and fill in the defaults.
+
+    Args:
+        mission: The mission to be called.
+        given: By name: texts, read exactly like values in a mission file (``30 s``), or values in SI units.
+
+    Returns:
+        Every input of the mission in SI units.
+
+    Raises:
+        ConfigError: Everything that is wrong with the inputs, in one error.
+    """
+    problems: list[str] = []
+    valid: list[str] = []
+    inputs: dict[str, Any] = {}
+    misspelt: set[str] = set()
+    for name, value in given.items():
+        if name not in mission.inputs:
+            problems.append(f"{mission.name} has no input {name!r}")
+            meant = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
+            misspelt.update(meant)
+            shown = [f"{one}={value}" for one in meant if isinstance(value, str) and len(value) < 100]
+            valid += shown or closest_first(name, mission.inputs) or ["no inputs at all"]
+    for name, port in mission.inputs.items():
+        if name in given:
+            try:
+                inputs[name] = _read(given[name], port)
+            except ConfigError as error:
+                problems.append(f"{name}: {error.problem}")
+                valid += [f"{name}={text}" for text in error.valid]
+        elif name in misspelt:
+            continue  # not told as missing too
+        elif port.required:
+            problems.append(f"{name} is missing: {port.description or port.kind.value}")
+            valid.append(f"{name}={example_of(port.kind)}")
+        else:
+            inputs[name] = port.default
+    if problems:
+        raise ConfigError("; ".join(problems), valid=dict.fromkeys(valid))
+    return inputs
+
+
+def _read(value: Any, port: Port) -> Any:
+    if isinstance(value, str):
+        read = _read_pose(value) if port.kind is Kind.POSE else read_value(value, port.kind)
+        problem = out_of_range(read, port)
+    else:
+        number = isinstance(value, int) and not isinstance(value, bool)
+        read = float(value) if number and float in port.kind.python_types else value
+        problem = port.problem_with(read)
+    if problem:
+        raise ConfigError(problem)
+    return read
+
+
+def _read_pose(text: str) -> Any:
+    try:
+        source = parse_source(text.encode(), Path("input"))
+    except ConfigError:
+        return read_value(text, Kind.POSE)
+    reader = Reader(Path("input"))
+    value: Value | None = reader.value(source, "the input")
+    if reader.findings:
+        raise ConfigError(reader.findings[0].message, valid=reader.findings[0].valid)
+    if not isinstance(value, PoseParts):
+        return read_value(text, Kind.POSE)
+    pose = tree_value(value, Kind.POSE)
+    if is_source(pose):
+        raise ConfigError("an input from outside cannot refer to keys", valid=[example_of(Kind.POSE)])
+    return pose

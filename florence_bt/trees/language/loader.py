@@ -1,0 +1,190 @@
+"""The missions of a robot: those that come with the package and those of further folders."""
+
+from __future__ import annotations
+
+import filecmp
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.trees.language.declared_skills import ENDING, is_skills_file, read_skills_file
+from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
+from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.parse import read_mission
+from florence_bt.trees.language.third_party import ThirdParty
+
+BUILT_IN = Path(__file__).parents[1] / "missions"
+"""The missions that come with the package."""
+
+
+class MissionLibrary:
+    """Missions by name.
+
+    One broken file does not take the others away: what is wrong with it is in :attr:`findings` (when it is no
+    YAML) or in the mission's own findings.
+    """
+
+    def __init__(self) -> None:
+        self._findings: list[Finding] = []
+        self.folders: list[Path] = []
+        """The folders that were read, the first one first."""
+        self.declarations: dict[str, SkillDeclaration] = {}
+        """Skills that files beside the missions declare, whether anybody has written them or not."""
+        self._skills_files: set[Path] = set()
+        self._skills_folders: set[Path] = set()
+        self._missions: dict[str, Mission] = {}
+        self._files: dict[str, Path] = {}
+        self._unreadable: dict[str, ConfigError] = {}
+        self._fitting: dict[int, Mission] = {}
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What is wrong with files and packages that could not be read, by file and place."""
+        return sort_findings(self._findings)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What goes to another process: identities of objects mean nothing there."""
+        return {**self.__dict__, "_fitting": {}}
+
+    @classmethod
+    def load(
+        cls, folders: Sequence[Path] = (), *, built_in: bool = True, third_party: bool | None = None
+    ) -> MissionLibrary:
+        """Read every ``*.yaml`` of some folders, but no hidden file: editors leave such beside their own.
+
+        That a mission shadows another is one of the findings.
+
+        Args:
+            folders: Mission folders; a later one shadows missions of the same name in an earlier one.
+            built_in: Whether to begin with the missions that come with the package.
+            third_party: Whether to go on with those of installed packages (entry points of the group
+                ``florence_bt.missions``); as ``built_in`` when not given.
+
+        Raises:
+            ConfigError: A folder does not exist.
+        """
+        library = cls()
+        packages = ThirdParty()
+        further = built_in if third_party is None else third_party
+        installed = [folder for _, folder in packages.mission_folders()] if further else []
+        library._findings += packages.findings
+        library.folders = ([BUILT_IN] if built_in else []) + [*installed, *folders]
+        for folder in library.folders:
+            if not folder.is_dir():
+                raise ConfigError(f"there is no folder of missions {str(folder)!r}")
+            for path in sorted(folder.glob("[!.]*.yaml")):
+                library.add_file(path)
+        return library
+
+    def add_file(self, path: Path) -> Mission | None:
+        """Read one file; its mission shadows an earlier one of the same name.
+
+        Returns:
+            The mission, or None when the file cannot be read at all (see :attr:`findings`).
+        """
+        if is_skills_file(path):
+            self._add_skills(path)
+            return None
+        self._add_skills_of(path.parent)
+        self._note_shadow(path)
+        self._fitting.clear()
+        self._unreadable.pop(path.stem, None)
+        self._missions.pop(path.stem, None)
+        try:
+            mission = read_mission(path)
+        except ConfigError as error:
+            self._findings.append(finding_from_error(error))
+            self._unreadable[path.stem] = error
+            return None
+        # The stem counts, also when the file calls the mission something else: that is one of its findings.
+        self._missions[path.stem] = mission
+        return mission
+
+    def with_declared(self, declarations: Mapping[str, SkillDeclaration]) -> Mapping[str, SkillDeclaration]:
+        """The given skills, and behind them those that are only declared; later ones are seen too."""
+        return ChainMap(dict(declarations), self.declarations)
+
+    def _add_skills_of(self, folder: Path) -> None:
+        if folder not in self._skills_folders:
+            self._skills_folders.add(folder)
+            for path in sorted(folder.glob(f"*{ENDING}")):
+                self._add_skills(path)
+
+    def _add_skills(self, path: Path) -> None:
+        if path in self._skills_files:
+            return
+        self._skills_files.add(path)
+        try:
+            declared = read_skills_file(path)
+        except ConfigError as error:
+            self._findings.append(finding_from_error(error))
+            return
+        self._findings += declared.findings
+        self.declarations.update(declared.declarations)
+
+    def _note_shadow(self, path: Path) -> None:
+        earlier = self._files.get(path.stem)
+        self._files[path.stem] = path
+        if earlier is not None and not _same_mission(earlier, path):
+            message = f"this mission shadows the one of the same name in {earlier}"
+            self._findings.append(Finding(str(path), 1, 1, WARNING, message))
+
+    def put(self, mission: Mission) -> None:
+        """Let a mission that was read earlier count instead of what its file says now."""
+        name = mission.file.stem
+        self._fitting.clear()
+        self._unreadable.pop(name, None)
+        self._missions[name] = mission
+
+    def fits(self, mission: Mission) -> bool:
+        """Whether :meth:`note_fitting` was told of this mission and nothing has come or changed since."""
+        return id(mission) in self._fitting
+
+    def note_fitting(self, mission: Mission) -> None:
+        """Remember that a mission, with those that it calls, is small enough to run."""
+        self._fitting[id(mission)] = mission
+
+    def unreadable(self) -> dict[str, ConfigError]:
+        """The names of the files that could not be read at all, and why."""
+        return dict(self._unreadable)
+
+    def get(self, name: str) -> Mission:
+        """The mission of a name.
+
+        Raises:
+            ConfigError: There is none, or its file cannot be read.
+        """
+        if name in self._unreadable:
+            raise self._unreadable[name]
+        if name not in self._missions:
+            raise ConfigError(f"there is no mission {name!r}", valid=closest_first(name, self._missions))
+        return self._missions[name]
+
+    def find(self, name: str) -> Mission | None:
+        """The mission of a name, or None."""
+        return self._missions.get(name)
+
+    def missions(self) -> list[Mission]:
+        """Every mission, in alphabetical order."""
+        return [self._missions[name] for name in self.names()]
+
+    def names(self) -> list[str]:
+        """The names of every mission, in alphabetical order."""
+        return sorted(self._missions)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._missions
+
+    def __iter__(self) -> Iterator[Mission]:
+        return iter(self.missions())
+
+
+def _same_mission(first: Path, second: Path) -> bool:
+    """Whether two files are one, or one is a plain copy of the other."""
+    try:
+        return first.samefile(second) or filecmp.cmp(first, second, shallow=False)
+    except OSError:
+        return False

@@ -1,0 +1,74 @@
+"""Skills and missions of installed packages: found by Python entry points.
+
+A package that cannot be loaded is reported by its name and takes nothing else away.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import importlib.util
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+from florence_bt.trees.language.findings import WARNING, Finding
+
+SKILLS = "florence_bt.skills"
+"""Entry points of modules with ``SkillDeclaration`` values."""
+MISSIONS = "florence_bt.missions"
+"""Entry points of package folders with mission files."""
+
+
+class ThirdParty:
+    """What installed packages bring.
+
+    Attributes:
+        findings: The packages that could not be loaded, and why.
+    """
+
+    def __init__(self) -> None:
+        self.findings: list[Finding] = []
+
+    def skill_modules(self) -> Iterator[tuple[str, ModuleType]]:
+        """The modules of skills, in the order of the entry points' names, each with who brought it."""
+        for point in _points(SKILLS):
+            try:
+                yield _owner(point), importlib.import_module(point.module)
+            except (Exception, SystemExit) as error:
+                # Whatever a stranger's module does when it is imported is the stranger's fault alone.
+                self._refuse(point, f"cannot be imported: {type(error).__name__}: {error}")
+
+    def mission_folders(self) -> Iterator[tuple[str, Path]]:
+        """The folders of missions, in the order of the entry points' names, each with who brought it."""
+        for point in _points(MISSIONS):
+            try:
+                spec = importlib.util.find_spec(point.value)
+            except (Exception, SystemExit) as error:
+                # Finding a module imports the packages above it.
+                self._refuse(point, f"cannot be found: {type(error).__name__}: {error}")
+                continue
+            places = list(spec.submodule_search_locations or ()) if spec is not None else []
+            folder = next((Path(place) for place in places if Path(place).is_dir()), None)
+            if folder is None:
+                self._refuse(point, "is no package folder")
+            else:
+                yield _owner(point), folder
+
+    def refuse(self, owner: str, problem: str, *valid: str) -> None:
+        """Note that something of a package does not count."""
+        self.findings.append(Finding(owner, 1, 1, WARNING, problem, tuple(valid)))
+
+    def _refuse(self, point: importlib.metadata.EntryPoint, problem: str) -> None:
+        self.refuse(_owner(point), f"{point.value!r} (entry point {point.name!r} of {point.group}) {problem}")
+
+
+def _points(group: str) -> list[importlib.metadata.EntryPoint]:
+    """The entry points of a group, each once, in a fixed order."""
+    found = {(point.name, point.value): point for point in importlib.metadata.entry_points(group=group)}
+    return [found[key] for key in sorted(found)]
+
+
+def _owner(point: importlib.metadata.EntryPoint) -> str:
+    """The package of an entry point, for people."""
+    return f"package {point.dist.name}" if point.dist is not None else f"package of {point.value}"

@@ -1,0 +1,131 @@
+"""Values of a mission file to values of the tree: literals are read, references become value sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from florence_bt.behaviours.keys import (
+    KeyReference,
+    KeyStore,
+    PoseFromParts,
+    TextTemplate,
+    ValueProblem,
+    is_source,
+    readable,
+)
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.trees.language.expressions.building import build_formula
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value, show
+from florence_bt.trees.language.quantities import (
+    example_of,
+    guess_value,
+    out_of_range,
+    range_of,
+    read_value,
+    with_article,
+)
+
+Kinds = Mapping[str, Kind | None]
+"""The kinds of keys, as far as they are known."""
+
+
+def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> Any:
+    """What a node of the tree is given for a value.
+
+    Args:
+        value: The value as written.
+        kind: What it must be; None when anything that can be held by a key will do.
+        kinds: The kinds of the keys, for expressions.
+
+    Returns:
+        A value in SI units, or a value source where keys are needed.
+
+    Raises:
+        ConfigError: The value is of another kind. Only an error in an expression has a line and column.
+    """
+    match value:
+        case Reference(key=key):
+            return KeyReference(key)
+        case Literal():
+            return literal_value(value, kind)
+        case Template(parts=parts):
+            if kind is not None and kind is not Kind.TEXT:
+                problem = f"{with_article(kind)} cannot be a text with keys in it"
+                raise ConfigError(problem, valid=(*as_expression(value), *_written(kind)))
+            return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
+        case PoseParts():
+            return _pose(value, kind, kinds)
+        case Expression():
+            return _formula(value, kind, kinds)
+
+
+def _pose(value: PoseParts, kind: Kind | None, kinds: Kinds | None) -> Any:
+    if kind is not None and kind is not Kind.POSE:
+        raise ConfigError(f"{with_article(kind)} is needed, not a pose", valid=_written(kind))
+    parts = ((value.x, Kind.LENGTH), (value.y, Kind.LENGTH), (value.yaw, Kind.ANGLE))
+    numbers = [tree_value(part, wanted, kinds) for part, wanted in parts]
+    if all(isinstance(number, (int, float)) for number in numbers):
+        return Pose2(*numbers)
+    return PoseFromParts(*numbers)
+
+
+def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
+    """A formula; the value itself when it needs no keys."""
+    for problem in check_kinds(value, kinds or {}, kind).problems:
+        place = problem.position
+        raise ConfigError(problem.message, line=place.line, column=place.column, valid=problem.valid)
+    formula = build_formula(value, kinds)
+    if formula.keys:
+        return formula
+    try:
+        return formula.resolve(KeyStore())
+    except ValueProblem as error:
+        raise ConfigError(str(error), line=value.position.line, column=value.position.column) from error
+
+
+def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
+    """As :func:`tree_value`, and what needs no keys is held against the port's limits.
+
+    Raises:
+        ConfigError: The value is of another kind or outside the limits; placed as by :func:`tree_value`.
+    """
+    result = tree_value(value, port.kind, kinds)
+    if isinstance(result, (int, float)) and not isinstance(result, bool):
+        problem = out_of_range(result, port)
+        if problem:
+            raise ConfigError(problem, valid=range_of(port))
+    return result
+
+
+def literal_value(literal: Literal, kind: Kind | None) -> Any:
+    """Read a literal; a quoted one where no kind is asked for is a text."""
+    if kind is None:
+        return literal.text if literal.quoted else guess_value(literal.text)[1]
+    return read_value(literal.text, kind)
+
+
+def template_of(value: Value) -> TextTemplate:
+    """A text, with keys or without, as a template; an expression may be of any kind."""
+    source = tree_value(value, None if isinstance(value, Expression) else Kind.TEXT)
+    if isinstance(source, TextTemplate):
+        return source
+    return TextTemplate((source if is_source(source) else readable(source),))
+
+
+def as_expression(value: Template) -> tuple[str, ...]:
+    """The template in ``${...}``, when it is an expression that lacks them."""
+    text = show(value)
+    try:
+        parse_expression(text)
+    except ConfigError:
+        return ()
+    return (f"${{{text}}}",)
+
+
+def _written(kind: Kind) -> tuple[str, ...]:
+    return (example_of(kind), "$key")

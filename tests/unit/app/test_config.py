@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes, section
+from florence_bt.core.errors import ConfigError
+
+
+def test_the_configuration_of_the_package_is_read():
+    config = load_config()
+    assert config and all(isinstance(section, dict) for section in config.values())
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"navigate: {a: 1\nb", r"robot\.yaml:2:\d+: not YAML"),
+        (b"- navigate\n", "must map node names"),
+        (b"", "must map node names"),
+        (b"navigate: 3\n", "navigate must map parameter names"),
+        (b"navigate:\n", "navigate must map parameter names"),
+        (b"navigate: \xff\xfe\n", "not UTF-8"),
+        (b"navigate: {a: !!python/object:os.system {}}\n", "the tag .* is not allowed"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_said_with_its_name(tmp_path, content, problem):
+    file = tmp_path / "robot.yaml"
+    file.write_bytes(content)
+    with pytest.raises(ConfigError, match=problem) as error:
+        load_config(file)
+    assert str(file) in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["nothing.yaml", "."])
+def test_a_file_that_cannot_be_read_is_named(tmp_path, name):
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load_config(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "navigate: {speed: 1.5, frames: [map, odom]}",
+        "navigate: {ros__parameters: {speed: 1.5, frames: [map, odom]}}",
+        "/navigate:\n  ros__parameters:\n    speed: 1.5\n    frames: [map, odom]\n",
+    ],
+)
+def test_parameter_files_of_ros_are_read_too(tmp_path, content):
+    file = tmp_path / "robot.yaml"
+    file.write_text(content)
+    assert load_config(file) == {"navigate": {"speed": 1.5, "frames": ["map", "odom"]}}
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("navigate: {ros__parameters: 3}", "navigate must map parameter names"),
+        ("navigate: {a: {b: 1}}", "the parameter 'a' is not a number"),
+        ("navigate: {ros__parameters: {a: {b: 1}}}", "the parameter 'a' is not a number"),
+        ("navigate: {a: 2020-01-01}", "the parameter 'a' is not a number"),
+        ("navigate: {a: 2020-13-99}", "a value cannot be read: month must be"),
+        (f"navigate: {{a: {'9' * 5000}}}", "a value cannot be read: Exceeds the limit"),
+    ],
+)
+def test_values_that_are_no_parameters(tmp_path, content, problem):
+    file = tmp_path / "robot.yaml"
+    file.write_text(content)
+    with pytest.raises(ConfigError, match=problem):
+        load_config(file)
+
+
+def test_overrides_go_over_the_configuration_and_none_is_no_override():
+    config = {"navigate": {"speed": 1, "frame": "map"}}
+    assert section(config, "navigate", speed=2, frame=None) == {"speed": 2, "frame": "map"}
+    assert section(config, "localiser", seed=3, port=None) == {"seed": 3}
+    assert config == {"navigate": {"speed": 1, "frame": "map"}}
+
+
+def test_an_unknown_node_is_told_with_what_looks_like_it():
+    refuse_unknown_nodes({"navigate": {}}, {"navigate", "localiser"}, "robot.yaml")
+    with pytest.raises(ConfigError, match=r"robot\.yaml: unknown node 'navigat'.*navigate"):
+        refuse_unknown_nodes({"navigat": {}}, {"navigate", "localiser"}, "robot.yaml")

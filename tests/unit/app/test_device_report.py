@@ -1,0 +1,57 @@
+"""Which devices of a robot do not work, as their drivers say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rclpy")
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from florence_bt.app.bringup.device_report import DEVICE_NODES, DeviceReport, tell_missing
+
+
+class Topic:
+    """Stands for the node: keeps the callback of the one subscription."""
+
+    def create_subscription(self, kind: Any, topic: str, callback: Any, qos: Any) -> None:
+        assert topic == "diagnostics"
+        self.say = callback
+
+
+def said(*, broken: dict[str, str]) -> DiagnosticArray:
+    return DiagnosticArray(
+        status=[
+            DiagnosticStatus(
+                name=f"{node}: connection",
+                level=DiagnosticStatus.ERROR if node in broken else DiagnosticStatus.OK,
+                message=broken.get(node, "all is well"),
+            )
+            for node in DEVICE_NODES
+        ]
+    )
+
+
+def test_a_driver_that_has_said_nothing_is_named():
+    report = DeviceReport(Topic())
+    assert len(report.missing()) == len(DEVICE_NODES)
+    assert "hokuyo_node: its driver says nothing; see the logs" in report.missing()
+
+
+def test_what_is_missing_is_told_with_the_drivers_advice():
+    topic, lines = Topic(), []
+    report = DeviceReport(topic)
+    topic.say(said(broken={"turtlebot_node": "cannot open /dev/ttyUSB0: plug it in"}))
+    tell_missing(report, lines.append)
+    assert lines[0] == "device missing: turtlebot_node: connection: cannot open /dev/ttyUSB0: plug it in"
+    assert len(lines) == 2 and "florence doctor" in lines[1]
+
+
+def test_nothing_is_told_when_all_is_well_in_the_end():
+    topic, lines = Topic(), []
+    report = DeviceReport(topic)
+    topic.say(said(broken={"kinect_node": "no depth pictures arrive"}))
+    topic.say(said(broken={}))
+    tell_missing(report, lines.append)
+    assert lines == [] == report.missing()

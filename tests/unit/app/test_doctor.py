@@ -1,0 +1,245 @@
+"""The doctor: every check on a made-up machine, good and bad, and the table."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import io
+import json
+import os
+from datetime import UTC, datetime
+
+import pytest
+from rich.console import Console
+
+from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.doctor import examination
+from florence_bt.app.doctor.finding import Finding, Level, good, note, problem, warning
+from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings, is_partial
+from florence_bt.app.doctor.libraries import LIBRARIES, check_libraries
+from florence_bt.app.doctor.machine import NOT_SYNCHRONISED, check_machine
+from florence_bt.app.doctor.ports import check_ports, users_of
+from florence_bt.app.doctor.report import as_json, healthy, print_table, summary
+from florence_bt.app.doctor.usb import check_usb
+
+TODAY = datetime(2026, 5, 4, 12, 0, tzinfo=UTC)
+
+
+def by_item(findings) -> dict[str, Finding]:
+    return {finding.item: finding for finding in findings}
+
+
+def newest(name: str) -> str:
+    return ".".join(str(part) for part in next(x for x in LIBRARIES if x.name == name).least)
+
+
+def test_libraries_that_are_all_there():
+    findings = by_item(check_libraries(newest, lambda name: "libfreenect.so.0.5"))
+    assert all(f.level is Level.OK for name, f in findings.items() if name != "Python")
+    assert set(findings) == {"Python", "libfreenect", *(library.name for library in LIBRARIES)}
+
+
+def test_missing_and_old_libraries():
+    def version(name: str) -> str:
+        if name in ("numba", "PyYAML"):
+            raise importlib.metadata.PackageNotFoundError(name)
+        return "1.25.9" if name == "numpy" else newest(name)
+
+    findings = by_item(check_libraries(version, lambda name: None))
+    assert findings["PyYAML"].level is Level.PROBLEM
+    assert (
+        findings["numba"].level is Level.WARNING and "pip install 'numba>=0.60'" in findings["numba"].advice
+    )
+    assert "1.25.9 is too old" in findings["numpy"].found
+    assert "apt install libfreenect0.5" in findings["libfreenect"].advice
+
+
+@pytest.mark.parametrize(
+    ("free", "level"), [(5 << 30, Level.OK), (500 << 20, Level.WARNING), (1 << 20, Level.PROBLEM)]
+)
+def test_room_on_the_disk(tmp_path, free, level):
+    findings = by_item(check_machine(tmp_path / "not" / "yet", lambda path: free, lambda: TODAY, lambda: 0))
+    assert findings["disk"].level is level and str(tmp_path) in findings["disk"].found
+
+
+@pytest.mark.parametrize(
+    ("now", "state", "level"),
+    [
+        (TODAY, 0, Level.OK),
+        (TODAY, None, Level.OK),
+        (TODAY, NOT_SYNCHRONISED, Level.NOTE),
+        (datetime(1970, 1, 1, tzinfo=UTC), NOT_SYNCHRONISED, Level.PROBLEM),
+    ],
+)
+def test_clock(tmp_path, now, state, level):
+    findings = by_item(check_machine(tmp_path, lambda path: 5 << 30, lambda: now, lambda: state))
+    assert findings["clock"].level is level
+
+
+def test_the_real_machine_can_be_asked(tmp_path):
+    findings = by_item(check_machine(tmp_path))
+    assert findings["disk"].level is not Level.PROBLEM
+    assert "clock" in findings and "compiled code" in findings
+
+
+@pytest.fixture
+def terminal():
+    """A real serial device: one end of a pseudo-terminal."""
+    ours, theirs = os.openpty()
+    yield os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def process_with(proc, pid, name, *files):
+    folder = proc / str(pid)
+    (folder / "fd").mkdir(parents=True)
+    (folder / "comm").write_text(f"{name}\n")
+    for number, file in enumerate(files):
+        (folder / "fd" / str(number)).symlink_to(file)
+
+
+def test_a_port_that_is_fine(tmp_path, terminal):
+    (tmp_path / "base").symlink_to(terminal)
+    findings = list(check_ports({"turtlebot_node": str(tmp_path / "base")}, processes=tmp_path))
+    assert [f.level for f in findings] == [Level.OK] and terminal in findings[0].found
+
+
+def test_a_port_that_is_not_there_names_those_that_are(tmp_path):
+    (tmp_path / "usb-FTDI").touch()
+    (finding,) = check_ports({"turtlebot_node": "/dev/not_there"}, by_id=tmp_path)
+    assert finding.level is Level.PROBLEM and "usb-FTDI" in finding.advice
+
+
+def test_a_port_that_is_a_file(tmp_path):
+    (tmp_path / "base").touch()
+    (finding,) = check_ports({"turtlebot_node": str(tmp_path / "base")})
+    assert finding.level is Level.PROBLEM and "no serial device" in finding.found
+
+
+def test_a_port_that_is_not_allowed(terminal):
+    (finding,) = check_ports({"hokuyo_node": terminal}, allowed=lambda path: False)
+    assert finding.level is Level.PROBLEM
+    assert "dialout" in finding.advice and "99-florence.rules" in finding.advice
+
+
+def test_a_port_in_use(tmp_path, terminal):
+    process_with(tmp_path, 12, "other", "/dev/null")
+    process_with(tmp_path, 4711, "florence", "/dev/null", terminal)
+    (tmp_path / "99" / "fd").mkdir(parents=True)  # has ended meanwhile: nothing to read
+    assert list(users_of(terminal, tmp_path)) == ["florence (4711)"]
+    (finding,) = check_ports({"hokuyo_node": terminal}, processes=tmp_path)
+    assert finding.level is Level.NOTE and "florence (4711)" in finding.found
+
+
+def plug(sysfs, name, vendor, product, bus, device):
+    folder = sysfs / name
+    folder.mkdir(parents=True)
+    for file, text in (("idVendor", vendor), ("idProduct", product), ("busnum", bus), ("devnum", device)):
+        (folder / file).write_text(f"{text}\n")
+
+
+def test_usb_devices(tmp_path):
+    plug(tmp_path, "1-1", "0403", "6001", "1", "4")
+    plug(tmp_path, "1-2", "045e", "02ae", "1", "17")
+    (tmp_path / "1-2:1.0").mkdir()
+    asked = []
+    findings = by_item(check_usb(tmp_path, tmp_path, lambda path: asked.append(path)))
+    assert findings["cable of the Create"].level is Level.OK
+    assert findings["Hokuyo laser"].level is Level.NOTE
+    assert findings["Kinect camera"].level is Level.PROBLEM
+    assert asked == [tmp_path / "001" / "017"]
+    assert "12 V" in findings["Kinect motor"].advice
+
+
+def test_a_machine_without_usb(tmp_path):
+    (finding,) = check_usb(tmp_path / "none")
+    assert finding.level is Level.NOTE
+
+
+def everything() -> tuple[str, ...]:
+    return tuple(f"/{name}" for group, names in NODES.items() if group != "simulator" for name in names)
+
+
+def test_a_graph_where_all_is_well():
+    findings = list(check_graph(GraphView(everything(), 1, 0.8, {"turtlebot_node: Battery": (0, "ok")})))
+    assert all(f.level is Level.OK for f in findings) and len(findings) == 3
+
+
+def test_no_system():
+    (finding,) = check_graph(GraphView(("/somebody_else",)))
+    assert finding.level is Level.NOTE and "florence up" in finding.advice
+
+
+@pytest.mark.parametrize(
+    ("view", "partial"),
+    [
+        (GraphView(), False),
+        (GraphView(("/somebody_else",)), False),
+        (GraphView(everything()[:3], 1, 0.8, {"x": (0, "ok")}), True),
+        (GraphView(everything(), 1, None, {"x": (0, "ok")}), True),
+        (GraphView(everything(), 1, 0.8, {}), True),
+        (GraphView(everything(), 1, 0.8, {"x": (0, "ok")}), False),
+    ],
+)
+def test_what_is_worth_a_longer_look(view, partial):
+    assert is_partial(view) is partial
+
+
+def test_what_is_wrong_in_a_graph():
+    nodes = (*(name for name in everything() if name != "/navigate"), "/hokuyo_node")
+    view = GraphView(nodes, 2, 0.1, {"hokuyo_node: Connection": (2, "port lost")})
+    findings = by_item(check_graph(view))
+    assert "navigate" in findings["system"].found
+    assert "2 nodes" in findings["/hokuyo_node"].found
+    assert findings["/clock"].level is Level.PROBLEM
+    assert findings["base"].level is Level.PROBLEM and "10%" in findings["base"].found
+    assert findings["hokuyo_node: Connection"].level is Level.PROBLEM
+
+
+@pytest.mark.parametrize(
+    ("environment", "levels"),
+    [
+        ({}, [Level.OK, Level.OK]),
+        ({"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, [Level.OK, Level.NOTE]),
+        ({"ROS_DOMAIN_ID": "seven"}, [Level.PROBLEM, Level.OK]),
+    ],
+)
+def test_settings_of_ros(environment, levels):
+    assert [finding.level for finding in check_settings(environment)] == levels
+
+
+def test_a_check_that_breaks_does_not_hide_the_others(monkeypatch, tmp_path):
+    def broken(*_):
+        raise ZeroDivisionError("no such thing")
+        yield
+
+    monkeypatch.setattr(examination, "check_usb", broken)
+    monkeypatch.setattr(examination, "_ros", lambda: iter((good("ROS", "x", "y"),)))
+    findings = list(examination.examine(None, tmp_path))
+    assert findings[-1] == good("ROS", "x", "y")
+    assert any("ZeroDivisionError: no such thing" in finding.found for finding in findings)
+
+
+def test_a_wrong_configuration_is_a_finding(monkeypatch, tmp_path):
+    monkeypatch.setattr(examination, "_ros", lambda: iter(()))
+    file = tmp_path / "robot.yaml"
+    file.write_text("hokuyo_nod: {port: x}\n")
+    findings = [f for f in examination.examine(file, tmp_path, hardware=False) if f.group == "configuration"]
+    assert findings[0].level is Level.PROBLEM and "hokuyo_node" in findings[0].found
+
+
+def test_table_and_json():
+    findings = [
+        good("ports", "a", "fine"),
+        note("ports", "b", "in use"),
+        warning("ROS", "c", "odd", "look"),
+        problem("ROS", "d", "broken", "mend it"),
+    ]
+    out = io.StringIO()
+    print_table(findings, Console(file=out, width=60))
+    text = out.getvalue()
+    assert text.index("ports") < text.index("ROS") and text.count("ROS") == 1
+    assert "-> mend it" in text and text.endswith("4 things looked at: 1 problem, 1 warning\n")
+    assert summary(findings[:2]) == "2 things looked at: all is well"
+    assert json.loads(as_json(findings))[3]["level"] == "problem"
+    assert not healthy(findings) and healthy(findings[:3])

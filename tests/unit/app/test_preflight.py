@@ -1,0 +1,76 @@
+"""Mistakes that are told before any process starts."""
+
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.app.bringup.preflight import check_options
+from florence_bt.app.bringup.topology import NODES, factories, groups
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.paths import find_data
+
+
+def write(tmp_path, name, text):
+    file = tmp_path / name
+    file.write_text(text)
+    return str(file)
+
+
+def refused(match, tmp_path, **options):
+    with pytest.raises(ConfigError, match=match) as error:
+        check_options(BringUp(folder=str(tmp_path / "out"), **options))
+    assert not (tmp_path / "out").exists()
+    return str(error.value)
+
+
+def test_the_files_of_the_package_are_right(tmp_path):
+    for options in ({}, {"person": "kitchen"}, {"person": "absent"}, {"simulated": False}):
+        check_options(BringUp(folder=str(tmp_path), **options))
+
+
+@pytest.mark.parametrize("line", ["resolution: fast", "origin: [1, 2", "resolution: -0.05"])
+def test_a_broken_map_is_told_with_its_line(tmp_path, line):
+    key = line.split(":")[0]
+    text = find_data("maps", "flat.yaml").read_text().splitlines()
+    place = next(number for number, old in enumerate(text, 1) if old.startswith(f"{key}:"))
+    text[place - 1] = line
+    file = write(tmp_path, "broken.yaml", "\n".join(text) + "\n")
+    message = refused("broken", tmp_path, map_file=file)
+    if "[" not in line:  # an open bracket is found out where it should have been closed
+        assert f"{file}:{place}:" in message
+
+
+def test_a_missing_map_is_told(tmp_path):
+    refused("nowhere", tmp_path, map_file=str(tmp_path / "nowhere.yaml"))
+
+
+def test_an_unknown_key_of_a_hotspot_is_told_with_line_and_likeness(tmp_path):
+    file = write(
+        tmp_path, "spots.yaml", "hotspots:\n- {label: desk, x: 1, y: 2}\n- {lable: bed, x: 1, y: 2}\n"
+    )
+    assert f"{file}:3:4" in refused("'lable'.*label", tmp_path, hotspots_file=file)
+
+
+def test_an_unknown_node_is_told_with_likeness(tmp_path):
+    file = write(tmp_path, "robot.yaml", "navigat: {}\n")
+    refused("unknown node 'navigat'.*navigate", tmp_path, config_file=file)
+
+
+def test_an_unknown_room_is_told_with_likeness(tmp_path):
+    refused("kitchen", tmp_path, person="kitchn")
+
+
+def test_a_folder_of_missions_that_is_not_there_is_told(tmp_path):
+    refused("no folder of missions", tmp_path, mission_folders=(str(tmp_path / "none"),))
+
+
+def test_a_folder_may_lie_deeper_than_the_path_of_a_socket(tmp_path):
+    check_options(BringUp(folder=str(tmp_path / ("x" * 120))))
+
+
+def test_the_groups_of_a_bring_up():
+    assert groups(BringUp(folder="x")) == list(NODES)
+    assert "simulator" not in groups(BringUp(folder="x", simulated=False))
+    with pytest.raises(ConfigError, match=r"'navigatio'.*navigation"):
+        factories("navigatio", BringUp(folder="x"))

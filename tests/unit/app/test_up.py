@@ -1,0 +1,48 @@
+"""What ``florence up`` says, with a system that is ready at once."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from florence_bt.app.bringup import up
+from florence_bt.app.bringup.options import BringUp
+from florence_bt.ros.environment import PROFILES, RANGE
+
+
+class ReadySystem:
+    """Ready at once, and ended at once."""
+
+    def __init__(self, options, report):
+        self.client = self
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *details):
+        pass
+
+    def wait_ready(self):
+        return 0.0
+
+    def missions(self):
+        return SimpleNamespace(findings=["the skill 'sing' is missing: no voice"])
+
+    def keep_up(self):
+        pass
+
+    def knows_pose(self):
+        return True
+
+    def spin_until(self, done, budget_s, watch):
+        pass
+
+
+@pytest.mark.parametrize(("chosen", "said"), [("SUBNET", True), ("LOCALHOST", False)])
+def test_it_says_when_others_can_connect(monkeypatch, capsys, tmp_path, chosen, said):
+    monkeypatch.setattr(up, "System", ReadySystem)
+    monkeypatch.setenv(RANGE, chosen)
+    monkeypatch.delenv(PROFILES, raising=False)
+    up.run_up(BringUp(str(tmp_path)))
+    told = capsys.readouterr().out
+    assert ("open to the network (ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET)" in told) is said
+    assert told.index("the skill 'sing' is missing: no voice") < told.index("ready after")

@@ -1,0 +1,115 @@
+"""The examples of docs/testing.md hold, and its tables name every word there is."""
+
+import itertools
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from florence_bt.mission_testing.coverage import Coverage
+from florence_bt.mission_testing.known import all_declarations
+from florence_bt.mission_testing.mocks._script_text import parse_script
+from florence_bt.mission_testing.paths import map_mission
+from florence_bt.mission_testing.scenarios._reading import Reading
+from florence_bt.mission_testing.scenarios._scenario_checks import THEN_KEYS
+from florence_bt.mission_testing.scenarios._scenario_events import KINDS
+from florence_bt.mission_testing.scenarios._scenario_mocks import STEP_KEYS, read_mocks
+from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
+from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.source import parse_source
+
+PAGE = (Path(__file__).parents[3] / "docs" / "testing.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```([a-z ]+)\n(.*?)```", PAGE, re.DOTALL)
+
+
+def blocks(kind):
+    found = [text for name, text in BLOCKS if name.strip() == kind]
+    assert found, f"the page has no block of {kind}"
+    return found
+
+
+@pytest.mark.parametrize("text", blocks("yaml scenario"))
+def test_the_scenarios_hold(tmp_path, text):
+    file = tmp_path / "example.yaml"
+    file.write_text(text)
+    libraries = Libraries()
+    read = read_scenarios(file, libraries)
+    assert read.findings == ()
+    seconds = itertools.count()
+    coverage = Coverage()
+    for scenario in read.scenarios:
+        result = run_scenario(scenario, libraries, lambda: next(seconds))
+        assert result.passed, (scenario.name, result.problems)
+        coverage.add_runs(result.plays)
+    assert len(read.scenarios) == 6
+
+
+@pytest.mark.parametrize("text", blocks("yaml"))
+def test_the_mocks_can_be_read(text):
+    library = MissionLibrary.load()
+    reading = Reading(Path("page"), library, None, all_declarations())
+    places = map_mission(library.get("goto_room"), library, all_declarations())
+    assert read_mocks(reading, parse_source(text.encode(), Path("page")), places, default=False)
+    assert reading.findings == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", blocks("python test"))
+def test_the_python_examples_hold(tmp_path, text):
+    (tmp_path / "test_page.py").write_text(text)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error", "test_page.py"]
+    if "florence_bt.mission_testing.plugin" not in _plugins():
+        command += ["-p", "florence_bt.mission_testing.plugin"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{text.count('def test_')} passed" in done.stdout
+
+
+def test_each_script_of_the_tables_can_be_read():
+    table = PAGE[PAGE.index("### What a skill does") : PAGE.index("### Which node")]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    assert len(rows) == 6
+    for number, row in enumerate(rows):
+        for piece in re.findall(r"`([^`]+)`", row):
+            script = piece if number < 3 else f"{piece}, SUCCESS" if number < 5 else f"SUCCESS {piece}"
+            assert parse_script(script)
+
+
+def test_the_page_names_every_word():
+    for word in (*THEN_KEYS, *KINDS, "refused", "runs", "policy", "priority"):
+        assert re.search(rf"`[^`]*\b{word}\b[^`]*`", PAGE), word
+    for word in ("success", "failure", "never", "running", "reason", "times"):
+        assert word in STEP_KEYS and f"{word}:" in PAGE
+
+
+def _plugins():
+    from importlib.metadata import entry_points
+
+    return [entry.value for entry in entry_points(group="pytest11")]
+
+
+WATCHING = """\
+mission: watching
+keys: {distance: {type: length, default: 10 m}}
+tree:
+  parallel:
+    - sequence:
+        - look_for_user: {}
+          out: {user: user, distance: distance}
+        - wait: 1 min
+    - wait: 1 min
+      while: $distance > 1 m
+"""
+
+
+def test_a_scripted_skill_changes_keys_in_the_middle_of_a_run(stage):
+    script = re.search(r"`look_for_user: (running 4 s, then SUCCESS .*?)` writes both keys after 4 s", PAGE)
+    assert script is not None, "the page no longer shows how to change a key"
+    stage.load(WATCHING)
+    stage.mock("look_for_user", script[1])
+    play = stage.run("watching")
+    play.assert_failed(code="guard_failed", reason="(distance is 0.8 m)")
+    play.assert_duration("4 s").assert_keys({"distance": "80 cm", "user": "(3 m, 2 m, 0 deg)"})

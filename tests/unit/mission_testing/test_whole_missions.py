@@ -1,0 +1,183 @@
+"""Called missions that are mocked whole, and skills that only a file beside the missions declares."""
+
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.mission_testing import Stage, fail
+from florence_bt.mission_testing.coverage import Coverage
+from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
+from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
+
+SEEN = "running 8 s, then SUCCESS (user=(3 m, 2 m, 180 deg), distance=2 m, user_id=1)"
+WAVE = """\
+skills:
+  wave_arm:
+    summary: Waves.
+    inputs: {times: {type: integer, default: 1}}
+    failures: {stuck: the arm is stuck}
+"""
+
+
+@pytest.fixture
+def stage():
+    stage = Stage()
+    stage.defaults(
+        get_user_room="SUCCESS (room=kitchen)",
+        robot_in_room="SUCCESS",
+        get_hotspot="SUCCESS (pose=(0 m, 0 m, 0 deg))",
+        navigate_to="running 10 s, then SUCCESS",
+        set_user_position="SUCCESS",
+    )
+    return stage
+
+
+def test_a_called_mission_is_mocked_like_a_skill(stage):
+    search = stage.mock("detect_user", SEEN)
+    stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
+    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(13)
+    play.assert_called("detect_user", times=1, looks=3, window="5 s", step="45 deg")
+    play.assert_order("detect_user", "set_user_position", "approach_user")
+    play.assert_trace("0 s detect_user: RUNNING\n8 s detect_user: SUCCESS", "detect_user")
+    assert search.inputs[0]["settle"] == 1.0
+
+
+def test_paths_tell_one_call_from_the_other(stage):
+    stage.mock("detect_user", SEEN)
+    stage.mock("search from here/**/detect_user", fail("no_user_seen", "nobody", after="3 s"))
+    stage.mock("approach_user", "SUCCESS (pose=(1 m, 1 m, 0 deg))")
+    stage.run("goto_user").assert_succeeded().assert_duration(3 + 10 + 8)
+
+
+def test_its_failure_reaches_the_caller(stage):
+    stage.mock("detect_user", 'FAILURE no_user_seen "nobody"')
+    stage.run("goto_user").assert_failed("no_user_seen", "nobody", leaf="detect_user")
+
+
+def test_a_stop_cancels_it(stage):
+    stage.mock("detect_user", "cancel takes 1 s, never ends")
+    play = stage.start("goto_user")
+    stage.advance(600)
+    stage.stop("enough")
+    stage.run_until_done().assert_stopped("enough").assert_duration(601)
+    assert play.calls("detect_user")[0].cancelled
+
+
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [
+        ("FAILURE no_pth", "cannot fail with 'no_pth'"),
+        ("SUCCESS (usr=1)", "no output 'usr'"),
+        ("SUCCESS", "without user"),
+    ],
+)
+def test_it_can_do_only_what_the_mission_declares(stage, script, says):
+    stage.mock("detect_user", script)
+    with pytest.raises(ConfigError, match=says):
+        stage.start("goto_user")
+
+
+def test_without_a_mock_it_is_played(stage):
+    stage.mock("turn", "FAILURE no_scan")
+    stage.mock("stop_tracker", "SUCCESS")
+    play = stage.run("goto_user")
+    play.assert_failed("no_scan")
+    stage.mock("detect_usr")
+    with pytest.raises(ConfigError, match="'detect_usr' matches no skill") as caught:
+        stage.run("goto_user")
+    assert caught.value.valid[0] == "detect_user"
+
+
+HEAD = """\
+mission: goto_user
+given:
+  skills:
+    get_user_room: SUCCESS (room=kitchen)
+    robot_in_room: SUCCESS
+    set_user_position: SUCCESS
+    approach_user: SUCCESS (pose=(1 m, 1 m, 0 deg))
+scenarios:
+"""
+
+
+def read(tmp_path, text, head=HEAD):
+    file = tmp_path / "some.yaml"
+    file.write_text(head + text)
+    libraries = Libraries()
+    return read_scenarios(file, libraries), libraries
+
+
+def test_in_scenarios(tmp_path):
+    found, libraries = read(
+        tmp_path,
+        f"  - name: whole\n    given: {{skills: {{detect_user: '{SEEN}'}}}}\n"
+        "    then: {status: SUCCEEDED, duration: 8 s, called: {detect_user: {times: 1, looks: 8}}}\n"
+        "  - name: played\n"
+        "    given: {skills: {stop_tracker: SUCCESS, turn: FAILURE no_scan, get_hotspot: FAILURE}}\n"
+        "    then: {status: FAILED, code: unknown_hotspot, called: {turn: 1}}\n"
+        "  - name: another mission\n    mission: goto_pose\n"
+        "    given: {inputs: {x: 1 m, y: 1 m}, skills: {navigate_to: SUCCESS}}\n"
+        "    then: {status: SUCCEEDED}\n",
+    )
+    assert found.findings == ()
+    results = [run_scenario(each, libraries, lambda: 0.0) for each in found.scenarios]
+    assert [problem for result in results for problem in result.problems] == []
+    coverage = Coverage()
+    for result in results[:1]:
+        scenario = result.scenario
+        coverage.add_mission(scenario.library.get("goto_user"), scenario.library)
+        coverage.add_mission(libraries.load(tmp_path, ()).get("detect_user"), libraries.load(tmp_path, ()))
+        coverage.add_runs(result.plays)
+    inside, outside = coverage.report(libraries.declarations)
+    assert inside.nodes_seen.seen == 0, "what is mocked away is not covered"
+    assert next(node for node in outside.nodes if node.title == "run detect_user").seen
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "given: {skills: {detect_user: FAILURE no_pth}}, then: {status: FAILED}",
+            "cannot fail with 'no_pth'",
+        ),
+        ("then: {not_called: detect_user}", "no skill but a mission that is called"),
+        ("given: {skills: {detect_user: FAILURE}}, then: {called: {turn: 1}}", None),
+        ("given: {skills: {detect_user: FAILURE}}, then: {leaf: settle}", "matches no node"),
+    ],
+)
+def test_what_is_wrong_is_told(tmp_path, text, says):
+    findings = read(tmp_path, f"  - {{name: x, {text}}}\n")[0].findings
+    assert (says is None and findings == ()) or any(says in finding.message for finding in findings)
+
+
+@pytest.fixture
+def waving(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "x.skills.yaml").write_text(WAVE)
+    (tmp_path / "mine" / "x.yaml").write_text("mission: x\ndescription: x\ntree:\n  wave_arm: {times: 3}\n")
+    return tmp_path / "mine" / "x.yaml"
+
+
+def test_a_skill_that_is_only_declared_is_mocked_like_any_other(waving):
+    stage = Stage()
+    stage.load(waving)
+    stage.mock("wave_arm", "running 3 s, then SUCCESS")
+    stage.run("x").assert_succeeded().assert_duration(3).assert_called(
+        "wave_arm", times=1, inputs={"times": 3}
+    )
+
+
+def test_a_skill_that_is_only_declared_in_scenarios(waving):
+    found, libraries = read(
+        waving.parent.parent,
+        "  - {name: a, given: {skills: {wave_arm: FAILURE stuck}}, then: {status: FAILED, code: stuck}}\n",
+        "missions: [mine]\nmission: x\nscenarios:\n",
+    )
+    assert found.findings == ()
+    (scenario,) = found.scenarios
+    result = run_scenario(scenario, libraries, lambda: 0.0)
+    assert result.passed
+    coverage = Coverage()
+    coverage.add_mission(scenario.library.get("x"), scenario.library)
+    coverage.add_runs(result.plays)
+    (report,) = coverage.report(libraries.declarations)
+    assert (str(report.codes_seen), report.nodes[0].missing) == ("1/1", ("SUCCESS", "STOPPED"))

@@ -1,0 +1,91 @@
+"""The page ``docs/skills.md``: every skill as missions see it, written from the declarations.
+
+``python tools/skills_page.py docs/skills.md`` writes it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from florence_bt.core.declaration import Port, SkillDeclaration
+from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.trees.language._facts import OWN_CODES
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.quantities import format_value
+
+_HEAD = """\
+# Skills
+
+What missions can ask of the robot. This page is written from the declarations of the skills
+(`florence_bt/skills/*/*/declaration.py`) by `python tools/skills_page.py docs/skills.md`.
+
+A skill that *answers at once* can be a condition: a node without memory asks it again every second while a
+later node runs, or as often as [`every`](missions.md#every-how-conditions-are-watched) says. One that also
+*reports changes* is asked again when it reports one, and at no other time. Other skills are asked again only
+with `every`.
+
+Beside its own codes every skill can fail with:
+"""
+
+
+def skills_page(declarations: Mapping[str, SkillDeclaration]) -> str:
+    """The page in Markdown.
+
+    Args:
+        declarations: The skills by name.
+    """
+    common = [f"- `{code}`: {meaning}" for code, meaning in {**COMMON_CODES, **OWN_CODES}.items()]
+    parts = [_HEAD, *common]
+    for declaration in declarations.values():
+        parts += ["", *_skill(declaration)]
+    return "\n".join(parts) + "\n"
+
+
+def _skill(declaration: SkillDeclaration) -> Iterator[str]:
+    yield f"## {declaration.name}"
+    yield ""
+    yield declaration.summary.rstrip(".") + "."
+    notes = [f"ended after {declaration.deadline_s:g} s"]
+    if declaration.instant:
+        notes.append("answers at once and reports changes" if declaration.wakes else "answers at once")
+    if declaration.resources:
+        notes.append("needs the " + " and the ".join(sorted(declaration.resources)) + " for itself")
+    yield f"({'; '.join(notes)})"
+    for title, ports in (("input", declaration.inputs), ("output", declaration.outputs)):
+        if ports:
+            yield ""
+            yield from _ports(title, ports)
+    if declaration.failures:
+        yield ""
+        yield "| code | meaning |"
+        yield "|---|---|"
+        yield from (f"| `{code}` | {meaning} |" for code, meaning in declaration.failures.items())
+
+
+def _ports(title: str, ports: Mapping[str, Port]) -> Iterator[str]:
+    if title == "output":
+        yield "| output | type | |"
+        yield "|---|---|---|"
+        yield from (f"| `{name}` | {port.kind.value} | {port.description} |" for name, port in ports.items())
+        return
+    yield "| input | type | default | limits | |"
+    yield "|---|---|---|---|---|"
+    for name, port in ports.items():
+        default = "required" if port.required else f"`{format_value(port.default, port.kind)}`"
+        yield f"| `{name}` | {port.kind.value} | {default} | {_limits(port)} | {port.description} |"
+
+
+def _limits(port: Port) -> str:
+    low = format_value(port.minimum, port.kind) if port.minimum is not None else None
+    high = format_value(port.maximum, port.kind) if port.maximum is not None else None
+    if low is not None and high is not None:
+        return f"{low} to {high}"
+    if low is not None:
+        return f"at least {low}"
+    return f"at most {high}" if high is not None else ""
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(skills_page(collect_declarations(third_party=False)), encoding="utf-8")
