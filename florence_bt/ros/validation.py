@@ -170,6 +170,8 @@ def _transforms(message: Any, now: Now | None) -> None:
     for one in message.transforms:
         _header(one.header, now)
         _name("child_frame_id", one.child_frame_id)
+        if one.child_frame_id == one.header.frame_id:
+            raise BadMessage(f"the frame {one.child_frame_id!r} is its own parent", "two frames")
         _place(f"the translation of {one.child_frame_id!r}", one.transform.translation)
         _rotation(f"the rotation of {one.child_frame_id!r}", one.transform.rotation)
 

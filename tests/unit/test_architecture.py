@@ -23,9 +23,7 @@ def methods() -> set[str]:
     return found
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in QUOTED if re.fullmatch(r"[a-z_]+/[a-z_/]*(/|\.py)", name)]
-)
+@pytest.mark.parametrize("name", [name for name in QUOTED if re.fullmatch(r"[a-z_]+/[a-z_/]*(/|\.py)", name)])
 def test_modules_exist(name):
     assert (PACKAGE / name).exists()
 
