@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import array
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -237,9 +236,3 @@ def test_maps() -> None:
     message.info.width = 8
     with pytest.raises(FrameError, match="5 x 8"):
         c.grid_from_ros(message)
-
-
-def test_every_conversion_is_listed() -> None:
-    # pytest adds names with an @ to modules of packages that have a plugin of its.
-    public: list[Any] = [name for name in vars(c) if name[0] not in "_@" and name != "annotations"]
-    assert sorted(public) == c.__all__

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Annotated
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, Positive, check_limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,30 +29,18 @@ class CalibrationParameters:
 
     has_gyro: bool = True
     speeds: tuple[float, ...] = (0.3, 0.7, 1.0, 1.5)
-    initial_wall_angle: float = 0.1
-    align_speed: float = 0.3
-    braking: float = 1.0
-    imu_calibrate_time: float = 10.0
-    settle: float = 0.5
-    near: float = 0.01
-    rounds: int = 5
-    patience: float = 5.0
+    initial_wall_angle: Positive = 0.1
+    align_speed: Positive = 0.3
+    braking: Positive = 1.0
+    imu_calibrate_time: Positive = 10.0
+    settle: Positive = 0.5
+    near: Positive = 0.01
+    rounds: Annotated[int, Limits(1, 20)] = 5
+    patience: Positive = 5.0
 
     def __post_init__(self) -> None:
+        check_limits(self)
         if not self.speeds or not all(0.05 <= speed <= 3.0 for speed in self.speeds):
             raise ConfigError(
                 f"speeds is {self.speeds}", valid=("[0.3, 0.7, 1.0, 1.5], each 0.05 to 3 rad/s",)
             )
-        for name in (
-            "initial_wall_angle",
-            "align_speed",
-            "braking",
-            "imu_calibrate_time",
-            "settle",
-            "near",
-            "patience",
-        ):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=(f"{name} above 0",))
-        if not 1 <= self.rounds <= 20:
-            raise ConfigError(f"rounds is {self.rounds}", valid=("1 to 20",))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, Positive, check_limits, check_order
 from florence_bt.core.sensing import LaserScan
 
 
@@ -24,24 +25,15 @@ class WallParameters:
         max_residual_m: Points that lie further from the fitted line (root mean square) are no straight wall.
     """
 
-    min_angle: float = -0.3
-    max_angle: float = 0.3
-    min_points: int = 10
-    max_steepness: float = 0.5
-    max_residual_m: float = 0.05
+    min_angle: Annotated[float, Limits(-math.pi, math.pi)] = -0.3
+    max_angle: Annotated[float, Limits(-math.pi, math.pi)] = 0.3
+    min_points: Annotated[int, Limits(2)] = 10
+    max_steepness: Annotated[float, Limits(0.0, math.pi / 2, above=True, below=True)] = 0.5
+    max_residual_m: Positive = 0.05
 
     def __post_init__(self) -> None:
-        if not -math.pi <= self.min_angle < self.max_angle <= math.pi:
-            raise ConfigError(
-                f"min_angle ({self.min_angle}) and max_angle ({self.max_angle}) are no range of directions",
-                valid=("-0.3 and 0.3",),
-            )
-        if self.min_points < 2:
-            raise ConfigError(f"min_points is {self.min_points}", valid=("2 or more",))
-        if not 0.0 < self.max_steepness < math.pi / 2:
-            raise ConfigError(f"max_steepness is {self.max_steepness}", valid=("0.5",))
-        if not 0.0 < self.max_residual_m < math.inf:
-            raise ConfigError(f"max_residual_m is {self.max_residual_m}", valid=("0.05",))
+        check_limits(self)
+        check_order(self, ("min_angle", "max_angle"))
 
 
 @dataclass(frozen=True, slots=True)

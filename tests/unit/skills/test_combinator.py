@@ -309,7 +309,7 @@ def test_partial_kinect_alone_on_the_lasers_grid():
     [
         ({"range_max_source": "kinekt"}, "kinect"),
         ({"stamp_source": ""}, "kinect, laser"),
-        ({"max_ang": 0.0}, "1.570"),
+        ({"max_ang": 0.0}, "1.57 "),
         ({"freshness": NAN}, "1.0"),
     ],
 )

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from florence_bt.core.errors import ConfigError, closest_first
-
-RANGE_MAX_SOURCES = ("largest", "kinect")
-STAMP_SOURCES = ("laser", "kinect")
+from florence_bt.core.limits import Limits, Positive, check_limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,24 +31,13 @@ class CombinatorParameters:
 
     frame_id: str = ""
     kinect_frame_id: str = "camera_depth_frame"
-    max_ang: float = 1.570
-    freshness: float = 1.0
+    max_ang: Annotated[float, Limits(0.0, math.pi, above=True)] = 1.570
+    freshness: Positive = 1.0
     upside_down: bool = True
     project_origin: bool = False
-    range_max_source: str = "largest"
-    stamp_source: str = "laser"
+    range_max_source: Literal["largest", "kinect"] = "largest"
+    stamp_source: Literal["laser", "kinect"] = "laser"
     allow_partial: bool = False
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.max_ang <= math.pi:
-            raise ConfigError(
-                f"max_ang ({self.max_ang}) must be an angle in (0, pi]", valid=("max_ang: 1.570",)
-            )
-        if not 0.0 < self.freshness < math.inf:
-            raise ConfigError(
-                f"freshness ({self.freshness}) must be above zero seconds", valid=("freshness: 1.0",)
-            )
-        for name, choices in (("range_max_source", RANGE_MAX_SOURCES), ("stamp_source", STAMP_SOURCES)):
-            value = getattr(self, name)
-            if value not in choices:
-                raise ConfigError(f"{name} cannot be {value!r}", valid=closest_first(str(value), choices))
+        check_limits(self)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2
+from florence_bt.core.limits import NotNegative, Positive, check_limits
 
 HELD_UP_S = 1.0
 """When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
@@ -35,31 +35,17 @@ class VelocityFilterParameters:
             robot costs nothing; 0 publishes for ever (the old behaviour).
     """
 
-    max_linear_acc: float = 1.0
-    max_angular_acc: float = 1.0
-    max_linear_braking: float = 2.5
-    max_angular_braking: float = 3.2
-    publishing_rate: float = 50.0
-    command_timeout: float = 0.25
+    max_linear_acc: Positive = 1.0
+    max_angular_acc: Positive = 1.0
+    max_linear_braking: Positive = 2.5
+    max_angular_braking: Positive = 3.2
+    publishing_rate: Positive = 50.0
+    command_timeout: Positive = 0.25
     silent_until_command: bool = True
-    idle_after: float = 1.0
+    idle_after: NotNegative = 1.0
 
     def __post_init__(self) -> None:
-        for name, good in (
-            ("max_linear_acc", 1.0),
-            ("max_angular_acc", 1.0),
-            ("max_linear_braking", 2.5),
-            ("max_angular_braking", 3.2),
-            ("publishing_rate", 50.0),
-            ("command_timeout", 0.25),
-        ):
-            value = getattr(self, name)
-            if not 0.0 < value < math.inf:
-                raise ConfigError(f"{name} ({value}) must be a number above zero", valid=(f"{name}: {good}",))
-        if not 0.0 <= self.idle_after < math.inf:
-            raise ConfigError(
-                f"idle_after ({self.idle_after}) must be zero or more seconds", valid=("idle_after: 1.0",)
-            )
+        check_limits(self)
 
 
 class VelocityFilter:

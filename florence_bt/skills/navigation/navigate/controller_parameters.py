@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,46 +41,37 @@ class ControllerParameters:
         rot_stopped_velocity: rad/s; slower counts as standing.
     """
 
-    max_vel_x: float = 0.45
-    min_vel_x: float = 0.08
-    max_rotational_vel: float = 1.0
-    min_in_place_rotational_vel: float = 0.12
-    acc_lim_x: float = 0.5
-    acc_lim_th: float = 1.0
-    sim_time: float = 1.5
-    sim_granularity: float = 0.025
-    angular_sim_granularity: float = 0.05
-    vx_samples: int = 6
-    vtheta_samples: int = 20
-    path_distance_bias: float = 0.7
-    goal_distance_bias: float = 0.7
-    occdist_scale: float = 0.01
-    local_goal_distance: float = 1.5
-    heading_lookahead: float = 0.325
-    rotate_to_path_angle: float = 0.9
-    approach_distance: float = 0.35
-    approach_gain: float = 0.8
-    turn_gain: float = 1.5
-    xy_goal_tolerance: float = 0.05
-    yaw_goal_tolerance: float = 0.08
-    blocked_xy_tolerance: float = 0.12
-    trans_stopped_velocity: float = 0.02
-    rot_stopped_velocity: float = 0.04
+    max_vel_x: Positive = 0.45
+    min_vel_x: Positive = 0.08
+    max_rotational_vel: Positive = 1.0
+    min_in_place_rotational_vel: Positive = 0.12
+    acc_lim_x: Positive = 0.5
+    acc_lim_th: Positive = 1.0
+    sim_time: Positive = 1.5
+    sim_granularity: Positive = 0.025
+    angular_sim_granularity: Positive = 0.05
+    vx_samples: Annotated[int, Limits(2, 999)] = 6
+    vtheta_samples: Annotated[int, Limits(3, 999)] = 20
+    path_distance_bias: NotNegative = 0.7
+    goal_distance_bias: NotNegative = 0.7
+    occdist_scale: NotNegative = 0.01
+    local_goal_distance: Positive = 1.5
+    heading_lookahead: Positive = 0.325
+    rotate_to_path_angle: Positive = 0.9
+    approach_distance: NotNegative = 0.35
+    approach_gain: Positive = 0.8
+    turn_gain: Positive = 1.5
+    xy_goal_tolerance: Positive = 0.05
+    yaw_goal_tolerance: Positive = 0.08
+    blocked_xy_tolerance: NotNegative = 0.12
+    trans_stopped_velocity: Positive = 0.02
+    rot_stopped_velocity: Positive = 0.04
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        not_positive = {"path_distance_bias", "goal_distance_bias", "occdist_scale"}
-        not_positive |= {"approach_distance", "blocked_xy_tolerance"}
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            low_ok = value >= 0.0 if name in not_positive else value > 0.0
-            if not low_ok or not value < 1000.0:
-                raise ConfigError(f"{name} is {value}", valid=["a number above 0"])
-        if self.vx_samples < 2 or self.vtheta_samples < 3:
-            raise ConfigError("too few samples", valid=["vx_samples: 2 or more, vtheta_samples: 3 or more"])
-        if self.min_vel_x > self.max_vel_x or self.min_in_place_rotational_vel > self.max_rotational_vel:
-            raise ConfigError("a least speed is above the greatest", valid=["min_vel_x <= max_vel_x"])
+        check_limits(self)
+        check_order(
+            self,
+            ("min_vel_x", "max_vel_x"),
+            ("min_in_place_rotational_vel", "max_rotational_vel"),
+            equal=True,
+        )

@@ -6,8 +6,8 @@ import enum
 import math
 from dataclasses import dataclass
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.limits import Positive, check_limits
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 
 
@@ -45,26 +45,19 @@ class RecoveryParameters:
         REFERENCE 7.1, 7.3, 7.9.
     """
 
-    planner_patience: float = 5.0
-    controller_patience: float = 3.0
-    conservative_reset_dist: float = 3.0
-    rotate_angle: float = math.tau
-    back_up_distance: float = 0.15
-    back_up_speed: float = 0.08
-    required_movement_radius: float = 0.25
-    required_movement_angle: float = 0.5
-    movement_time_allowance: float = 10.0
-    approach_time_allowance: float = 40.0
+    planner_patience: Positive = 5.0
+    controller_patience: Positive = 3.0
+    conservative_reset_dist: Positive = 3.0
+    rotate_angle: Positive = math.tau
+    back_up_distance: Positive = 0.15
+    back_up_speed: Positive = 0.08
+    required_movement_radius: Positive = 0.25
+    required_movement_angle: Positive = 0.5
+    movement_time_allowance: Positive = 10.0
+    approach_time_allowance: Positive = 40.0
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is not above zero.
-        """
-        for name in self.__dataclass_fields__:
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number above 0"])
+        check_limits(self)
 
 
 class BackUp:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
+from florence_bt.core.limits import NotNegative, Positive, check_limits
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.controller_parameters import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
@@ -34,33 +34,17 @@ class CycleParameters:
         prediction_limit: Odometry is carried forward with its velocity for at most this long, in seconds.
     """
 
-    controller_frequency: float = 10.0
-    planner_frequency: float = 1.0
-    sensor_timeout: float = 1.0
-    scan_timeout: float = 0.25
-    sensor_patience: float = 10.0
+    controller_frequency: Positive = 10.0
+    planner_frequency: Positive = 1.0
+    sensor_timeout: Positive = 1.0
+    scan_timeout: Positive = 0.25
+    sensor_patience: Positive = 10.0
     required_sources: tuple[str, ...] = ("scan",)
-    goal_search_radius: float = 1.5
-    prediction_limit: float = 0.2
+    goal_search_radius: NotNegative = 1.5
+    prediction_limit: NotNegative = 0.2
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        for name in (
-            "controller_frequency",
-            "planner_frequency",
-            "sensor_timeout",
-            "scan_timeout",
-            "sensor_patience",
-        ):
-            if not 0.0 < getattr(self, name) < 1000.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number above 0"])
-        for name in ("goal_search_radius", "prediction_limit"):
-            if not 0.0 <= getattr(self, name) < 100.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
+        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.limits import Limits, Positive, check_limits, check_order
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
@@ -27,24 +28,14 @@ class TurnParameters:
         REFERENCE 12.2.
     """
 
-    spin_max_speed: float = 0.5
-    spin_min_speed: float = 0.2
-    spin_gain: float = 1.5
-    spin_precision: float = 0.05
+    spin_max_speed: Positive = 0.5
+    spin_min_speed: Positive = 0.2
+    spin_gain: Positive = 1.5
+    spin_precision: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        if not 0.0 < self.spin_min_speed <= self.spin_max_speed < 10.0:
-            raise ConfigError(
-                f"a turn cannot be between {self.spin_min_speed} and {self.spin_max_speed} rad/s",
-                valid=["0 < spin_min_speed <= spin_max_speed"],
-            )
-        if not self.spin_gain > 0.0 or not 0.0 < self.spin_precision < 1.0:
-            raise ConfigError("spin_gain and spin_precision must be above 0", valid=["1.5 and 0.05"])
+        check_limits(self)
+        check_order(self, ("spin_min_speed", "spin_max_speed"), equal=True)
 
 
 AT_REST_TURN_SPEED = 0.03

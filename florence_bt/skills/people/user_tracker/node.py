@@ -18,8 +18,9 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
 from florence_bt.core.clock import Timer
-from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import NotNegative, check_limits
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, TrackedUser
 from florence_bt.core.transforms import Transform3, TransformUnavailable
@@ -68,21 +69,15 @@ class UserTrackerNodeParameters:
         base_frame: The frame of the robot on the floor.
     """
 
-    period_s: float = 0.06
-    colour_age_s: float = 0.2
-    keep_pictures_s: float = 20.0
+    period_s: NotNegative = 0.06
+    colour_age_s: NotNegative = 0.2
+    keep_pictures_s: NotNegative = 20.0
     use_map: bool = True
     map_frame: str = "map"
     base_frame: str = "base_footprint"
 
     def __post_init__(self) -> None:
-        """Check the times.
-
-        Raises:
-            ConfigError: One is below zero.
-        """
-        if not (self.period_s >= 0.0 and self.colour_age_s >= 0.0 and self.keep_pictures_s >= 0.0):
-            raise ConfigError("period_s, colour_age_s and keep_pictures_s must not be below zero")
+        check_limits(self)
 
 
 class UserTrackerNode(FlorenceNode):
