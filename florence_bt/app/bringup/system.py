@@ -22,9 +22,11 @@ from florence_bt.app.bringup.signals import deaf, once
 from florence_bt.app.bringup.simulated import clear_ports
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
-from florence_bt.app.runs.client import ACTIONS, ACTIVE_STATES, MissionClient
+from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.core.serving import ServedAction
 from florence_bt.ros.open_goals import OpenGoals
+from florence_bt.skills.served import ACTIONS, SERVED
 
 READY_BUDGET_S = 90.0
 """Wall seconds that all nodes get to start; the first start compiles the hot loops."""
@@ -110,7 +112,7 @@ class System:
         start = time.monotonic()
         self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
         if not self.client.spin_until(self._is_ready, READY_BUDGET_S, watch=self._check_start):
-            missing = ", ".join(self.client.missing() or self._not_up()) or "the robot's pose"
+            missing = ", ".join(self._not_served() or self._not_up()) or "the robot's pose"
             raise DeviceTimeout(
                 f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
                 f"see the logs in {self.options.folder}/logs"
@@ -187,12 +189,21 @@ class System:
             self._starting_again = ""
 
     def _is_ready(self) -> bool:
-        if self._not_up() or self.client.missing():
+        if self._not_up() or self._not_served():
             return False
         return not self.options.simulated or self.client.knows_pose()
 
     def _devices_answer(self) -> bool:
         return not self._devices.missing() and self.client.knows_pose()
+
+    def _not_served(self) -> list[str]:
+        """The actions and services of the shipped missions that nobody serves yet."""
+        names = {name for name, _ in self.client.node.get_service_names_and_types()}
+        needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
+        for served in SERVED:
+            suffix = "/_action/send_goal" if isinstance(served, ServedAction) else ""
+            needed[f"/{served.name}{suffix}"] = served.name
+        return [shown for name, shown in needed.items() if name not in names]
 
     def _not_up(self) -> list[str]:
         """The groups whose process has not all its nodes yet; an earlier bring-up left other ids."""

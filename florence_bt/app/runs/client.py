@@ -45,13 +45,10 @@ LAST_WORDS_S = 0.2
 """Wall seconds for the last messages of a node that was served."""
 RELOAD_BUDGET_S = 30.0
 """Wall seconds for the answer to a reload: every mission that changed is checked."""
-ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
 OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
-SERVICES = ("florence_bt/run_mission", "florenceLocator/getRobotPosXYPhi", "approach_user/propose")
-"""What the shipped missions need; the system is ready when all of it is served."""
 
 
 class SystemNotThere(FlorenceError):
@@ -192,13 +189,6 @@ class MissionClient:
         if client is None:
             client = self._clients[name] = self.node.create_client(service_type, name)
         return client
-
-    def missing(self) -> list[str]:
-        """The servers that are not there yet, by name."""
-        names = {name for name, _ in self.node.get_service_names_and_types()}
-        needed = {f"/{action}/_action/send_goal": action for action in ACTIONS}
-        needed |= {f"/{service}": service for service in SERVICES}
-        return [shown for name, shown in needed.items() if name not in names]
 
     def knows_pose(self) -> bool:
         """Whether the robot knows where it is."""
