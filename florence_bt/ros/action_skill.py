@@ -79,7 +79,7 @@ class ActionSkill(RemoteSkill):
         return bool(self._client.server_is_ready())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        goal = _Goal(self._node, self._client, message, self._read_result, self._feedback_of)
+        goal = _SentGoal(self._node, self._client, message, self._read_result, self._feedback_of)
         self._runs = [one for one in self._runs if one.poll() is None or one.goal_open or one.goal_left]
         older = [one for one in self._runs if one.goal_left]
         node = self._node
@@ -118,7 +118,7 @@ class ActionSkill(RemoteSkill):
 
 
 @dataclass(slots=True)
-class _Goal:
+class _SentGoal:
     """The way to the server for one goal: rclpy's futures, turned into calls of the run."""
 
     node: FlorenceNode

@@ -40,7 +40,7 @@ def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[st
             if isinstance(skill, MissingSkill):
                 log.error(f"{owner}: the skill {name!r} is missing: {skill.reason}")
             if name in own or name in skills:
-                log.warning(f"{owner}: its skill {name!r} is ignored: there is one of that name")
+                log.warning(f"{owner}: its skill {name!r} does not count: there is one of that name")
             else:
                 skills[name] = skill
     for finding in packages.findings:

@@ -27,9 +27,9 @@ from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, R
 from florence_bt.simulation.rig.skills import ExclusiveComponent, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.navigation.navigate.base_stop import BaseStop
+from florence_bt.skills.navigation.navigate.drive import NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator
-from florence_bt.skills.navigation.navigate.step import NavigatorParameters
+from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser

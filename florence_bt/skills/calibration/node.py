@@ -19,10 +19,8 @@ from florence_bt.core.geometry import STANDSTILL
 from florence_bt.ros.conversions import scan_from_ros, stamp_from_ros, twist_to_ros, yaw_from_quaternion
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
-from florence_bt.skills.calibration.calibration import STEP_PERIOD_S
-from florence_bt.skills.calibration.parameters import CalibrationParameters
-from florence_bt.skills.calibration.readings import Source
-from florence_bt.skills.calibration.rounds import CalibrationRounds
+from florence_bt.skills.calibration.calibration import STEP_PERIOD_S, CalibrationParameters, CalibrationRounds
+from florence_bt.skills.calibration.factors import Source
 from florence_bt.skills.calibration.wall_angle import WallParameters, find_wall
 
 DISCOVERY_S = 20.0

@@ -17,7 +17,7 @@ from florence_bt.skills.navigation.navigate.costmap import (
     cost_at_distance,
     rays_of,
 )
-from florence_bt.skills.navigation.navigate.footprint import Footprint, corners_from_flat
+from florence_bt.skills.robot_description.footprint import Footprint, corners_from_flat
 
 PARAMETERS = CostmapParameters()
 ORIGIN = Pose2()

@@ -11,8 +11,7 @@ import numpy as np
 
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.filters.laser_combinator.merge import merge_scans
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters, merge_scans
 
 
 class LaserCombinator:

@@ -15,7 +15,7 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
-from florence_bt.skills.navigation.navigate.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
+from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 
 FREE_COST = 0
 

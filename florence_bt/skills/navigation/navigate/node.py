@@ -51,16 +51,15 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
-from florence_bt.skills.navigation.navigate.base_stop import BaseStop
-from florence_bt.skills.navigation.navigate.goal_check import problem_with_quaternion
-from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.drive import CycleResult, NavigatorParameters
+from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.results import (
     SERVER_CODES,
     SPIN_SERVER_CODES,
+    BaseStop,
     navigate_error_code,
     spin_error_code,
 )
-from florence_bt.skills.navigation.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
@@ -351,7 +350,7 @@ class NavigationNode(FlorenceNode):
             self._publish_feedback(navigator, step)
             self._publish_plan(navigator)
 
-    def _publish_feedback(self, navigator: Navigator, step: Step) -> None:
+    def _publish_feedback(self, navigator: Navigator, step: CycleResult) -> None:
         now = self.timebase.now()
         if self._owner is None or now < self._next_feedback:
             return

@@ -15,7 +15,7 @@ from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
 
 
 @dataclass(frozen=True, slots=True)
-class TurnParameters:
+class SpinParameters:
     """How to turn by an angle.
 
     Attributes:
@@ -48,14 +48,14 @@ class _Phase(enum.Enum):
     SETTLING = "settling"
 
 
-class Turn:
+class Spin:
     """One turn in place, from its start to its result.
 
     Attributes:
         travelled: Radians turned so far, counter-clockwise positive.
     """
 
-    def __init__(self, angle: float, parameters: TurnParameters, now: float, time_allowance: float) -> None:
+    def __init__(self, angle: float, parameters: SpinParameters, now: float, time_allowance: float) -> None:
         self._angle = angle
         self._parameters = parameters
         self._deadline = now + time_allowance
@@ -71,7 +71,7 @@ class Turn:
     def step(
         self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
     ) -> tuple[Twist2, Result | None]:
-        """The velocity of this moment, and the result when the turn is over.
+        """The velocity to command now, and the result when the turn is over.
 
         Args:
             now: Seconds.
