@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from florence_bt.app.bringup.make_safe_port import HungDriverStop, stop_base
+from florence_bt.app.bringup.hold import HungDriverStop, stop_base
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.turtlebot import codec

@@ -11,10 +11,9 @@ from types import TracebackType
 
 from florence_bt.app.bringup.device_report import DeviceReport, tell_missing
 from florence_bt.app.bringup.heartbeat import KILLED_AFTER_S, SILENT_S
-from florence_bt.app.bringup.hold import RobotHold
+from florence_bt.app.bringup.hold import HungDriverStop, RobotHold, stop_base
 from florence_bt.app.bringup.locks import lock_domain, lock_folder
 from florence_bt.app.bringup.make_safe import BaseSafety
-from florence_bt.app.bringup.make_safe_port import HungDriverStop, stop_base
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only

@@ -13,8 +13,8 @@ from rich.console import Console
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
+from florence_bt.app.runs.client import RunWatch
 from florence_bt.app.runs.live import Display, make_display, styled
-from florence_bt.app.runs.run_watch import RunWatch
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.closeness import Closeness, closeness, closeness_text

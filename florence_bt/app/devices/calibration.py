@@ -13,8 +13,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
 
 from florence_bt.app.devices.config_edit import set_numbers
-from florence_bt.app.runs.client import ANSWER_BUDGET_S, OVERRIDDEN, MissionClient
-from florence_bt.app.runs.run_watch import LIVE_STATES
+from florence_bt.app.runs.client import ANSWER_BUDGET_S, LIVE_STATES, OVERRIDDEN, MissionClient
 from florence_bt.core.errors import ConfigError
 from florence_bt.skills.calibration.factors import GYRO_PARAMETER, ODOMETRY_PARAMETER, Factors
 from florence_bt.skills.calibration.node import CalibrationNode

@@ -8,9 +8,8 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from florence_bt.app.runs import run_watch
-from florence_bt.app.runs.client import SystemNotThere
-from florence_bt.app.runs.run_watch import RunWatch
+from florence_bt.app.runs import client as run_watch
+from florence_bt.app.runs.client import RunWatch, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout
 
 
