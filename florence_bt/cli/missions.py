@@ -1,6 +1,4 @@
-"""Verbs about mission files: ``missions``, ``check``, ``draw``, ``schema``, ``import``, ``export``. They need neither
-ROS nor a robot.
-"""
+"""Verbs about mission files: missions, check, draw, schema, import, export. They need no ROS and no robot."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def calibrate(
             typer.echo(line)
         if write is not None and calibrated.succeeded:
             backup = write_config(calibrated, write)
-            typer.echo(f"{write} written; as it was: {backup}; start the system anew to use it")
+            typer.echo(f"{write} written; as it was: {backup}; restart the system to use it")
         elif write is not None:
             typer.echo(f"{write} stays as it is")
         raise typer.Exit(OK if calibrated.succeeded else FAILED)

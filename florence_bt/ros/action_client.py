@@ -98,7 +98,7 @@ class ActionClient:
         return self._node.count_publishers(self._status_topic)
 
     def server_ids(self) -> set[bytes]:
-        """What tells the servers in sight apart."""
+        """The ids of the servers in sight."""
         return {
             bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
         }

@@ -49,8 +49,8 @@ class TimerQueue:
         """Make the queue.
 
         Args:
-            node: The node whose executor runs the callbacks, and which is told of their exceptions.
-            clock: What tells the time.
+            node: The node whose executor runs the callbacks, and which takes their exceptions.
+            clock: The source of the time.
         """
         self._node = node
         self._handle: Any = clock.handle
@@ -88,7 +88,7 @@ class TimerQueue:
             self._cancelled = 0
 
     def close(self) -> None:
-        """Forget every callback; what is asked for later never comes."""
+        """Forget every callback; what is requested later never comes."""
         self._closed = True
         self._queue.clear()
         self._node.destroy_timer(self._timer)
@@ -98,7 +98,7 @@ class TimerQueue:
         self._queue = [(when + seconds, order, timer) for when, order, timer in self._queue]
 
     def rearm(self) -> None:
-        """Set the rclpy timer anew."""
+        """Set the rclpy timer again."""
         self._armed_for = None
         self._arm()
 
@@ -141,14 +141,14 @@ FIRST_TIME_S = 1.0
 
 
 class TimeSource(Protocol):
-    """Who tells a node the simulated time; see :mod:`florence_bt.ros.shared_clock`."""
+    """What gives a node the simulated time; see :mod:`florence_bt.ros.shared_clock`."""
 
     @property
     def listens(self) -> bool:
-        """Whether the time is told."""
+        """Whether the time is being received."""
 
     def listen(self) -> None:
-        """Tell the time now and from now on."""
+        """Receive the time now and from now on."""
 
 
 class SteadyClock(TimerQueue):
@@ -173,7 +173,7 @@ class RosClock(TimerQueue):
     rest of the wait: only the epoch changes.
 
     Attributes:
-        source: Who tells the simulated time; None when rclpy does, and for the wall clock.
+        source: What gives the simulated time; None when rclpy does, and for the wall clock.
         sure: Whether the time is known to go on from here. If not, the next message begins a new epoch.
     """
 
@@ -211,7 +211,7 @@ class RosClock(TimerQueue):
         now, latest = self._read(), self._latest
         self._latest = now
         if now < latest - SET_BACK_S:
-            # Only a wall clock: rclpy tells of jumps of the simulated one. Another thread may have asked.
+            # Only a wall clock: rclpy reports jumps of the simulated one. Another thread may have asked.
             self._call_soon(lambda: self._wall_clock_set_back(latest - now))
         return now
 
@@ -233,7 +233,7 @@ class RosClock(TimerQueue):
         self._on_reset.remove(callback)
 
     def refresh(self) -> None:
-        """Have the clock of rclpy tell the time of this moment, also when nobody has asked for long."""
+        """Bring the clock of rclpy up to date, also when it was not read for long."""
         self._asked = True
         source = self.source
         if source is not None and not source.listens:
@@ -245,7 +245,7 @@ class RosClock(TimerQueue):
         return asked or self.waiting > 0 or self._others_wait()
 
     def close(self) -> None:
-        """Forget every callback and stop listening to time jumps; what is asked for later never comes."""
+        """Forget every callback and stop listening to time jumps; what is requested later never comes."""
         self._jumps.unregister()
         super().close()
 

@@ -50,7 +50,7 @@ NO_COVARIANCE = (0.0,) * 36
 
 def _split(seconds: float) -> tuple[int, int]:
     if not math.isfinite(seconds):
-        raise FrameError(f"{seconds} is no time")
+        raise FrameError(f"{seconds} is not a time")
     whole, nanoseconds = divmod(round(seconds * NANO), NANO)
     if not -(2**31) <= whole < 2**31:
         raise FrameError(f"{seconds} s does not fit the 32 bits of a ROS time")

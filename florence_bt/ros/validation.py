@@ -41,11 +41,11 @@ MIN_SQUARED_NORM = 1e-6
 Now = Callable[[float], float]
 """Given a stamp in seconds, the present time to hold it against; zero while that is not known."""
 Check = Callable[[Any, Now | None], None]
-"""Given a message and who tells the time (None where stamps do not matter); raises BadMessage."""
+"""Given a message and the source of the time (None where stamps do not matter); raises BadMessage."""
 
 
 class BadMessage(FlorenceError):
-    """A message holds what nobody can mean; says what would have worked."""
+    """A message holds values that cannot be meant; says what would have worked."""
 
     def __init__(self, problem: str, valid: str) -> None:
         super().__init__(f"{problem} (would have worked: {valid})")
@@ -61,7 +61,7 @@ def problem_with(message: Any, now: Now | None = None) -> str | None:
 
     Args:
         message: A message, the request of a service or a goal.
-        now: Tells the present time; None where stamps do not matter.
+        now: Gives the present time; None where stamps do not matter.
     """
     check = CHECKS.get(type_name(type(message)))
     if check is None:

@@ -32,23 +32,23 @@ class Writer(Protocol):
 
 
 def stop_base(options: BringUp, open_port: Callable[[str, int], Writer] = SerialPort) -> str:
-    """Tell the base of a bring-up to stop, and to be silent; its own driver must be gone.
+    """Stop the base of a bring-up, and its stream of sensor data; its own driver must be gone.
 
     Args:
         options: The bring-up.
         open_port: Opens a path at a baud rate.
 
     Returns:
-        What became of it, for people.
+        What was done, for people.
     """
     try:
         node, base = _parameters(options)
         port = open_port(node.port, node.baud_rate or base.model.baud_rate)
-        _say(port, stand(OiMode(base.operation_mode)) + codec.pause_stream())
+        _send(port, stand(OiMode(base.operation_mode)) + codec.pause_stream())
     except Exception as error:
-        # Whatever it is: who calls has other processes to end.
+        # Any error: the caller has other processes to end.
         return f"the base may still be driving, switch it off: {error}"
-    return "the base was told to stop"
+    return "the base was sent a stop command"
 
 
 class HungDriverStop:
@@ -66,21 +66,21 @@ class HungDriverStop:
         self._port, self._mode = node.port, OiMode(base.operation_mode)
 
     def stop(self) -> str:
-        """Tell the base to stop; never waits. The sensors go on, for the driver that may come back.
+        """Stop the base; never waits. The sensors go on, for the driver that may come back.
 
         Returns:
-            Why the base may still be driving, for people; empty when it was told to stop.
+            Why the base may still be driving, for people; empty when the stop command was sent.
         """
         try:
-            _say(SecondHandle(self._port), stand(self._mode))
+            _send(SecondHandle(self._port), stand(self._mode))
         except DeviceError as error:
             return str(error)
         return ""
 
 
-def _say(port: Writer, words: bytes) -> None:
+def _send(port: Writer, data: bytes) -> None:
     try:
-        port.write(ZEROS_FOR_HALF_A_COMMAND + words)
+        port.write(ZEROS_FOR_HALF_A_COMMAND + data)
     finally:
         port.close()
 
@@ -132,7 +132,7 @@ class RobotHold:
             driver_answers: Whether the process of the base's driver is known to answer.
 
         Returns:
-            Why the base may still be driving, for people; empty when it was told to stop.
+            Why the base may still be driving, for people; empty when the stop command was sent.
         """
         # Also a process that does not answer is asked: it holds the robot when it comes back.
         answer = self._hard_stop.call_async(SetBool.Request(data=True))
@@ -143,7 +143,7 @@ class RobotHold:
         return self.stop_by_port()
 
     def stop_by_port(self) -> str:
-        """Tell the base itself to stop; never waits. The result is that of :meth:`hold`."""
+        """Stop the base by its port; never waits. The result is that of :meth:`hold`."""
         return self._port.stop()
 
     def release(self) -> None:

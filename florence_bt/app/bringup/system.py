@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from florence_bt.app.bringup.device_report import DeviceReport, tell_missing
+from florence_bt.app.bringup.device_report import DeviceReport, report_missing
 from florence_bt.app.bringup.heartbeat import KILLED_AFTER_S, SILENT_S
 from florence_bt.app.bringup.hold import HungDriverStop, RobotHold, stop_base
 from florence_bt.app.bringup.locks import lock_domain, lock_folder
@@ -17,7 +17,7 @@ from florence_bt.app.bringup.make_safe import BaseSafety
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only
-from florence_bt.app.bringup.signals import deaf, once
+from florence_bt.app.bringup.signals import ignored, once
 from florence_bt.app.bringup.simulated import clear_ports
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
@@ -40,7 +40,7 @@ class System:
 
     Args:
         options: What to bring up.
-        report: Told what is going on, in short lines.
+        report: Called with short lines about what goes on.
 
     Raises:
         ConfigError: A file of the bring-up is wrong, or another one uses the folder or the domain; nothing
@@ -93,12 +93,12 @@ class System:
         """Stop everything."""
         try:
             if isinstance(error, ProcessDied):
-                self._tell_the_runs(error)
+                self._stop_the_runs(error)
         finally:
             self._down()
 
     def wait_ready(self) -> float:
-        """Wait until a mission can run. A real robot may still have to be told where it is.
+        """Wait until a mission can run. A real robot may still need its initial pose.
 
         Returns:
             Wall seconds it took.
@@ -118,7 +118,7 @@ class System:
             )
         if not self.options.simulated:
             self.client.spin_until(self._devices_answer, DEVICES_S, watch=self._check_start)
-            tell_missing(self._devices, self._report)
+            report_missing(self._devices, self._report)
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
@@ -237,8 +237,8 @@ class System:
         self._safety = self._safety or BaseSafety(self.client.node, OpenGoals(self.client.node, ACTIONS))
         self._safety.make_safe()
 
-    def _tell_the_runs(self, death: ProcessDied) -> None:
-        """Let every run end with what took it along, as long as the mission server can write that down."""
+    def _stop_the_runs(self, death: ProcessDied) -> None:
+        """Stop every run with the reason, as long as the mission server can record it."""
         if death.name != BASE:
             self._hold_still()
         if death.name == MISSIONS or self.client.state.state not in ACTIVE_STATES:
@@ -249,14 +249,14 @@ class System:
                 self.client.stop(f"{death.what}, so the whole system ends", run_id)
             self.client.spin_until(lambda: self.client.state.state not in ACTIVE_STATES, LAST_RUN_S)
         except FlorenceError as error:
-            self.client.node.get_logger().warning(f"the runs were not told of it: {error}")
+            self.client.node.get_logger().warning(f"the runs were not stopped: {error}")
 
     def _down(self) -> None:
-        """End everything, whatever the impatient press meanwhile: half of it would leave the base driving.
+        """End everything, and ignore further signals: half of it would leave the base driving.
 
         The wheels stop first. Then the mission process ends: it cancels its goals while navigation is there.
         """
-        with deaf():
+        with ignored():
             self._going_down = True
             try:
                 if BASE in self._supervisor.silences():

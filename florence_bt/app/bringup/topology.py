@@ -49,7 +49,7 @@ REMAPPINGS = (
     "turtlebot_node:cmd_vel:=filtered_cmd_vel",
     "turtlebot_node:manual_cmd_vel:=filtered_manual_cmd_vel",
 )
-"""The base obeys the velocity filter, not the planners (REFERENCE 6.5)."""
+"""The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
 
 Factory = Callable[[], "FlorenceNode"]
 

@@ -12,7 +12,7 @@ from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
 GROUP = "ROS"
 BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
-"""Share of the charge below which a warning or a problem is told (our choice)."""
+"""Share of the charge below which a warning or a problem is reported (our choice)."""
 _LEVELS = {0: Severity.OK, 1: Severity.WARNING, 2: Severity.PROBLEM, 3: Severity.PROBLEM}
 
 
@@ -23,7 +23,7 @@ class GraphView:
     Attributes:
         nodes: Full names, one entry per node.
         clocks: How many nodes publish ``/clock``.
-        charge: Share of the battery's charge, 0 to 1; None when nobody tells.
+        charge: Share of the battery's charge, 0 to 1; None when it is not published.
         diagnostics: Name -> (level of diagnostic_msgs, message), the newest of each.
     """
 
@@ -56,7 +56,9 @@ def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
     """The environment variables of ROS."""
     domain = environment.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdigit() or int(domain) > 232:
-        yield problem(GROUP, "ROS_DOMAIN_ID", f"{domain!r} is no domain", "export ROS_DOMAIN_ID=0 (0 to 101)")
+        yield problem(
+            GROUP, "ROS_DOMAIN_ID", f"{domain!r} is not a domain", "export ROS_DOMAIN_ID=0 (0 to 101)"
+        )
     else:
         yield good(GROUP, "ROS_DOMAIN_ID", domain)
     reach = reach_of(environment)
@@ -111,7 +113,7 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
 def _battery(charge: float | None) -> Iterator[HealthFinding]:
     if charge is None:
         yield warning(
-            "battery", "base", "nobody tells the charge", "look at the findings about turtlebot_node"
+            "battery", "base", "the charge is not published", "look at the findings about turtlebot_node"
         )
         return
     found = f"{charge:.0%} of its charge"

@@ -13,7 +13,7 @@ from florence_bt.app.doctor.finding import HealthFinding, good, note, problem, w
 
 GROUP = "machine"
 ROOM_WANTED, ROOM_NEEDED = 1 << 30, 100 << 20
-"""Bytes of disk below which a warning or a problem is told."""
+"""Bytes of disk below which a warning or a problem is reported."""
 BUILT_YEAR = 2024
 """A clock before this year was never set."""
 NOT_SYNCHRONISED = 5
@@ -64,7 +64,7 @@ def _compiled_code() -> HealthFinding:
     return note(
         GROUP,
         "compiled code",
-        f"{place} cannot be written to: every start compiles anew (15 s and more)",
+        f"{place} cannot be written to: every start compiles again (15 s and more)",
         "set NUMBA_CACHE_DIR to a folder that can be written to",
     )
 

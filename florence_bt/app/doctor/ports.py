@@ -60,7 +60,10 @@ def _port(
         return problem(GROUP, item, f"cannot be looked at: {error.strerror}", udev_advice())
     if not stat.S_ISCHR(mode):
         return problem(
-            GROUP, item, "is no serial device", f"set `{node}: {{port: /dev/ttyUSB0}}` in the configuration"
+            GROUP,
+            item,
+            "is not a serial device",
+            f"set `{node}: {{port: /dev/ttyUSB0}}` in the configuration",
         )
     if not allowed(port):
         return problem(GROUP, item, "this user may not read and write it", udev_advice())

@@ -40,7 +40,7 @@ BUSY_BUDGET_S = 25.0
 mission server again, or the machine is busy."""
 _TRIES = 3
 """How often a question that may be repeated is asked within the time for its answer."""
-LAST_WORDS_S = 0.2
+LAST_MESSAGES_S = 0.2
 """Wall seconds for the last messages of a node that was served."""
 RELOAD_BUDGET_S = 30.0
 """Wall seconds for the answer to a reload: every mission that changed is checked."""
@@ -94,7 +94,7 @@ class MissionClient:
 
     @contextmanager
     def serving(self, make: Callable[[rclpy.Context], FlorenceNode]) -> Iterator[FlorenceNode]:
-        """Serve one more node while the block runs; it is closed, and its last words sent, at the end."""
+        """Serve one more node while the block runs; it is closed, and its last messages sent, at the end."""
         node = make(self._context)
         self._loop.add(node)
         try:
@@ -102,7 +102,7 @@ class MissionClient:
         finally:
             with held_back():
                 node.shut_down()
-                self.spin_until(lambda: False, LAST_WORDS_S)
+                self.spin_until(lambda: False, LAST_MESSAGES_S)
                 self._loop.remove(node)
                 node.destroy_node()
 
@@ -195,7 +195,7 @@ class MissionClient:
         try:
             answer = self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True)
         except (SystemNotThere, DeviceTimeout):
-            return False  # a start on a busy machine; whoever asks has a limit of their own
+            return False  # a start on a busy machine; the caller has a limit of its own
         return bool(answer.valid)
 
     def servers(self) -> int:
@@ -270,13 +270,13 @@ ASK_PERIOD_S = 2.0
 RESTART_S = 60.0
 """Wall seconds without an answer after which it is gone although its bring-up runs, which starts it again."""
 LIVE_STATES = ("QUEUED", "RUNNING", "PAUSED", "ENDING")
-"""States that the status service tells of a run that is not over."""
+"""States of a run that is not over, as the status service has them."""
 
 
 class RunWatch:
     """Knows whether a run is over.
 
-    The topic ``run_state`` tells it at once, but keeps one message only: the start of the next run may hide
+    The topic ``run_state`` says so at once, but keeps one message only: the start of the next run may hide
     the end of this one. So the mission server is asked now and then, which shows as well that it is there.
 
     Args:
@@ -287,8 +287,8 @@ class RunWatch:
     def __init__(self, client: MissionClient, run_id: str = "") -> None:
         self._client = client
         self._run_id = run_id
-        self._heard = time.monotonic()
-        self._next_question = self._heard + ASK_PERIOD_S
+        self._answered = time.monotonic()
+        self._next_question = self._answered + ASK_PERIOD_S
         self._unanswered = 0
 
     def over(self) -> bool:
@@ -323,18 +323,18 @@ class RunWatch:
         except (SystemNotThere, DeviceTimeout) as error:
             self._unanswered += 1
             enough = isinstance(error, SystemNotThere) or self._unanswered > 1
-            if enough and not (bring_up_here() and time.monotonic() < self._heard + RESTART_S):
+            if enough and not (bring_up_here() and time.monotonic() < self._answered + RESTART_S):
                 raise self._gone() from error
             return False
         self._unanswered = 0
-        self._heard = time.monotonic()
+        self._answered = time.monotonic()
         if self._run_id and not status.found:
             raise SystemNotThere(
-                f"the mission server was started anew and knows nothing of the run {self._run_id}"
+                f"the mission server was restarted and does not know the run {self._run_id}"
             )
         return bool(self._run_id) and status.state not in LIVE_STATES
 
     def _gone(self) -> SystemNotThere:
         state = self._client.state
-        last = f"; its last word was: {state.reason}" if state.run_id == self._run_id and state.reason else ""
+        last = f"; its last reason was: {state.reason}" if state.run_id == self._run_id and state.reason else ""
         return SystemNotThere(f"the mission server went away, see the logs of the bring-up{last}")

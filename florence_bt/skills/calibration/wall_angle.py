@@ -19,10 +19,10 @@ class WallParameters:
     Attributes:
         min_angle: First direction looked at, radians (REFERENCE 3.1).
         max_angle: Last direction looked at, radians (REFERENCE 3.1).
-        min_points: Fewer beams that hit something are no wall.
+        min_points: Fewer beams that hit something are not a wall.
         max_steepness: A wall at a larger angle than this, radians, may be the next one round the corner, and
             does not count.
-        max_residual_m: Points that lie further from the fitted line (root mean square) are no straight wall.
+        max_residual_m: Points further from the fitted line (root mean square) are not a straight wall.
     """
 
     min_angle: Annotated[float, Limits(-math.pi, math.pi)] = -0.3
@@ -81,7 +81,7 @@ def find_wall(scan: LaserScan, parameters: WallParameters | None = None) -> Wall
     offset = float(y.mean() - slope * x.mean())
     residual = float(np.sqrt(np.mean((y - slope * x - offset) ** 2) / (1.0 + slope * slope)))
     if residual > limits.max_residual_m:
-        return f"what is straight ahead is no straight wall: points lie {residual:.3f} m beside the line"
+        return f"what is straight ahead is not a straight wall: points lie {residual:.3f} m beside the line"
     angle = math.atan(slope)
     if abs(angle) > limits.max_steepness:
         return f"the wall ahead is {math.degrees(abs(angle)):.0f} degrees off: another one may be meant"

@@ -29,7 +29,7 @@ Before the first goal an actionlib client answers LOST: it has no goal that it c
 """
 
 MAX_HOTSPOTS = 1000
-"""More take so long to write and to read back that nobody else would be answered."""
+"""More take so long to write and to read back that other requests would wait too long."""
 
 
 class Locator:

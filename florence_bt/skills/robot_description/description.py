@@ -41,7 +41,7 @@ class DescriptionParameters:
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """A robot as its file tells it.
+    """A robot as its file describes it.
 
     Attributes:
         urdf_text: The URDF.

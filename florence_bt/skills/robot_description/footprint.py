@@ -83,7 +83,7 @@ def corners_from_flat(numbers: Sequence[float]) -> Corners:
     """
     if len(numbers) % 2 or not all(math.isfinite(number) for number in numbers):
         raise ConfigError(
-            f"the footprint {list(numbers)} is no list of x, y, x, y, ...",
+            f"the footprint {list(numbers)} is not a list of x, y, x, y, ...",
             valid=[f"{list(FLORENCE_FOOTPRINT)}"],
         )
     return tuple(zip(numbers[::2], numbers[1::2], strict=True))

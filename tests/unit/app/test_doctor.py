@@ -114,7 +114,7 @@ def test_a_port_that_is_not_there_names_those_that_are(tmp_path):
 def test_a_port_that_is_a_file(tmp_path):
     (tmp_path / "base").touch()
     (finding,) = check_ports({"turtlebot_node": str(tmp_path / "base")})
-    assert finding.level is Severity.PROBLEM and "no serial device" in finding.found
+    assert finding.level is Severity.PROBLEM and "not a serial device" in finding.found
 
 
 def test_a_port_that_is_not_allowed(terminal):

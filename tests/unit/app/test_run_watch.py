@@ -75,7 +75,7 @@ def test_without_a_run_only_the_server_is_watched(client):
 def test_the_last_word_is_told_when_the_result_cannot_be_asked_for(client):
     client.state = SimpleNamespace(run_id="T-1", state="PREEMPTED", reason="it is shutting down")
     client.answers = [DeviceTimeout("late")]
-    with pytest.raises(SystemNotThere, match=r"went away.*its last word was: it is shutting down"):
+    with pytest.raises(SystemNotThere, match=r"went away.*its last reason was: it is shutting down"):
         RunWatch(client, "T-1").result()
 
 

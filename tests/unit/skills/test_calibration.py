@@ -57,7 +57,7 @@ def test_no_wall_says_why():
     corner = scan_of_wall(0.0)
     bent = np.where(corner.angles() > 0.0, 1.0, 2.0).astype(np.float32)
     scan = LaserScan(0.0, "laser", -1.5, 0.01, 0.1, 5.0, bent)
-    assert "no straight wall" in str(find_wall(scan))
+    assert "not a straight wall" in str(find_wall(scan))
 
 
 @pytest.mark.parametrize(

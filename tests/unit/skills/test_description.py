@@ -253,5 +253,5 @@ def test_a_joint_without_a_direction_is_refused():
         "<robot><link name='a'/><link name='b'/><joint name='j' type='continuous'>"
         "<parent link='a'/><child link='b'/><axis xyz='0 0 0'/></joint></robot>"
     )
-    with pytest.raises(ConfigError, match="'j' is no direction"):
+    with pytest.raises(ConfigError, match="'j' has no direction"):
         turning_joints(text)

@@ -66,7 +66,7 @@ def test_sixteen_bit_picture() -> None:
         (b"P5\n0 2\n255\n", "0 x 2"),
         (b"P5\n3 2\n255\n12345", "5 pixels"),
         (b"P5\n1 1\n70000\n1", "70000"),
-        (b"P2\n1 1\n255\nx", "no number"),
+        (b"P2\n1 1\n255\nx", "not a number"),
         (b"P2\n1 1\n9\n10", "greatest value is 9"),
     ],
 )

@@ -34,7 +34,7 @@ class FakeLaserParameters:
         angle_increment: Width of one direction in radians.
         scan_time: Seconds between scans, copied to the output.
         range_min: Points nearer than this are dropped, metres (the Kinect measures from about 0.5 m).
-        range_max: Ranges from here on are no measurements, metres (document, section 3.5.3).
+        range_max: Ranges from here on are not measurements, metres (document, section 3.5.3).
         output_frame_id: Frame written on the scan; the geometry is that of the optical frame.
         unseen_as_nan: Write NaN instead of "empty" in directions in which the camera measured nothing at
             all (outside its view, or only holes). NaN neither marks nor clears, so an obstacle that is too

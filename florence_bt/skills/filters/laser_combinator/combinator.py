@@ -81,7 +81,7 @@ class LaserCombinator:
         return merge_scans(laser, scan, self.parameters, self.laser_from_kinect)
 
     def _is_fresh(self, scan: LaserScan | None, now: float) -> bool:
-        # Also a scan from far in the future is no good: it is from before the clock was set back.
+        # Also a scan from far in the future is not fresh: it is from before the clock was set back.
         return scan is not None and abs(now - scan.stamp) < self.parameters.freshness
 
 

@@ -149,7 +149,7 @@ def _approach(now: float, wanted: float, max_acc: float, rate: float) -> float:
 class VelocityTicker:
     """Steps a :class:`VelocityFilter` at its rate; sleeps from the moment it is idle to the next command.
 
-    The base stops by itself when it hears nothing for 0.6 s (REFERENCE 6.5). That never matters here: the
+    The base stops by itself when no command comes for 0.6 s (REFERENCE 6.5). That never matters here: the
     ticker falls silent only at standstill.
     """
 
@@ -196,7 +196,7 @@ class VelocityTicker:
         self.filter.release()
 
     def close(self) -> None:
-        """Leave the robot standing: no more steps, and a zero as the last word."""
+        """Leave the robot standing: no more steps, and a zero as the last command."""
         self.filter.hard_stop()
         self._rest()
         self._publish(STANDSTILL)

@@ -40,7 +40,7 @@ from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 @dataclass(frozen=True, slots=True)
 class LocaliserNodeParameters:
-    """How the node speaks.
+    """Frames, rates and the initial pose.
 
     Attributes:
         initial_x: Where the robot is at first, in the map frame, metres.
@@ -73,7 +73,7 @@ class LocaliserNodeParameters:
 
 
 class LocaliserNode(FlorenceNode):
-    """Feeds the localiser and tells everybody where the robot is."""
+    """Feeds the localiser and publishes where the robot is."""
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("localiser", parameters=parameters, namespace=namespace)
@@ -108,8 +108,8 @@ class LocaliserNode(FlorenceNode):
             )
             return
         x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
-        told = (float(x), float(y), float(yaw))
-        self._start, self._deviations = pose, told if any(told) else INITIAL_DEVIATIONS
+        given = (float(x), float(y), float(yaw))
+        self._start, self._deviations = pose, given if any(given) else INITIAL_DEVIATIONS
         if self._localiser is not None:
             self._localiser.set_pose(self._start, self._deviations)
 

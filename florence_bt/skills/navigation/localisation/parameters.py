@@ -37,7 +37,7 @@ class LocaliserParameters:
         match_min_near: The part of the beams that must fit the map for the fit to count.
         match_prior_d: How far the fit may leave the particles at little cost, in metres.
         match_prior_a: The same for the heading, in radians.
-        match_inject: The part of the particles that is drawn anew around a good fit.
+        match_inject: The part of the particles that is drawn again around a good fit.
         match_max_shift: Longest correction by the fit in metres.
         match_max_turn: Largest correction by the fit in radians.
         surface_offset: See ``build_likelihood_field``, in cells.

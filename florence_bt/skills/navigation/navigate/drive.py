@@ -107,12 +107,12 @@ class ProgressWatch:
         self._least_time = 0.0
 
     def reset(self, now: float) -> None:
-        """Start counting anew."""
+        """Start counting again."""
         self._anchor = None
         self._least, self._least_time = math.inf, now
 
     def problem(self, now: float, pose: Pose2, remaining: float) -> str | None:
-        """Why this is no progress, None when it is.
+        """Why this does not count as progress, None when it does.
 
         Args:
             now: Seconds.
@@ -142,7 +142,7 @@ class CycleParameters:
 
     Attributes:
         controller_frequency: Hz, how often ``step`` is called while a goal is active.
-        planner_frequency: Hz, how often the path is planned anew.
+        planner_frequency: Hz, how often the path is planned again.
         sensor_timeout: Older scans, odometry and places in the map stop the robot, in seconds.
         scan_timeout: When no scan of a required sensor has come for so many seconds, the robot stops. It
             stands within this time and that of braking, 0.25 s + 0.45 m/s / 2.5 m/s^2 = 0.43 s. The laser
@@ -323,7 +323,7 @@ class Drive:
     # Planning.
 
     def _plan(self, state: RobotState) -> Result | None:
-        """Plan anew; a result when the goal cannot be reached whatever moves out of the way."""
+        """Plan again; a result when the goal cannot be reached whatever moves out of the way."""
         self._next_plan = state.now + 1.0 / self._p.cycle.planner_frequency
         here, costmap = state.map_pose, self._costmaps.global_costmap
         if self._plan_to_stage(here):
@@ -477,7 +477,7 @@ class Drive:
         if isinstance(behaviour, Spin):
             command, result = behaviour.step(state.now, state.pose, state.twist, state.clearance)
             over = result is not None
-            # A turn that ends because something is near is no failure of the drive.
+            # A turn that ends because something is near is not a failure of the drive.
             if result is not None and result.outcome is Outcome.FAILED:
                 self._behaviour_text = result.reason
         else:

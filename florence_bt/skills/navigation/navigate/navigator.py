@@ -54,7 +54,7 @@ class Freshness:
     ) -> tuple[str, str] | None:
         """What is missing, as (code, reason); None when all is there."""
         if odometry is None or not odometry.pose.is_finite():
-            return "no_pose", "the base says nothing about its odometry"
+            return "no_pose", "the base publishes no odometry"
         if abs(now - odometry.stamp) > self._timeout:
             return "no_pose", f"the odometry is not of the last {self._timeout:g} s"
         if needs_map and (map_from_odom is None or not map_from_odom.is_finite()):
@@ -71,7 +71,7 @@ class Freshness:
 
 
 def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | None:
-    """Why a quaternion is no heading, None when it is one.
+    """Why a quaternion is not a heading, None when it is one.
 
     Source:
         REFERENCE 7.3 (goal quaternion).

@@ -9,7 +9,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure, succes
 HELD_FAILURES = {
     "wheel_drop": "a wheel of the base hangs in the air",
     "overcurrent": "a wheel of the base is blocked: its motor draws too much current",
-    "no_response": "the base does not answer, or does not do what it is told",
+    "no_response": "the base does not answer, or does not follow its commands",
     "charger": "the charger is plugged into the base",
     "battery": "the battery of the base is empty",
 }

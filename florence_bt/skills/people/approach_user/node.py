@@ -1,4 +1,4 @@
-"""The approach of a user on ROS (``approach_user``): proposes poses and tells how the approach goes."""
+"""The approach of a user on ROS (``approach_user``): proposes poses and publishes how the approach goes."""
 
 from __future__ import annotations
 

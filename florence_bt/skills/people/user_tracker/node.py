@@ -63,7 +63,7 @@ class UserTrackerNodeParameters:
         period_s: Pictures that come sooner after the last one are left out, seconds.
         colour_age_s: A colour picture may differ this much in time from the depth picture, seconds.
         keep_pictures_s: Pictures are listened to for this long after a stop, seconds: between two looks the
-            tracker is stopped for a moment, and it would take a while to find the pictures anew.
+            tracker is stopped for a moment, and it would take a while to find the pictures again.
         use_map: Whether the map takes walls and furniture out of the pictures.
         map_frame: The frame of the map.
         base_frame: The frame of the robot on the floor.
@@ -264,10 +264,10 @@ class UserTrackerNode(FlorenceNode):
             return
         self._end_look()
         if result.succeeded:
-            self._tell_detected(result)
+            self._publish_detected(result)
         self._action.finish(_look_to_ros(result, self._look.pictures), result.outcome)
 
-    def _tell_detected(self, result: Result) -> None:
+    def _publish_detected(self, result: Result) -> None:
         user = result.outputs["user"]
         self._detected_topic.publish(
             DetectedUser(command=True, user_position_x=user.x, user_position_y=user.y)
