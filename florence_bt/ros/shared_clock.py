@@ -7,8 +7,7 @@ While no callback waits for a moment, an idle process does not subscribe at all.
 a timer, makes it subscribe again and wait for the next message. That takes some ten milliseconds, once.
 
 A simulation that starts over sets the clock back. A single message that is far from the time known is not
-believed: it may come from a program that has nothing to do with the simulation. The next one has to go on from
-it.
+believed: it may come from another program. The next one has to go on from it.
 """
 
 from __future__ import annotations
