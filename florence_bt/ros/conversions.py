@@ -116,12 +116,6 @@ def pose_stamped_to_ros(pose: Pose2, frame_id: str, stamp: float) -> PoseStamped
     return PoseStamped(header=header_to_ros(frame_id, stamp), pose=pose_to_ros(pose))
 
 
-def pose_stamped_from_ros(message: PoseStamped) -> tuple[Pose2, str, float]:
-    """Pose, frame and moment."""
-    header = message.header
-    return pose_from_ros(message.pose), frame_from_ros(header.frame_id), stamp_from_ros(header.stamp)
-
-
 def pose_with_covariance_to_ros(
     pose: Pose2, covariance: Sequence[float], frame_id: str, stamp: float
 ) -> PoseWithCovarianceStamped:
@@ -148,11 +142,6 @@ def path_to_ros(poses: Iterable[Pose2], frame_id: str, stamp: float) -> PathMsg:
     """A path."""
     stamped = [pose_stamped_to_ros(pose, frame_id, stamp) for pose in poses]
     return PathMsg(header=header_to_ros(frame_id, stamp), poses=stamped)
-
-
-def path_from_ros(message: PathMsg) -> list[Pose2]:
-    """The poses of a path."""
-    return [pose_from_ros(stamped.pose) for stamped in message.poses]
 
 
 def twist_to_ros(twist: Twist2) -> Twist:

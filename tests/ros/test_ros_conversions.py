@@ -75,12 +75,12 @@ def test_pose_of_a_tilted_body_and_of_no_quaternion() -> None:
 
 @given(poses, stamps)
 def test_stamped_poses_and_paths(pose: Pose2, stamp: float) -> None:
-    back, frame, moment = c.pose_stamped_from_ros(c.pose_stamped_to_ros(pose, "/map", stamp))
-    assert same_pose(back, pose)
-    assert frame == "map"
-    assert moment == pytest.approx(stamp, abs=1e-6)
-    path = c.path_from_ros(c.path_to_ros([pose, Pose2()], "map", stamp))
-    assert same_pose(path[0], pose)
+    stamped = c.pose_stamped_to_ros(pose, "/map", stamp)
+    assert same_pose(c.pose_from_ros(stamped.pose), pose)
+    assert c.frame_from_ros(stamped.header.frame_id) == "map"
+    assert c.stamp_from_ros(stamped.header.stamp) == pytest.approx(stamp, abs=1e-6)
+    path = c.path_to_ros([pose, Pose2()], "map", stamp)
+    assert same_pose(c.pose_from_ros(path.poses[0].pose), pose)
     assert len(c.pose_array_to_ros([pose] * 3, "map", stamp).poses) == 3
 
 

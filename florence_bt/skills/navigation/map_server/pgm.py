@@ -69,15 +69,3 @@ def _plain(data: bytes, position: int) -> NDArray[np.int64]:
         return np.array(_COMMENT.sub(b"", data[position:]).split(), dtype="S8").astype(np.int64)
     except ValueError as error:
         raise FrameError(f"a pixel is not a number: {error}") from error
-
-
-def encode_pgm(image: NDArray[np.uint8], comment: str = "") -> bytes:
-    """Write a binary graymap.
-
-    Args:
-        image: Shape (rows, columns), row 0 at the top.
-        comment: One line for people.
-    """
-    rows, columns = image.shape
-    note = f"# {comment}\n" if comment else ""
-    return f"P5\n{note}{columns} {rows}\n255\n".encode() + image.astype(np.uint8).tobytes()
