@@ -24,6 +24,7 @@ from florence_bt.ros.answers import send_until_known
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
+from florence_bt.ros.rclpy_internals import forget_service
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
 T = TypeVar("T")
@@ -179,7 +180,7 @@ class FlorenceNode(Node):
 
     def unknown_parameters(self) -> ConfigError | None:
         """What is wrong with the names of the parameters that were given, when all were declared."""
-        declared = [name for name in self._parameters if name not in _OWN_PARAMETERS]
+        declared = [name for name in self.get_parameters_by_prefix("") if name not in _OWN_PARAMETERS]
         for name in self._given:
             if not self.has_parameter(name):
                 return ConfigError(
@@ -254,8 +255,7 @@ class FlorenceNode(Node):
         was destroyed meanwhile, and that ends the process. So the executor first lets go of it;
         what it has noticed before that is served, and then the service is destroyed.
         """
-        self._services.remove(service)
-        self._wake_executor()
+        forget_service(self, service)
         self._when_let_go(service.destroy)
 
     def _when_let_go(self, destroy: Callable[[], None]) -> None:
@@ -339,5 +339,5 @@ def with_reason(answer: Any, reason: str) -> Any:
     return answer
 
 
-_EXECUTOR: Any = vars(Node)["executor"]
+_EXECUTOR: Any = Node.executor
 _OWN_PARAMETERS = frozenset({"use_sim_time", "start_type_description_service"})

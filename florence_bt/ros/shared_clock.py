@@ -24,6 +24,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from florence_bt.core.clock import Timer
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.rclpy_internals import join_clock_topic, leave_clock_topic, set_time, start_time
 from florence_bt.ros.validation import BadMessage, check_time
 
 CLOCK_TOPIC = "/clock"
@@ -60,11 +61,8 @@ class SharedClock:
 
     def add(self, node: Node) -> None:
         """Give a node the time from now on; nothing happens when it does not follow the simulated time."""
-        source: Any = node._time_source
-        if source._clock_sub is None:
+        if not leave_clock_topic(node):
             return
-        node.destroy_subscription(source._clock_sub)
-        source._clock_sub = None
         if self._nodes:
             self.listen()
         self._nodes.append(node)
@@ -72,7 +70,7 @@ class SharedClock:
             self.listens = True
             self._subscribe(node)
         elif self._time is not None:
-            source.clock_callback(ClockMessage(clock=self._time.to_msg()))
+            start_time(node, self._time)
         if isinstance(node, FlorenceNode):
             node.ros_timebase.source = self
         self._look_later()
@@ -90,9 +88,7 @@ class SharedClock:
         if self.listens and self._nodes and self._subscription is None:
             self._subscribe(self._nodes[0])
         self._look_later()
-        source: Any = node._time_source
-        if source.ros_time_is_active:
-            source._subscribe_to_clock_topic()
+        join_clock_topic(node)
 
     def listen(self) -> None:
         """Receive each message from now on, and wait for the first one if somebody publishes any.
@@ -162,8 +158,7 @@ class SharedClock:
                 return
         self._time, self._doubted, self._received_before = now, None, True
         for node in self._nodes:
-            clock: Any = node._clock
-            clock.set_ros_time_override(now)
+            set_time(node, now)
         if not self._sure:
             self._set_sure(sure=True)
 
