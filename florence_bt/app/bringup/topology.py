@@ -49,7 +49,7 @@ REMAPPINGS = (
     "turtlebot_node:cmd_vel:=filtered_cmd_vel",
     "turtlebot_node:manual_cmd_vel:=filtered_manual_cmd_vel",
 )
-"""The base obeys the velocity filter, not the planners (REFERENCE 6.5)."""
+"""The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
 
 Factory = Callable[[], "FlorenceNode"]
 
@@ -188,8 +188,8 @@ def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.simulated import start_of
     from florence_bt.skills.navigation.localisation.node import LocaliserNode
     from florence_bt.skills.navigation.map_server.node import MapServerNode
+    from florence_bt.skills.navigation.navigate.drive import CycleParameters
     from florence_bt.skills.navigation.navigate.node import NavigationNode
-    from florence_bt.skills.navigation.navigate.step import CycleParameters
 
     navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
     start = start_of(settings.options)

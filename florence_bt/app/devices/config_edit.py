@@ -24,7 +24,7 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
         The copy of the file as it was.
 
     Raises:
-        ConfigError: The file cannot be read or written, or the node's section is no table.
+        ConfigError: The file cannot be read or written, or the node's section is not a mapping.
     """
     text = read_bytes(file).decode("utf-8")
     for name, value in values.items():

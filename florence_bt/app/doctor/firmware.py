@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from florence_bt.app.doctor.finding import Finding, good, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, good, problem, warning
 from florence_bt.core.errors import DeviceError, FlorenceError
 from florence_bt.drivers.hokuyo import codec as scip
 from florence_bt.drivers.serial_port import BytePort, SerialPort
@@ -32,7 +32,7 @@ def check_firmware(
     free: Callable[[str], bool],
     open_port: OpenPort = SerialPort,
     now: Callable[[], float] = time.monotonic,
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     """Ask base and laser.
 
     Args:
@@ -58,10 +58,10 @@ def _baud_of(base: Mapping[str, Any]) -> int:
 def _asked(
     path: str,
     baud: int,
-    ask: Callable[[BytePort, Callable[[], float]], Iterator[Finding]],
+    ask: Callable[[BytePort, Callable[[], float]], Iterator[HealthFinding]],
     open_port: OpenPort,
     now: Callable[[], float],
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     try:
         port = open_port(path, baud)
     except DeviceError as error:
@@ -75,7 +75,7 @@ def _asked(
         port.close()
 
 
-def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
+def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFinding]:
     port.write(create.start() + create.pause_stream())
     _drop_what_comes(port, now)
     port.write(create.query_list(ASKED))
@@ -96,7 +96,7 @@ def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
     yield _battery(values)
 
 
-def _battery(values: Mapping[int, int]) -> Finding:
+def _battery(values: Mapping[int, int]) -> HealthFinding:
     if values[CAPACITY] <= 0:
         return warning("battery", "base", "the base does not know its capacity", "charge it fully once")
     share = values[CHARGE] / values[CAPACITY]
@@ -110,7 +110,7 @@ def _battery(values: Mapping[int, int]) -> Finding:
     return good("battery", "base", found)
 
 
-def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
+def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFinding]:
     parser = scip.ReplyParser()
     port.write(scip.request("QT"))
     _drop_what_comes(port, now)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, check_limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,27 +25,18 @@ class GyroParameters:
         lowest_offset: A lower offset, in counts, means a gyro without power: it then tells nothing.
     """
 
-    measurement_range_degps: float = 150.0
-    scale_correction: float = 1.35
+    measurement_range_degps: Annotated[float, Limits(0.0, 300.0, above=True)] = 150.0
+    scale_correction: Annotated[float, Limits(0.0, 6.0)] = 1.35
     rest_samples: int = 1000
-    first_offset_after: int = 33
+    first_offset_after: Annotated[int, Limits(1)] = 33
     settle_s: float = 0.5
     integer_offset: bool = False
     drift_counts: float = 4.0
     lowest_offset: float = 100.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.measurement_range_degps <= 300.0:
-            raise ConfigError(
-                f"gyro_measurement_range must be above 0 and at most 300, not {self.measurement_range_degps}"
-            )
-        if not 0.0 <= self.scale_correction <= 6.0:
-            raise ConfigError(f"gyro_scale_correction must be 0 to 6, not {self.scale_correction}")
-        if not 1 <= self.first_offset_after <= self.rest_samples:
-            raise ConfigError(
-                f"first_offset_after must be 1 to rest_samples ({self.rest_samples}), "
-                f"not {self.first_offset_after}"
-            )
+        check_limits(self)
+        check_order(self, ("first_offset_after", "rest_samples"), equal=True)
 
 
 @dataclass(frozen=True, slots=True)

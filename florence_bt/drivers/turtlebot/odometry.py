@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError, FrameError
+from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.limits import Limits, check_limits
 from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroReading
 
@@ -33,15 +35,12 @@ class OdometryParameters:
             and the jitter of arrival would make it useless.
     """
 
-    linear_scale: float = 1.0
-    angular_scale: float = 1.0
+    linear_scale: Annotated[float, Limits(0.0, 3.0)] = 1.0
+    angular_scale: Annotated[float, Limits(0.0, 3.0)] = 1.0
     twist_window_s: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("linear_scale", "angular_scale"):
-            value = getattr(self, name)
-            if not 0.0 <= value <= 3.0:
-                raise ConfigError(f"odom_{name}_correction must be 0 to 3, not {value}")
+        check_limits(self)
 
 
 class WheelOdometry:

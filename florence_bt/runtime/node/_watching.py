@@ -171,7 +171,7 @@ class Watching:
         """Somebody has begun to watch: the state of the moment."""
         if not self._looked:
             self._look()
-        if self._nodes and not (stream.publisher.tells_joiners and stream.shown is self._nodes):
+        if self._nodes and not (stream.publisher.serves_new_subscribers and stream.shown is self._nodes):
             self._publish(stream)
 
     def _publish(self, stream: Stream[StreamParameters]) -> None:
@@ -254,7 +254,7 @@ class Watching:
 
     def _show_board_to_joiner(self, stream: Stream[_Board]) -> None:
         """Somebody has begun to watch: the blackboard watcher does not ask for what was published earlier."""
-        self._show_board(stream, joined=not stream.publisher.tells_joiners)
+        self._show_board(stream, joined=not stream.publisher.serves_new_subscribers)
 
     def _show_board(self, stream: Stream[_Board], *, joined: bool = False) -> None:
         if not self._looked:

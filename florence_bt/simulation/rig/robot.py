@@ -29,10 +29,12 @@ from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
-from florence_bt.skills.filters.velocity_filter.ticker import VelocityTicker
-from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
+from florence_bt.skills.filters.velocity_filter.velocity_filter import (
+    VelocityFilterParameters,
+    VelocityTicker,
+)
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 

@@ -6,7 +6,7 @@ from math import inf
 
 import pytest
 
-from florence_bt.app.runs.journal_view import left_runs, what_became_of
+from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
@@ -52,7 +52,7 @@ def test_what_was_given_up_is_shown_and_starts_again_with_the_same_inputs(tmp_pa
     runs = tmp_path / "runs"
     assert left_runs(runs) == [run_id] and left_runs(tmp_path) == []
     second = Process(tmp_path, name="20240501T101500Z", date=after(1000.0))
-    (line,) = what_became_of(runs, [run_id])
+    (line,) = outcomes_of(runs, [run_id])
     assert run_id in line and "ABORTED" in line and "limit is 60 s" in line
     run = second.executor.trigger(trip(inputs={"there": "{x: 5 m, y: 4 m, yaw: 0 deg}"}))
     second.executor.stop("enough")

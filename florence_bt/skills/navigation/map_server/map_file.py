@@ -13,7 +13,7 @@ from florence_bt.core.errors import ConfigError, FrameError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Listing, Source, Table, Text, read_source
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
+from florence_bt.skills.navigation.map_server.pgm import decode_pgm
 
 MODES = ("trinary", "scale", "raw")
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
@@ -185,39 +185,3 @@ def _origin(path: Path, source: Source) -> Pose2:
             path, source.items[2], f"a map turned by {numbers[2]} rad is not supported", "a yaw of 0"
         )
     return Pose2(numbers[0], numbers[1], 0.0)
-
-
-def save_map(grid: OccupancyGrid, path: str | Path) -> None:
-    """Write a map: the YAML file and, beside it, the picture of the same name.
-
-    Cells from 65 on become occupied, cells to 19 free, the rest unknown, as the map saver of ROS does.
-
-    Args:
-        grid: The map.
-        path: The YAML file; the picture gets the ending ``.pgm``.
-
-    Raises:
-        ConfigError: The files cannot be written.
-
-    Source:
-        REFERENCE 7.8.
-    """
-    path = Path(path)
-    pixels = np.full(grid.cells.shape, 205, np.uint8)
-    pixels[(grid.cells >= 0) & (grid.cells < 20)] = 254
-    pixels[grid.cells >= 65] = 0
-    picture = path.with_suffix(".pgm")
-    description = (
-        f"image: {picture.name}\nmode: trinary\nresolution: {grid.resolution!r}\n"
-        f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
-    )
-    try:
-        picture.write_bytes(encode_pgm(np.flipud(pixels), f"{grid.resolution:g} m per pixel"))
-        path.write_text(description, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            f"the map cannot be written ({error.strerror})",
-            file=path,
-            valid=["a folder that exists and can be written"],
-        ) from error

@@ -5,16 +5,17 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.limits import Limits, Positive, check_limits, check_order
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
 
 
 @dataclass(frozen=True, slots=True)
-class TurnParameters:
+class SpinParameters:
     """How to turn by an angle.
 
     Attributes:
@@ -27,24 +28,14 @@ class TurnParameters:
         REFERENCE 12.2.
     """
 
-    spin_max_speed: float = 0.5
-    spin_min_speed: float = 0.2
-    spin_gain: float = 1.5
-    spin_precision: float = 0.05
+    spin_max_speed: Positive = 0.5
+    spin_min_speed: Positive = 0.2
+    spin_gain: Positive = 1.5
+    spin_precision: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        if not 0.0 < self.spin_min_speed <= self.spin_max_speed < 10.0:
-            raise ConfigError(
-                f"a turn cannot be between {self.spin_min_speed} and {self.spin_max_speed} rad/s",
-                valid=["0 < spin_min_speed <= spin_max_speed"],
-            )
-        if not self.spin_gain > 0.0 or not 0.0 < self.spin_precision < 1.0:
-            raise ConfigError("spin_gain and spin_precision must be above 0", valid=["1.5 and 0.05"])
+        check_limits(self)
+        check_order(self, ("spin_min_speed", "spin_max_speed"), equal=True)
 
 
 AT_REST_TURN_SPEED = 0.03
@@ -57,14 +48,14 @@ class _Phase(enum.Enum):
     SETTLING = "settling"
 
 
-class Turn:
+class Spin:
     """One turn in place, from its start to its result.
 
     Attributes:
         travelled: Radians turned so far, counter-clockwise positive.
     """
 
-    def __init__(self, angle: float, parameters: TurnParameters, now: float, time_allowance: float) -> None:
+    def __init__(self, angle: float, parameters: SpinParameters, now: float, time_allowance: float) -> None:
         self._angle = angle
         self._parameters = parameters
         self._deadline = now + time_allowance
@@ -80,7 +71,7 @@ class Turn:
     def step(
         self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
     ) -> tuple[Twist2, Result | None]:
-        """The velocity of this moment, and the result when the turn is over.
+        """The velocity to command now, and the result when the turn is over.
 
         Args:
             now: Seconds.

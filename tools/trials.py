@@ -1,6 +1,6 @@
 """Many seeded runs of ``goto_user`` in the rig, with the person anywhere in the flat, and their results.
 
-``python -m florence_bt.app.demo.trials --runs 30 --out docs/trials.md``
+``python tools/trials.py --runs 30 --out docs/trials.md``
 """
 
 from __future__ import annotations
