@@ -65,7 +65,7 @@ class Connection(Generic[D, T]):
             open_device: Opens the device, or raises DeviceError.
             on_open: Called with each device that was opened, on the owner's thread like all the others.
             on_item: Called with what the device sent and when it came.
-            on_lost: Called while a device that failed is still there, to say last words to it.
+            on_lost: Called while a device that failed is still there, to send it a shutdown command.
             on_problem: Called with each new problem, once, for the log.
             delay_s: The first pause; doubled each time, up to ten times.
             name: What the device is called, for the reader's thread.

@@ -56,7 +56,7 @@ class DriverPort:
             on_open: Called with each port that was opened, to start the driver.
             on_bytes: Called with what the device sent and when it came; calls :meth:`pump` once the driver
                 has it.
-            on_lost: Called while a port that failed is still there, to say last words to it.
+            on_lost: Called while a port that failed is still there, to send it a shutdown command.
             on_problem: Called with each new problem, once, for the log.
             send: Sends what the driver said, if anything, and looks after the port besides; raises
                 DeviceError to give the port up.
@@ -117,17 +117,17 @@ class DriverPort:
         """Leave the device safe and let go of the port for good.
 
         Returns:
-            Why the device may not have heard the last words; empty when it has, or when there is none.
+            Why the device may not have received the shutdown command; empty when it has, or without one.
         """
         self._forget_deadline()
-        last_words, port, unheard = self._driver.shutdown(), self._connection.device, ""
+        shutdown_command, port, not_sent = self._driver.shutdown(), self._connection.device, ""
         if port is not None:
             try:
-                port.write(last_words)
+                port.write(shutdown_command)
             except DeviceError as error:
-                unheard = str(error)
+                not_sent = str(error)
         self._connection.close()
-        return unheard
+        return not_sent
 
     def _on_open(self, port: BytePort) -> None:
         self._start_driver(port)

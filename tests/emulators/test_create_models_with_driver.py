@@ -11,8 +11,8 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
 from florence_bt.drivers.diagnosis import Level
-from florence_bt.drivers.turtlebot.charging import PATIENCE_S, PAUSE_S
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
+from florence_bt.drivers.turtlebot.hazards import CHARGING_TIMEOUT_S, PAUSE_S
 from florence_bt.drivers.turtlebot.parameters import DriveMode, TurtlebotParameters
 from florence_bt.simulation.emulators.create import Mode
 from tests.emulators.create_bench import PtyBench
@@ -119,7 +119,7 @@ def test_a_base_that_does_not_charge_is_reset_once_and_then_charges(make: MakeBe
     bench = make()
     bench.create.battery.charge_mah = 0.1 * 2700
     bench.create.faults.dock = True
-    bench.run(PATIENCE_S - 1.0)
+    bench.run(CHARGING_TIMEOUT_S - 1.0)
     assert bench.create.mode is Mode.FULL  # in which it does not charge
     bench.run(8.0)
     assert bench.driver.charge_resets == 1

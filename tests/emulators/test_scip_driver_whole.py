@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
-from florence_bt.drivers.hokuyo.driver import Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.simulation.emulators.scip import URG_04LX, UTM_30LX, ScannerModel, ScipFaults
@@ -43,7 +43,7 @@ def test_the_latency_is_measured(delay: float, wraps: bool) -> None:
         bench.scanner.set_timer((1 << 24) - 500, bench.now)
     bench.run(5.0, step=0.001)
     assert bench.problems == []
-    assert bench.driver.status.phase is Phase.MEASURING
+    assert bench.driver.status.phase is DriverPhase.MEASURING
     assert bench.driver.calibrated
     # The clock's answers are late as well, and half of their way is taken off.
     assert bench.driver.latency == pytest.approx(0.0709 + delay / 2, abs=0.003)
@@ -152,7 +152,7 @@ def results_of(bench: Bench, seconds: float = 60.0) -> list[SelfTestResult]:
     found: list[SelfTestResult] = []
     bench.driver.begin_self_test(found.extend, bench.now)
     for _ in range(round(seconds)):
-        assert bench.run(1.0) == [] or bench.driver.status.phase is Phase.MEASURING
+        assert bench.run(1.0) == [] or bench.driver.status.phase is DriverPhase.MEASURING
         if found:
             break
     return found
@@ -279,7 +279,7 @@ TROUBLES: dict[str, Callable[[Bench], object]] = FAULTS | {
     "sleep": lambda bench: bench.scanner.receive(b"%SL\n", bench.now),
     "a new plug": lambda bench: (bench.driver.disconnected("unplugged"), bench.driver.start(bench.now)),
     "a self test": lambda bench: (
-        bench.driver.status.phase is Phase.MEASURING
+        bench.driver.status.phase is DriverPhase.MEASURING
         and bench.driver.begin_self_test(lambda results: None, bench.now)
     ),
 }

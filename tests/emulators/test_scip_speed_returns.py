@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -118,7 +118,7 @@ def line(tmp_path: Path) -> Iterator[Line]:
     line = Line(tmp_path / "ttyUSB0")
     line.until_scans()
     line.run(2.0)
-    assert line.driver.status.phase is Phase.MEASURING
+    assert line.driver.status.phase is DriverPhase.MEASURING
     assert line.scanner.state.bit_rate == WANTED
     yield line
     line.close()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import DeviceLost
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -45,7 +45,7 @@ class Wire(Bench):
 
 
 def measuring(wire: Wire) -> int:
-    assert wire.driver.status.phase is Phase.MEASURING
+    assert wire.driver.status.phase is DriverPhase.MEASURING
     assert wire.scanner.state.bit_rate == wire.driver.bit_rate
     assert len(wire.run(1.0)) >= 9
     return wire.scanner.state.bit_rate

@@ -7,7 +7,7 @@ import pytest
 
 from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
-from florence_bt.drivers.hokuyo.driver import Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.simulation.emulators.scip import (
@@ -263,7 +263,7 @@ def test_a_sensor_that_streams_already_is_stopped_and_started(model: ScannerMode
     assert bench.scanner.receive(b"TM2\n", bench.now).startswith(b"TM2\n10")
     bench.driver.start(bench.now)
     assert len(bench.run(2.0)) > 30
-    assert bench.driver.status.phase is Phase.MEASURING
+    assert bench.driver.status.phase is DriverPhase.MEASURING
     assert bench.problems == []
 
 

@@ -15,7 +15,7 @@ import pytest
 from florence_bt.core.sensing import LaserScan
 from florence_bt.drivers.diagnosis import Level
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
@@ -71,8 +71,8 @@ class Scanner:
         return scans
 
     def ready(self) -> None:
-        self.run(READY_S, until=lambda: self.driver.status.phase is Phase.MEASURING)
-        assert self.driver.status.phase is Phase.MEASURING, (
+        self.run(READY_S, until=lambda: self.driver.status.phase is DriverPhase.MEASURING)
+        assert self.driver.status.phase is DriverPhase.MEASURING, (
             f"the scanner does not measure: {self.driver.status.problem or 'it is silent'}"
         )
 

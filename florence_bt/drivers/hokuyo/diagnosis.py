@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from florence_bt.drivers.diagnosis import Diagnosis, Level, is_off
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver
-from florence_bt.drivers.hokuyo.driver_status import Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 
 
@@ -45,7 +44,7 @@ def diagnose(
     }
     if port_problem:
         return Diagnosis(Level.ERROR, port_problem, values)
-    if status.phase is not Phase.MEASURING:
+    if status.phase is not DriverPhase.MEASURING:
         level = Level.ERROR if status.problem else Level.WARN
         return Diagnosis(level, status.problem or f"the driver is {status.phase.value}", values)
     if status.problem:

@@ -9,18 +9,19 @@ Source: REFERENCE 4.6, 4.7, 4.9.
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
 from florence_bt.drivers.frequency import FrequencyMeter
 from florence_bt.drivers.hokuyo.codec import Measurement, Reply, ReplyParser, ScanReply, decode_scan, request
 from florence_bt.drivers.hokuyo.conversation import Conversation, Script
-from florence_bt.drivers.hokuyo.driver_status import DriverStatus, Phase
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances, with_echoes
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.drivers.hokuyo.patience import Patience
 from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
+from florence_bt.drivers.hokuyo.retry_policy import RetryPolicy
 from florence_bt.drivers.hokuyo.scan_clock import ScanClock
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult, self_test
 from florence_bt.drivers.hokuyo.start_up import HEALTHY, Sensor, rates_to_try, start_up
@@ -31,14 +32,49 @@ from florence_bt.drivers.hokuyo.status import (
     goes_on_by_itself,
     is_checking,
 )
-from florence_bt.drivers.hokuyo.stream import Stream, begin_stream, plan_measurement
-
-__all__ = ["DriverStatus", "HokuyoDriver", "Phase"]
+from florence_bt.drivers.hokuyo.stream import AcceptedStream, begin_stream, plan_measurement
 
 SAME_STAMPS_LIMIT = 2
 """hokuyo_node gives up when more scans than this carry the same time stamp."""
 
 TestsDone = Callable[[Sequence[SelfTestResult]], None]
+
+
+class DriverPhase(enum.Enum):
+    """What the driver is about."""
+
+    STOPPED = "stopped"
+    STARTING = "starting"
+    MEASURING = "measuring"
+    TESTING = "testing itself"
+    RESTING = "resting before it starts again"
+
+
+@dataclass(slots=True)
+class DriverStatus:
+    """A picture of the driver for diagnostics.
+
+    Attributes:
+        phase: What it is about.
+        problem: The last failure, empty since the last scan.
+        device: What VV told: VEND, PROD, FIRM, PROT, SERI.
+        device_status: The sensor's own STAT text.
+        scans: Scans received.
+        corrupted: Replies with wrong check sums or layout.
+        lost: How often a running stream broke.
+        failures: Failures in a row, since it last measured for a while.
+        pause_s: The rest after the last of them, in seconds.
+    """
+
+    phase: DriverPhase = DriverPhase.STOPPED
+    problem: str = ""
+    device: Mapping[str, str] = field(default_factory=dict)
+    device_status: str = "unknown"
+    scans: int = 0
+    corrupted: int = 0
+    lost: int = 0
+    failures: int = 0
+    pause_s: float = 0.0
 
 
 class HokuyoDriver:
@@ -78,7 +114,7 @@ class HokuyoDriver:
         self._then: Callable[[Conversation, float], None] = self._on_started
         self._tests_done: TestsDone | None = None
         self._deadline: float | None = None
-        self._patience = Patience(parameters.restart_delay_s, parameters.check_timeout_s)
+        self._retry = RetryPolicy(parameters.restart_delay_s, parameters.check_timeout_s)
         self._last_rate: int | None = None
         self._misses = 0
         self._same_stamps = 0
@@ -92,7 +128,7 @@ class HokuyoDriver:
     def status(self) -> DriverStatus:
         """The state for diagnostics; treat it as read-only."""
         self._status.corrupted = self._parser.corrupted
-        self._status.failures, self._status.pause_s = self._patience.failures, self._patience.pause_s
+        self._status.failures, self._status.pause_s = self._retry.failures, self._retry.pause_s
         return self._status
 
     @property
@@ -150,7 +186,7 @@ class HokuyoDriver:
         self._same_stamps, self._last_scan = 0, None
         self.unheard = False
         rates = rates_to_try(self._wanted_rate, self._last_rate, self._misses)
-        self._converse(Phase.STARTING, start_up(self._wanted_rate, rates), self._on_started, now)
+        self._converse(DriverPhase.STARTING, start_up(self._wanted_rate, rates), self._on_started, now)
 
     def shutdown(self) -> bytes:
         """Stop, and return the bytes that switch the laser off."""
@@ -159,10 +195,10 @@ class HokuyoDriver:
 
     def disconnected(self, reason: str) -> None:
         """The port is gone: forget everything under way until :meth:`start`."""
-        if self._status.phase is Phase.MEASURING:
+        if self._status.phase is DriverPhase.MEASURING:
             self._status.lost += 1
         self._status.problem = reason
-        self._patience.forgive()  # whoever opens the port again makes pauses of his own
+        self._retry.forgive()  # whoever opens the port again makes pauses of his own
         self._halt()
 
     def begin_self_test(self, on_done: TestsDone, now: float) -> None:
@@ -175,13 +211,13 @@ class HokuyoDriver:
         Raises:
             DeviceError: The sensor does not measure now.
         """
-        if self._status.phase is not Phase.MEASURING or self.sensor is None:
+        if self._status.phase is not DriverPhase.MEASURING or self.sensor is None:
             raise DeviceError(
                 f"the tests need a sensor that measures; the driver is {self._status.phase.value}"
             )
         self._tests_done = on_done
         script = self_test(self.sensor.geometry, self._parameters.self_test_scans)
-        self._converse(Phase.TESTING, script, self._on_tested, now)
+        self._converse(DriverPhase.TESTING, script, self._on_tested, now)
 
     def next_deadline(self) -> float | None:
         """When :meth:`poll` must be called at the latest, or None."""
@@ -203,14 +239,17 @@ class HokuyoDriver:
             if self._conversation is not None:
                 self._conversation.receive(reply, now)
                 self._settle(now)
-            elif self._status.phase is Phase.MEASURING and (scan := self._take_scan(reply, now)) is not None:
+            elif (
+                self._status.phase is DriverPhase.MEASURING
+                and (scan := self._take_scan(reply, now)) is not None
+            ):
                 scans.append(scan)
         return scans
 
     # --- conversations ----------------------------------------------------------------------------------
 
     def _converse(
-        self, phase: Phase, script: Script, then: Callable[[Conversation, float], None], now: float
+        self, phase: DriverPhase, script: Script, then: Callable[[Conversation, float], None], now: float
     ) -> None:
         self._status.phase = phase
         self._deadline = None
@@ -249,16 +288,16 @@ class HokuyoDriver:
         calibrate = (
             self._parameters.calibrate_time and self._parameters.latency_s is None and not self.calibrated
         )
-        self._converse(Phase.STARTING, begin_stream(wanted, calibrate), self._on_streaming, now)
+        self._converse(DriverPhase.STARTING, begin_stream(wanted, calibrate), self._on_streaming, now)
 
     def _on_streaming(self, talk: Conversation, now: float) -> None:
-        stream: Stream = talk.result
+        stream: AcceptedStream = talk.result
         self.measurement = stream.measurement
         if stream.latency_s is not None and self.sensor is not None:
             self._calibrated[self.sensor.device_id] = stream.latency_s
         self._complain(stream.complaints)
-        self._status.phase = Phase.MEASURING
-        self._patience.begin()
+        self._status.phase = DriverPhase.MEASURING
+        self._retry.begin()
         self._expect_scan(now)
 
     def _on_tested(self, talk: Conversation, now: float) -> None:
@@ -295,7 +334,7 @@ class HokuyoDriver:
             self._fail(now, f"{self._same_stamps + 1} scans carry the same time stamp {scan.timestamp_ms} ms")
             return None
         if self._same_stamps == 0:
-            self._patience.scan(now)
+            self._retry.scan(now)
         self._status.scans += 1
         self._status.problem = ""
         self._frequency.tick(now)
@@ -307,8 +346,8 @@ class HokuyoDriver:
         if not goes_on_by_itself(status):
             self._fail(now, f"measuring ended with status {status}: {meaning}")
             return
-        if self._patience.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
-            self._status.problem = f"no scans for now, {self._patience.why}"
+        if self._retry.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
+            self._status.problem = f"no scans for now, {self._retry.why}"
             self._complain((self._status.problem,))
         self._expect_scan(now)
 
@@ -345,7 +384,7 @@ class HokuyoDriver:
     def _expect_scan(self, now: float) -> None:
         if self.sensor is not None:
             interval = self._scan_interval(self.sensor.geometry)
-            self._deadline = self._patience.limit(now + interval + self._parameters.silence_timeout_s)
+            self._deadline = self._retry.limit(now + interval + self._parameters.silence_timeout_s)
 
     def _scan_interval(self, geometry: SensorGeometry) -> float:
         return geometry.scan_period * (self._parameters.skip + 1)
@@ -353,15 +392,15 @@ class HokuyoDriver:
     # --- ends -------------------------------------------------------------------------------------------
 
     def _overdue(self, now: float) -> None:
-        if self._status.phase is Phase.RESTING:
+        if self._status.phase is DriverPhase.RESTING:
             self.start(now)
-        elif self._patience.why:
-            self._fail(now, f"no scan came any more after {self._patience.why}; the sensor is started again")
+        elif self._retry.why:
+            self._fail(now, f"no scan came any more after {self._retry.why}; the sensor is started again")
         else:
             self._fail(now, "no scan arrived in time")
 
     def _halt(self) -> None:
-        self._status.phase = Phase.STOPPED
+        self._status.phase = DriverPhase.STOPPED
         self._deadline = None
         if self._conversation is not None:
             self._conversation.close()
@@ -369,10 +408,10 @@ class HokuyoDriver:
         self._tell_tests(())
 
     def _fail(self, now: float, reason: str) -> None:
-        if self._status.phase is Phase.MEASURING:
+        if self._status.phase is DriverPhase.MEASURING:
             self._status.lost += 1
         self._halt()
-        self._status.phase = Phase.RESTING
+        self._status.phase = DriverPhase.RESTING
         self._status.problem = reason
-        self._deadline = now + self._patience.fail()
+        self._deadline = now + self._retry.fail()
         self._complain((reason,))

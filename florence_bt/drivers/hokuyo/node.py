@@ -94,8 +94,8 @@ class HokuyoNode(FlorenceNode):
     def close(self) -> None:
         """Switch the laser off and let go of the port."""
         self._reports.cancel()
-        if unheard := self._port.close():
-            self.get_logger().warning(f"the laser may still be on: {unheard}")
+        if not_sent := self._port.close():
+            self.get_logger().warning(f"the laser may still be on: {not_sent}")
 
     # ---- port -------------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.hokuyo.codec import BIT_RATES
+from florence_bt.drivers.limits import check_limits
 
 USB_MODEM = "ttyACM"
 """What Linux calls a serial port over USB whose speed means nothing."""
@@ -74,16 +75,18 @@ class HokuyoParameters:
                 f"min_ang {self.min_ang} and max_ang {self.max_ang} do not fit",
                 valid=["-pi <= min_ang <= max_ang <= pi"],
             )
-        _check("cluster", self.cluster, 0, 99)
-        _check("skip", self.skip, 0, 9)
-        _check("time_offset", self.time_offset, -0.25, 0.25)
-        if self.latency_s is not None:
-            _check("latency_s", self.latency_s, 0.0, 1.0)
-        _check("self_test_scans", self.self_test_scans, 1, 99)
-        _check("reply_timeout_s", self.reply_timeout_s, 0.05, 60.0)
-        _check("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0)
-        _check("check_timeout_s", self.check_timeout_s, 0.05, 600.0)
-        _check("restart_delay_s", self.restart_delay_s, 0.05, 60.0)
+        check_limits(
+            self,
+            cluster=(0, 99),
+            skip=(0, 9),
+            time_offset=(-0.25, 0.25),
+            latency_s=(0.0, 1.0),
+            self_test_scans=(1, 99),
+            reply_timeout_s=(0.05, 60.0),
+            silence_timeout_s=(0.05, 60.0),
+            check_timeout_s=(0.05, 600.0),
+            restart_delay_s=(0.05, 60.0),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +110,7 @@ class HokuyoPortParameters:
     reconnect_delay_s: float = 0.5
 
     def __post_init__(self) -> None:
-        _check("baud_rate", self.baud_rate, 9600, 1_000_000)
-        _check("ip_port", self.ip_port, 1, 65535)
-        _check("reconnect_delay_s", self.reconnect_delay_s, 0.05, 60.0)
+        check_limits(self, baud_rate=(9600, 1_000_000), ip_port=(1, 65535), reconnect_delay_s=(0.05, 60.0))
 
     @property
     def place(self) -> str:
@@ -122,8 +123,3 @@ class HokuyoPortParameters:
         if self.ip_address or USB_MODEM in os.path.realpath(self.port):
             return None
         return self.baud_rate if self.baud_rate in BIT_RATES else None
-
-
-def _check(name: str, value: float, lowest: float, highest: float) -> None:
-    if not lowest <= value <= highest:
-        raise ConfigError(f"{name} {value!r} is out of range", valid=[f"{lowest}..{highest}"])

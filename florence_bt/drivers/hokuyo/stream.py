@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+import statistics
 from dataclasses import dataclass, replace
 
-from florence_bt.core.errors import CommandRejected, DeviceError
-from florence_bt.drivers.hokuyo.codec import Measurement, time_mode
+from florence_bt.core.errors import CommandRejected, DeviceError, FrameError
+from florence_bt.drivers.hokuyo.codec import Measurement, decode_scan, decode_time, time_mode
 from florence_bt.drivers.hokuyo.conversation import Ask, Listen, Script
-from florence_bt.drivers.hokuyo.latency import measure_latency
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
+from florence_bt.drivers.hokuyo.scan_clock import timer_difference_ms
 from florence_bt.drivers.hokuyo.start_up import Sensor
-from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS
+from florence_bt.drivers.hokuyo.status import ACCEPTED, SCAN_FOLLOWS, describe_status
 
 SAFE_DEGREES = 95.0
 """A UTM-30LX may crash when it sends intensities of more than this a cluster (hokuyo_node)."""
@@ -20,7 +21,7 @@ SAFE_DEGREES_BY_FIRMWARE = {"1.16.01(16/Nov./2009)": 190.0}
 
 
 @dataclass(frozen=True, slots=True)
-class Stream:
+class AcceptedStream:
     """A stream that was accepted.
 
     Attributes:
@@ -64,7 +65,7 @@ def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
         calibrate: Whether to measure the latency first.
 
     Returns:
-        The :class:`Stream`.
+        The :class:`AcceptedStream`.
     """
     complaints: list[str] = []
     latency_s: float | None = None
@@ -83,7 +84,7 @@ def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
             yield Ask("QT")
     # A scan proves as well that the stream runs.
     yield Ask(wanted.command, (ACCEPTED, SCAN_FOLLOWS))
-    return Stream(wanted, latency_s, tuple(complaints))
+    return AcceptedStream(wanted, latency_s, tuple(complaints))
 
 
 def _can_measure(wanted: Measurement) -> Script:
@@ -95,3 +96,56 @@ def _can_measure(wanted: Measurement) -> Script:
     except CommandRejected:
         return False
     return answer.reply.status == SCAN_FOLLOWS
+
+
+SAMPLES = 10
+
+
+def measure_latency(measurement: Measurement, samples: int = SAMPLES) -> Script:
+    """Compare the time stamps of scans with the sensor's clock before and after each.
+
+    As hokuyo_node does it: one scan, then the clock, over and over; the median counts. The laser is off
+    while the clock is read, so this must come before the stream.
+
+    Args:
+        measurement: The stream to come; its kind, window and cluster are used, one scan at a time.
+        samples: How many scans.
+
+    Returns:
+        Seconds from the sensor passing step 0 to the arrival of the scan.
+    """
+    wanted = Measurement(
+        measurement.kind, measurement.first_step, measurement.last_step, measurement.cluster, 0, 1
+    )
+    found: list[float] = []
+    clock_ms, asked = yield from _read_clock()
+    for _ in range(samples):
+        yield Ask(wanted.command)
+        answer = yield Listen(wanted.head)
+        if answer.reply.status != SCAN_FOLLOWS:
+            raise DeviceError(f"no scan came: {describe_status(wanted.kind, answer.reply.status)}")
+        try:
+            stamp_ms = decode_scan(answer.reply).timestamp_ms
+        except FrameError as error:
+            raise DeviceError(str(error)) from error
+        before_ms, before = clock_ms, asked
+        clock_ms, asked = yield from _read_clock()
+        # Both readings tell when, on our clock, the sensor's timer stood at the stamp.
+        began = [
+            host + timer_difference_ms(stamp_ms, timer) / 1000.0
+            for timer, host in ((before_ms, before), (clock_ms, asked))
+        ]
+        found.append(answer.arrived - sum(began) / 2.0)
+    return statistics.median(found)
+
+
+def _read_clock() -> Script:
+    """The timer in milliseconds, and the moment in the middle of question and answer."""
+    yield Ask(time_mode(0), (ACCEPTED, "02"))
+    answer = yield Ask(time_mode(1))
+    try:
+        timer_ms = decode_time(answer.reply)
+    except FrameError as error:
+        raise DeviceError(str(error)) from error
+    yield Ask(time_mode(2), (ACCEPTED, "03"))
+    return timer_ms, (answer.sent + answer.arrived) / 2.0

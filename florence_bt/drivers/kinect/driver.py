@@ -14,6 +14,7 @@ from florence_bt.drivers.kinect._kernels import fill_points
 from florence_bt.drivers.kinect.camera import BASELINE_M, View, camera_model
 from florence_bt.drivers.kinect.codec import METRES_TABLES, Formula
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
+from florence_bt.drivers.limits import check_limits
 
 SLACK = 0.25
 """A frame may come early by this part of the wanted period and still count as due."""
@@ -67,16 +68,15 @@ class KinectParameters:
             raise ConfigError("source is empty", valid=["usb", "recording:FOLDER", "the path of a socket"])
         if self.width not in WIDTHS:
             raise ConfigError(f"width is {self.width}", valid=[str(width) for width in WIDTHS])
-        for name, value, lowest, highest in (
-            ("depth_rate", self.depth_rate, 0.0, 1000.0),
-            ("depth_time_offset", self.depth_time_offset, -1.0, 1.0),
-            ("baseline", self.baseline, 0.0, 0.1),
-            ("reconnect_delay_s", self.reconnect_delay_s, 0.05, 60.0),
-            ("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0),
-            ("reopen_timeout_s", self.reopen_timeout_s, 0.1, 600.0),
-        ):
-            if not lowest <= value <= highest:
-                raise ConfigError(f"{name} {value!r} is out of range", valid=[f"{lowest}..{highest}"])
+        check_limits(
+            self,
+            depth_rate=(0.0, 1000.0),
+            depth_time_offset=(-1.0, 1.0),
+            baseline=(0.0, 0.1),
+            reconnect_delay_s=(0.05, 60.0),
+            silence_timeout_s=(0.05, 60.0),
+            reopen_timeout_s=(0.1, 600.0),
+        )
 
 
 @dataclass(frozen=True, slots=True)

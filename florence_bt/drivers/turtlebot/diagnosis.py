@@ -5,7 +5,7 @@ from __future__ import annotations
 from florence_bt.drivers.diagnosis import Diagnosis, Level
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.gyro import Gyro
 from florence_bt.drivers.turtlebot.hazards import StopReason
 
@@ -22,7 +22,7 @@ _OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor"
 
 
 def diagnose(
-    driver: TurtlebotDriver, reading: Reading | None, port: str, port_problem: str
+    driver: TurtlebotDriver, reading: BaseReading | None, port: str, port_problem: str
 ) -> dict[str, Diagnosis]:
     """Judge the base.
 
@@ -51,7 +51,9 @@ def diagnose(
     }
 
 
-def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, port_problem: str) -> Diagnosis:
+def _connection(
+    driver: TurtlebotDriver, reading: BaseReading | None, port: str, port_problem: str
+) -> Diagnosis:
     form = driver.decoder.checksum_form
     values = {
         "Port": port,
@@ -73,7 +75,7 @@ def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, por
     return Diagnosis(Level.OK, "RUNNING", values)
 
 
-def _operating_mode(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
+def _operating_mode(driver: TurtlebotDriver, reading: BaseReading) -> Diagnosis:
     code = reading.state.oi_mode
     known = code in (OiMode.PASSIVE, OiMode.SAFE, OiMode.FULL)
     name = OiMode(code).name.capitalize() if known else f"unknown mode {code}"
@@ -141,7 +143,7 @@ def _wall(state: SensorState) -> Diagnosis:
     )
 
 
-def _gyro(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
+def _gyro(driver: TurtlebotDriver, reading: BaseReading) -> Diagnosis:
     gyro = driver.gyro
     values = {"Gyro Enabled": str(gyro is not None)}
     if gyro is None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.drivers.limits import check_limits
 from florence_bt.drivers.turtlebot.codec.models import MODELS, Model, model_named
 from florence_bt.drivers.turtlebot.gyro import GyroParameters
 from florence_bt.drivers.turtlebot.odometry import OdometryParameters
@@ -96,18 +98,15 @@ class TurtlebotParameters:
                 f"cmd_vel_timeout must be above 0 and at most 1 s, not {self.cmd_vel_timeout}: "
                 "the base itself never stops by itself"
             )
-        if not self.data_timeout >= 0.1:
-            raise ConfigError(f"data_timeout must be at least 0.1 s, not {self.data_timeout}")
-        if not self.recovery_delay >= 0.0:
-            raise ConfigError(f"recovery_delay must be at least 0 s, not {self.recovery_delay}")
-        if not 0.0 <= self.lowest_charge <= 0.5:
-            raise ConfigError(f"lowest_charge must be 0 to 0.5, not {self.lowest_charge}")
-        if not self.max_gyro_disagreement >= 0.0:
-            raise ConfigError(f"max_gyro_disagreement must be at least 0, not {self.max_gyro_disagreement}")
-        if not 0 <= self.digital_outputs <= 7:
-            raise ConfigError(f"digital_outputs must be 0 to 7 (three bits), not {self.digital_outputs}")
-        if not 0 <= self.oi_mode_offset <= 252:
-            raise ConfigError(f"oi_mode_offset must be 0 to 252, not {self.oi_mode_offset}")
+        check_limits(
+            self,
+            data_timeout=(0.1, math.inf),
+            recovery_delay=(0.0, math.inf),
+            lowest_charge=(0.0, 0.5),
+            max_gyro_disagreement=(0.0, math.inf),
+            digital_outputs=(0, 7),
+            oi_mode_offset=(0, 252),
+        )
         self.wheels()
         self.gyro()
         self.odometry()
@@ -179,14 +178,12 @@ class TurtlebotNodeParameters:
     override_file: str = ""
 
     def __post_init__(self) -> None:
-        for name, lowest, highest in (
-            ("baud_rate", 300, 115200),
-            ("reconnect_delay_s", 0.05, 60.0),
-            ("update_rate", 1.0, 66.0),
-            ("sensor_state_rate", 0.1, 66.0),
-            ("joint_state_rate", 0.1, 66.0),
-            ("wheel_radius", 0.001, 1.0),
-        ):
-            value = getattr(self, name)
-            if value is not None and not lowest <= value <= highest:
-                raise ConfigError(f"{name} must be {lowest} to {highest}, not {value}")
+        check_limits(
+            self,
+            baud_rate=(300, 115200),
+            reconnect_delay_s=(0.05, 60.0),
+            update_rate=(1.0, 66.0),
+            sensor_state_rate=(0.1, 66.0),
+            joint_state_rate=(0.1, 66.0),
+            wheel_radius=(0.001, 1.0),
+        )

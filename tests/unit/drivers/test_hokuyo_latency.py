@@ -5,8 +5,8 @@ import pytest
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.hokuyo.codec import Measurement, Reply
 from florence_bt.drivers.hokuyo.conversation import Answer, Ask, Listen
-from florence_bt.drivers.hokuyo.latency import measure_latency
 from florence_bt.drivers.hokuyo.scan_clock import TIMER_MS
+from florence_bt.drivers.hokuyo.stream import measure_latency
 
 
 def encode(value: int) -> bytes:

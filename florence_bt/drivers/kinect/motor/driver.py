@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.diagnosis import Diagnosis, Level
 from florence_bt.drivers.kinect.motor.codec import (
     RECOMMENDED_TILT_DEG,
@@ -12,6 +11,7 @@ from florence_bt.drivers.kinect.motor.codec import (
     MotorState,
     TiltStatus,
 )
+from florence_bt.drivers.limits import check_limits
 
 MOST_DEVICES = 16
 STATUS_NAMES: dict[int, str] = {
@@ -36,10 +36,7 @@ class MotorParameters:
     reconnect_delay_s: float = 0.5
 
     def __post_init__(self) -> None:
-        if not 0 <= self.device_index < MOST_DEVICES:
-            raise ConfigError(f"device_index is {self.device_index}", valid=[f"0..{MOST_DEVICES - 1}"])
-        if not 0.05 <= self.reconnect_delay_s <= 60.0:
-            raise ConfigError(f"reconnect_delay_s is {self.reconnect_delay_s}", valid=["0.05..60"])
+        check_limits(self, device_index=(0, MOST_DEVICES - 1), reconnect_delay_s=(0.05, 60.0))
 
 
 def tilt_warning(degrees: float) -> str:

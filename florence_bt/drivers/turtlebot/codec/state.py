@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from florence_bt.drivers.turtlebot.codec.packets import PACKETS, decode_packets
+from florence_bt.drivers.turtlebot.codec.packets import PACKETS
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,15 +149,3 @@ def state_from_values(values: Mapping[int, int], user_digital_outputs: int = 0) 
         packet = PACKETS[packet_id]
         fields[packet.name] = value if packet.scale is None else value * packet.scale
     return SensorState(user_digital_outputs=user_digital_outputs, **fields)  # type: ignore[arg-type]
-
-
-def decode_group6(data: bytes) -> SensorState:
-    """Decode the answer to ``sensors(6)``: every packet from 7 to 42.
-
-    Args:
-        data: 52 bytes.
-
-    Raises:
-        FrameError: The length is not 52.
-    """
-    return state_from_values(decode_packets([6], data))

@@ -1,4 +1,4 @@
-"""Patience with a sensor in trouble: how long it may check itself, and how long to rest before a new start.
+"""How long a sensor in trouble may check itself, and how long the pause before a new start is.
 
 The time is given.
 """
@@ -9,7 +9,7 @@ MOST_DOUBLINGS, LONGEST_PAUSE = 4, 10
 """The longest pause, as a multiple of the first."""
 
 
-class Patience:
+class RetryPolicy:
     """Counts failures, and the time without scans while a stream runs.
 
     A sensor that works again for as long as it rested last is forgiven; one that fails again before that
