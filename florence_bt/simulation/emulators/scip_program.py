@@ -5,14 +5,30 @@ The clock is given.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+import math
+import random
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from florence_bt.simulation.emulators._lone_program import GARBAGE, LoneProgram
-from florence_bt.simulation.emulators._scip_control import ScipControl
-from florence_bt.simulation.emulators.scip import MODELS, ScipEmulator
-from florence_bt.simulation.emulators.scip_room import ScipRoom
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.simulation.emulators.scip import MODELS, ScipEmulator, ScipFaults
+from florence_bt.simulation.emulators.scip_models import ScannerModel
+from florence_bt.simulation.emulators.standalone import (
+    GARBAGE,
+    FaultLines,
+    Plug,
+    StandaloneEmulator,
+    Verb,
+    integer,
+    number,
+    switch,
+)
 
 LONGEST_WAIT_S = 0.1
 
@@ -43,7 +59,7 @@ class ScipOptions:
     short_status: bool = False
 
 
-class ScipProgram(LoneProgram):
+class ScipProgram(StandaloneEmulator):
     """Line, scanner and control channel.
 
     Attributes:
@@ -83,12 +99,170 @@ class ScipProgram(LoneProgram):
         """Serve the line and let the time pass, once."""
         now, line = self.now(), self._line
         baud_rate = self.scanner.state.bit_rate  # SS is answered at the old one
-        received = self._as_heard(line.read(), baud_rate) if line is not None else b""
+        received = self._received_at_other_end(line.read(), baud_rate) if line is not None else b""
         received = received.replace(bytes([GARBAGE]), b"")  # no letters: the scanner passes over them
         answer = (self.scanner.receive(received, now) if received else b"") + self.scanner.poll(now)
         if answer and line is not None:
-            line.write(self._as_heard(answer, baud_rate))
+            line.write(self._received_at_other_end(answer, baud_rate))
 
     def _longest_wait(self) -> float:
         due = self.scanner.next_deadline()
         return LONGEST_WAIT_S if due is None else max(0.0, min(LONGEST_WAIT_S, due - self.now()))
+
+
+HELP = """\
+silent on|off             what the scanner sends is lost
+deaf on|off               what the host sends is lost
+noise COUNT               so many random bytes before what is sent next
+bad_checksums COUNT       the next scans have a wrong check sum
+bad_replies COUNT         the next answers to commands have a wrong check sum
+partial BYTES             the next scan ends after so many bytes
+scan_status STATUS        the next scan is replaced by this status (50: hardware trouble) and measuring ends
+every_scan_status STATUS  every scan is replaced by this status and measuring goes on; none ends that
+status_of COMMAND STATUS  every COMMAND (PP, TM1, ...) is answered with this status; none ends that
+laser_broken on|off       BM is refused, measuring ends with 50
+stat TEXT                 the text of STAT; without one the healthy one
+freeze_timer on|off       every time stamp is the same
+delay SECONDS             everything leaves so much later
+speed BYTES               bytes per second that leave; 0 for at once
+power on|off              off forgets everything, on wakes it up as new
+unplug                    pull the plug: the device file (or the TCP port) is gone
+plug                      put the plug back in
+clear                     all of the above undone
+status                    the scanner as one line of JSON
+help                      this list
+quit                      end the program"""
+
+_STATUS = re.compile(r"[0-9][0-9A-Z]")
+
+
+class ScipControl(FaultLines):
+    """Obeys lines of text about a scanner."""
+
+    def __init__(self, scanner: ScipEmulator, plug: Plug, clock: Callable[[], float], seed: int) -> None:
+        self._scanner = scanner
+        self._clock = clock
+        self._random = random.Random(seed)
+        verbs: dict[str, Verb] = {
+            "silent": lambda words: setattr(self._faults, "silent", switch(words)),
+            "deaf": lambda words: setattr(self._faults, "deaf", switch(words)),
+            "laser_broken": lambda words: setattr(self._faults, "laser_broken", switch(words)),
+            "noise": self._noise,
+            "bad_checksums": lambda words: setattr(self._faults, "bad_checksums", _count(words)),
+            "bad_replies": lambda words: setattr(self._faults, "bad_replies", _count(words)),
+            "partial": lambda words: setattr(self._faults, "cut_scan_at", _count(words)),
+            "scan_status": lambda words: setattr(self._faults, "scan_status", _status(words)),
+            "every_scan_status": self._every_scan_status,
+            "status_of": self._status_of,
+            "stat": lambda words: setattr(self._faults, "stat", " ".join(words) or None),
+            "freeze_timer": self._freeze_timer,
+            "delay": lambda words: setattr(self._faults, "delay_s", number(words, 0.0, 60.0)),
+            "speed": self._speed,
+            "power": lambda words: self._scanner.set_power(switch(words), self._clock()),
+            "clear": self._clear,
+            "status": lambda _words: self._status(),
+        }
+        super().__init__(verbs, plug, HELP)
+
+    @property
+    def _faults(self) -> ScipFaults:
+        return self._scanner.faults
+
+    def _noise(self, words: Sequence[str]) -> None:
+        self._faults.noise += self._random.randbytes(_count(words))
+
+    def _every_scan_status(self, words: Sequence[str]) -> None:
+        self._faults.every_scan_status = None if list(words) == ["none"] else _status(words)
+
+    def _status_of(self, words: Sequence[str]) -> None:
+        if len(words) != 2:
+            raise ConfigError("a command and a status are needed", valid=["PP 0A", "PP none"])
+        if words[1] == "none":
+            self._faults.statuses.pop(words[0], None)
+        else:
+            self._faults.statuses[words[0]] = _status(words[1:])
+
+    def _freeze_timer(self, words: Sequence[str]) -> None:
+        now = self._scanner.state.timer(self._clock())
+        self._faults.frozen_timer_ms = now if switch(words) else None
+
+    def _speed(self, words: Sequence[str]) -> None:
+        self._faults.bytes_per_second = number(words, 0.0, 1e7) or None
+
+    def _clear(self, _words: Sequence[str]) -> None:
+        self._scanner.faults = ScipFaults()
+        self._scanner.set_power(True, self._clock())
+        self._plug.plug()
+
+    def _status(self) -> str:
+        scanner = self._scanner
+        return json.dumps(
+            {
+                "model": scanner.model.name,
+                "plugged": self._plug.plugged,
+                "powered": scanner.powered,
+                "laser": scanner.laser_on,
+                "measuring": scanner.measuring,
+                "scip": "1.1" if scanner.state.speaks_scip1 else "2.0",
+                "timer_ms": scanner.state.timer(self._clock()),
+            }
+        )
+
+
+def _count(words: Sequence[str]) -> int:
+    return integer(words, 0, 1_000_000)
+
+
+def _status(words: Sequence[str]) -> str:
+    if len(words) != 1 or not _STATUS.fullmatch(words[0]):
+        raise ConfigError(
+            f"{' '.join(words)!r} is no status", valid=["a digit and a digit or letter: 50, 0A"]
+        )
+    return words[0]
+
+
+AHEAD_M, BEHIND_M, LEFT_M, RIGHT_M = 3.0, 1.0, 2.0, 1.5
+PILLAR_X_M, PILLAR_Y_M, PILLAR_RADIUS_M = 1.5, 0.5, 0.15
+
+
+class ScipRoom:
+    """Distances from a scanner that stands still in a room, the same in every turn unless there is noise."""
+
+    def __init__(self, model: ScannerModel, seed: int | None = None, noise_mm: float = 10.0) -> None:
+        """Work the distances out.
+
+        Args:
+            model: The scanner.
+            seed: Start of the noise; None for none.
+            noise_mm: Standard deviation of a distance.
+        """
+        steps = np.arange(model.outermost_step + 1, dtype=np.float64)
+        angles: NDArray[np.float64] = (steps - model.number("AFRT")) * (2.0 * math.pi / model.number("ARES"))
+        metres = np.minimum(_walls(angles), _pillar(angles))
+        self._distances = np.minimum(1000.0 * metres, model.number("DMAX"))
+        self._minimum = model.number("DMIN")
+        self._random = None if seed is None else np.random.default_rng(seed)
+        self._noise_mm = noise_mm
+
+    def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
+        """The distances of the steps first..last, shape (last - first + 1,), millimetres."""
+        wanted = self._distances[first_step : last_step + 1]
+        if self._random is not None:
+            wanted = wanted + self._random.normal(0.0, self._noise_mm, len(wanted))
+        return np.maximum(np.rint(wanted), self._minimum).astype(np.int32)
+
+
+def _walls(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    x, y = np.cos(angles), np.sin(angles)
+    with np.errstate(divide="ignore"):
+        along = np.where(x > 0.0, AHEAD_M / np.abs(x), BEHIND_M / np.abs(x))
+        across = np.where(y > 0.0, LEFT_M / np.abs(y), RIGHT_M / np.abs(y))
+    return np.minimum(along, across)
+
+
+def _pillar(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    along = PILLAR_X_M * np.cos(angles) + PILLAR_Y_M * np.sin(angles)
+    aside = -PILLAR_X_M * np.sin(angles) + PILLAR_Y_M * np.cos(angles)
+    depth = PILLAR_RADIUS_M**2 - aside**2
+    hit = (depth >= 0.0) & (along > 0.0)
+    return np.where(hit, along - np.sqrt(np.maximum(depth, 0.0)), np.inf)
