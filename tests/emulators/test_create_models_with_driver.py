@@ -10,7 +10,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import CHARGING_TIMEOUT_S, PAUSE_S
 from florence_bt.drivers.turtlebot.parameters import DriveMode, TurtlebotParameters
@@ -74,7 +74,7 @@ def test_switching_a_create_2_off_and_on_is_no_motion(make: MakeBench) -> None:
     assert before.x > 0.5
     bench.create.set_power(False, bench.now)
     bench.run(2.0, Twist2(0.2, 0.0))
-    assert bench.diagnoses()["TurtleBot Node"].level is Level.ERROR
+    assert bench.diagnoses()["TurtleBot Node"].level is Severity.ERROR
     bench.create.set_power(True, bench.now)
     bench.run(8.0)
     assert bench.reading is not None

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
@@ -153,7 +153,7 @@ def test_a_sensor_that_finds_itself_broken_is_started_again(statuses: tuple[str,
     bench.run(5.0)
     assert all(status in problem for status, problem in zip(statuses, bench.problems, strict=False))
     found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
-    assert found.level is Level.ERROR
+    assert found.level is Severity.ERROR
     bench.scanner.faults.laser_broken = False
     bench.scanner.faults.every_scan_status = None
     assert len(bench.run(15.0)) > 10
@@ -164,7 +164,7 @@ def test_a_sensor_that_never_ends_its_check_is_started_again() -> None:
     bench.scanner.faults.scan_status = "21"  # the emulator stops measuring then
     bench.run(0.5)
     found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
-    assert (found.level, "status 21" in found.message) == (Level.WARN, True)
+    assert (found.level, "status 21" in found.message) == (Severity.WARN, True)
     assert len(bench.run(4.0)) > 5
     assert bench.driver.status.lost == 1
 
@@ -250,16 +250,16 @@ def test_diagnosis_follows_the_scanner() -> None:
     bench = started()
     bench.run(1.0)
     found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
-    assert (found.level, found.message) == (Level.OK, "measuring")
+    assert (found.level, found.message) == (Severity.OK, "measuring")
     assert found.values["Device ID"] == "H0614967"
     assert found.values["Device Status"] == "Sensor works well."
     assert found.values["Computed Latency"] == "0.0709"
     bench.scanner.faults.silent = True
     bench.run(0.8)
-    assert diagnose(bench.driver, HokuyoParameters(), "", "", bench.now).level is Level.WARN
+    assert diagnose(bench.driver, HokuyoParameters(), "", "", bench.now).level is Severity.WARN
     bench.run(5.0)
     found = diagnose(bench.driver, HokuyoParameters(), "", "", bench.now)
-    assert found.level is Level.ERROR
+    assert found.level is Severity.ERROR
     assert found.values["Scan Thread Lost Count"] == "1"
 
 

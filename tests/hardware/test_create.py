@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import PACKETS, OiMode, decode_packets, implausible
@@ -116,7 +116,7 @@ def test_modes_are_reached_and_told(robot: Robot) -> None:
         state = robot.run(0.5)[-1].state
         if not state.charging_sources_available:
             assert state.oi_mode == mode
-    assert diagnose(robot.driver, robot.readings[-1], "", "")["TurtleBot Node"].level is Level.OK
+    assert diagnose(robot.driver, robot.readings[-1], "", "")["TurtleBot Node"].level is Severity.OK
 
 
 def test_a_query_is_answered(robot: Robot) -> None:

@@ -117,7 +117,7 @@ def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
     port.write(scip.request("QT"))
     _drop_what_comes(port, now)
     port.write(scip.request("VV"))
-    replies: list[scip.Reply] = []
+    replies: list[scip.ScipReply] = []
 
     def answered(data: bytes) -> bool:
         return any(reply.command == "VV" for reply in replies)

@@ -165,7 +165,7 @@ _SWITCHED = [b"SCIP2.0", b"0"]
 
 
 @dataclass(frozen=True, slots=True)
-class Reply:
+class ScipReply:
     """One complete reply whose check sums all fit.
 
     Attributes:
@@ -211,7 +211,7 @@ class ReplyParser:
         self._buffer = bytearray()
         self.corrupted = 0
 
-    def feed(self, data: bytes) -> list[Reply]:
+    def feed(self, data: bytes) -> list[ScipReply]:
         """Take the next bytes and return the replies that they complete."""
         self._buffer += data
         *frames, rest = self._buffer.split(b"\n\n")
@@ -229,7 +229,7 @@ class ReplyParser:
         """Forget a half-received reply, as after the port was opened again."""
         self._buffer.clear()
 
-    def _reply_of(self, frame: bytes) -> Reply | None:
+    def _reply_of(self, frame: bytes) -> ScipReply | None:
         if not frame:
             return None
         lines = frame.split(b"\n")
@@ -240,7 +240,7 @@ class ReplyParser:
             return _reply_at_end(lines)
 
 
-def parse_frame(lines: Sequence[bytes]) -> Reply:
+def parse_frame(lines: Sequence[bytes]) -> ScipReply:
     """Check the lines of one reply.
 
     Args:
@@ -251,7 +251,7 @@ def parse_frame(lines: Sequence[bytes]) -> Reply:
         ChecksumError: A line's check sum does not fit.
     """
     if list(lines) == _SWITCHED:
-        return Reply("SCIP2.0", "00")
+        return ScipReply("SCIP2.0", "00")
     if len(lines) < 2 or not _ECHO.fullmatch(lines[0]):
         raise FrameError("a reply starts with the echo of a request and a status line")
     echo = lines[0].split(b";")[0].decode("ascii")
@@ -259,10 +259,10 @@ def parse_frame(lines: Sequence[bytes]) -> Reply:
     if not _STATUS.fullmatch(status):
         raise FrameError(f"{status!r} is no status of two characters")
     check = _information_text if echo in INFORMATION_COMMANDS else _without_sum
-    return Reply(echo, status.decode("ascii"), tuple(check(line) for line in lines[2:]))
+    return ScipReply(echo, status.decode("ascii"), tuple(check(line) for line in lines[2:]))
 
 
-def _reply_at_end(lines: Sequence[bytes]) -> Reply | None:
+def _reply_at_end(lines: Sequence[bytes]) -> ScipReply | None:
     """The reply that begins at the last echo, which may have noise before it on its line."""
     for first in range(len(lines) - 2, -1, -1):
         match = _ECHO_AT_END.search(lines[first])
@@ -333,7 +333,7 @@ class ScanReply:
     echo_intensities: NDArray[np.int32] = field(default_factory=lambda: np.empty((0, 0), np.int32))
 
 
-def decode_scan(reply: Reply) -> ScanReply:
+def decode_scan(reply: ScipReply) -> ScanReply:
     """Read the scan out of a reply to a measurement command.
 
     Raises:
@@ -398,7 +398,7 @@ def _decode_echoes(data: bytes, width: int, numbers: int) -> NDArray[np.int32]:
     return echoes
 
 
-def decode_time(reply: Reply) -> int:
+def decode_time(reply: ScipReply) -> int:
     """Read the sensor's timer, in milliseconds, out of a reply to TM1.
 
     Raises:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from florence_bt.core.errors import CommandRejected, DeviceError, DeviceTimeout
-from florence_bt.drivers.hokuyo.codec import Reply, request
+from florence_bt.drivers.hokuyo.codec import ScipReply, request
 from florence_bt.drivers.hokuyo.status import ACCEPTED, describe_status
 
 END_OF_LINE = b"\n"
@@ -72,7 +72,7 @@ class Answer:
         arrived: When the last byte of the answer came.
     """
 
-    reply: Reply
+    reply: ScipReply
     sent: float
     arrived: float
 
@@ -126,7 +126,7 @@ class Conversation:
         self._outbox.clear()
         return data
 
-    def receive(self, reply: Reply, now: float) -> None:
+    def receive(self, reply: ScipReply, now: float) -> None:
         """Take a reply; one that answers no open question is passed over."""
         self.heard = True
         step = self._step

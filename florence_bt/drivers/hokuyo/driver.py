@@ -15,12 +15,25 @@ from dataclasses import dataclass, field
 
 from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.frequency import FrequencyMeter
-from florence_bt.drivers.hokuyo.codec import Measurement, Reply, ReplyParser, ScanReply, decode_scan, request
+from florence_bt.drivers.diagnosis import FrequencyMeter
+from florence_bt.drivers.hokuyo.codec import (
+    Measurement,
+    ReplyParser,
+    ScanReply,
+    ScipReply,
+    decode_scan,
+    request,
+)
 from florence_bt.drivers.hokuyo.conversation import Conversation, Script
-from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances, with_echoes
+from florence_bt.drivers.hokuyo.geometry import (
+    SensorGeometry,
+    range_errors,
+    scan_from_distances,
+    summarise,
+    with_echoes,
+    without_codes,
+)
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
 from florence_bt.drivers.hokuyo.retry_policy import RetryPolicy
 from florence_bt.drivers.hokuyo.scan_clock import ScanClock
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult, self_test
@@ -317,7 +330,7 @@ class HokuyoDriver:
 
     # --- measuring --------------------------------------------------------------------------------------
 
-    def _take_scan(self, reply: Reply, now: float) -> LaserScan | None:
+    def _take_scan(self, reply: ScipReply, now: float) -> LaserScan | None:
         if self.measurement is None or self.sensor is None or reply.echo != self.measurement.command:
             return None
         if reply.status == ACCEPTED:

@@ -15,7 +15,7 @@ from sensor_msgs.msg import MultiEchoLaserScan
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import DeviceError, DeviceTimeout
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
@@ -175,7 +175,7 @@ class HokuyoNode(FlorenceNode):
     ) -> SelfTest.Response:
         sensor = self._driver.sensor
         response.id = "unknown" if sensor is None else sensor.device_id
-        response.passed = bytes([all(result.level < Level.ERROR for result in results)])
+        response.passed = bytes([all(result.level < Severity.ERROR for result in results)])
         response.status = [
             DiagnosticStatus(
                 level=bytes([result.level]),
@@ -189,4 +189,4 @@ class HokuyoNode(FlorenceNode):
 
 
 def _failed(problem: str) -> SelfTestResult:
-    return SelfTestResult("Connection Test", Level.ERROR, problem)
+    return SelfTestResult("Connection Test", Severity.ERROR, problem)

@@ -22,7 +22,7 @@ FARTHEST_MM = 10_000
 _OFFSET, _SLOPE = 3.3309495161, 0.0030711016
 
 
-class Formula(enum.Enum):
+class DepthFormula(enum.Enum):
     """How raw depth becomes metres. Source: REFERENCE 5.3."""
 
     A = "A"
@@ -61,10 +61,10 @@ def pack_11_bit(values: NDArray[np.uint16]) -> bytes:
     return np.packbits(bits.astype(np.uint8)).tobytes()
 
 
-def _metres_table(formula: Formula) -> NDArray[np.float32]:
+def _metres_table(formula: DepthFormula) -> NDArray[np.float32]:
     raw = np.arange(RAW_VALUES)
     metres = np.full(RAW_VALUES, np.nan)
-    if formula is Formula.A:
+    if formula is DepthFormula.A:
         inverse = _OFFSET - _SLOPE * raw
         np.divide(1.0, inverse, out=metres, where=inverse > 0.0)
     else:
@@ -77,10 +77,10 @@ def _metres_table(formula: Formula) -> NDArray[np.float32]:
     return table
 
 
-METRES_OF_RAW = _metres_table(Formula.A)
+METRES_OF_RAW = _metres_table(DepthFormula.A)
 """Shape (2048,), float32: metres of each raw value by formula A; NaN where there is no distance."""
 
-METRES_TABLES = {Formula.A: METRES_OF_RAW, Formula.B: _metres_table(Formula.B)}
+METRES_TABLES = {DepthFormula.A: METRES_OF_RAW, DepthFormula.B: _metres_table(DepthFormula.B)}
 """The same by each formula."""
 
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
-from florence_bt.drivers.frequency import FrequencyMeter
+from florence_bt.drivers.diagnosis import FrequencyMeter
 from florence_bt.drivers.kinect._kernels import fill_points
 from florence_bt.drivers.kinect.camera import BASELINE_M, View, camera_model
-from florence_bt.drivers.kinect.codec import METRES_TABLES, Formula
+from florence_bt.drivers.kinect.codec import METRES_TABLES, DepthFormula
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.limits import check_limits
 
@@ -52,7 +52,7 @@ class KinectParameters:
     source: str = "usb"
     library: str = ""
     width: int = 320
-    formula: Formula = Formula.A
+    formula: DepthFormula = DepthFormula.A
     depth_registration: bool = False
     depth_rate: float = 0.0
     depth_time_offset: float = 0.0

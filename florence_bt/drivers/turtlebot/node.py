@@ -245,27 +245,17 @@ class TurtlebotNode(FlorenceNode):
         self, request: SetDigitalOutputs.Request, response: SetDigitalOutputs.Response
     ) -> SetDigitalOutputs.Response:
         values = (request.digital_out_0, request.digital_out_1, request.digital_out_2)
-        try:
-            if self._port.device is None:
-                raise ConfigError("the base is not connected")
-            self._driver.set_digital_outputs(sum(1 << place for place, value in enumerate(values) if value))
-        except ConfigError as error:
-            self.get_logger().warning(f"digital outputs stay as they are: {error}")
-            return response
-        response.done = True
-        self._port.pump()
+        bits = sum(1 << place for place, value in enumerate(values) if value)
+        response.done = not self._refusal(lambda: self._driver.set_digital_outputs(bits))
         return response
 
     def _on_set_mode(
         self, request: SetTurtlebotMode.Request, response: SetTurtlebotMode.Response
     ) -> SetTurtlebotMode.Response:
-        try:
-            self._driver.set_mode(request.mode, self.timebase.now())
-        except ConfigError as error:
-            self.get_logger().warning(str(error))
-            return response
-        response.valid_mode = True
-        self._port.pump()
+        now = self.timebase.now()
+        response.valid_mode = not self._refusal(
+            lambda: self._driver.set_mode(request.mode, now), when_connected=False
+        )
         return response
 
     def _on_leds(self, request: SetLeds.Request, response: SetLeds.Response) -> SetLeds.Response:
@@ -283,18 +273,21 @@ class TurtlebotNode(FlorenceNode):
         )
 
     def _answer(self, response: Any, act: Callable[[], None]) -> Any:
-        """Act on a connected base; a refusal says why in the response and in the log."""
+        response.message = self._refusal(act)
+        response.success = not response.message
+        return response
+
+    def _refusal(self, act: Callable[[], None], *, when_connected: bool = True) -> str:
+        """Act on the base; why it was refused, empty when it was not. A refusal is also logged."""
         try:
-            if self._port.device is None:
+            if when_connected and self._port.device is None:
                 raise ConfigError("the base is not connected")
             act()
         except ConfigError as error:
-            response.message = str(error)
-            self.get_logger().warning(response.message)
-            return response
-        response.success = True
+            self.get_logger().warning(str(error))
+            return str(error)
         self._port.pump()
-        return response
+        return ""
 
     # ---- messages ---------------------------------------------------------------------------------------
 

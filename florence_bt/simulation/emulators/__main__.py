@@ -14,10 +14,8 @@ from typing import TypeVar
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.simulation.emulators.create_models import MODELS as BASES
-from florence_bt.simulation.emulators.create_program import HELP as CREATE_HELP
 from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
 from florence_bt.simulation.emulators.scip_models import MODELS as SCANNERS
-from florence_bt.simulation.emulators.scip_program import HELP as SCIP_HELP
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
@@ -27,10 +25,8 @@ CHECKSUMS = {"with-header": True, "without-header": False}
 
 EPILOG = """\
 The first line of the output is the device file, which a client opens like a serial port, or host:port with
---tcp. Lines on standard input (and on the connections of --control) make things go wrong; each is answered by
-one:
-
-{help}
+--tcp. Lines on standard input (and on the connections of --control) make things go wrong; the line `help`
+lists them, docs/emulators.md explains them.
 
 example:
   python -m florence_bt.simulation.emulators {example} --control ./control.sock
@@ -90,7 +86,7 @@ def _parser() -> argparse.ArgumentParser:
         "create",
         help="an iRobot Create or Create 2 on a pseudo-terminal or a TCP port",
         description="An iRobot Create or Create 2 on a pseudo-terminal or a TCP port, on an endless floor.",
-        epilog=EPILOG.format(help=CREATE_HELP, example="create --link ./create"),
+        epilog=EPILOG.format(example="create --link ./create"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_common(create, BASES, "create")
@@ -117,7 +113,7 @@ def _parser() -> argparse.ArgumentParser:
         "scip",
         help="a Hokuyo URG, UTM or UST on a pseudo-terminal or a TCP port",
         description="A Hokuyo scanner that speaks SCIP 2.0, standing in a room with a pillar.",
-        epilog=EPILOG.format(help=SCIP_HELP, example="scip --model utm-30lx --tcp 10940"),
+        epilog=EPILOG.format(example="scip --model utm-30lx --tcp 10940"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_common(scip, SCANNERS, "urg-04lx")

@@ -1,4 +1,4 @@
-"""The Create and the Create 2 by their manuals, and the layout of their sensor packets (REFERENCE 1.1 to 1.5)."""
+"""The Create and the Create 2 by their manuals, and their sensor packets (REFERENCE 1.1 to 1.5)."""
 
 from __future__ import annotations
 

@@ -1,24 +1,25 @@
-"""The emulated Create alone, on a pseudo-terminal or a TCP port, for any client; ``python -m`` runs it."""
+"""The emulated Create alone, on a pseudo-terminal or a TCP port, for any client; ``python -m`` runs it.
+
+The clock is given.
+"""
 
 from __future__ import annotations
 
 import json
-import random
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.simulation.emulators.create import CreateEmulator, CreateFaults
+from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
+from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.create_body import CAPACITY_MAH
 from florence_bt.simulation.emulators.create_models import MODELS
-from florence_bt.simulation.emulators.kinematic_base import KinematicBase
 from florence_bt.simulation.emulators.standalone import (
-    FaultLines,
-    Plug,
+    MOST_FRAMES,
+    ControlCommand,
     StandaloneEmulator,
-    Verb,
+    StandaloneOptions,
     integer,
     number,
     some_of,
@@ -29,31 +30,25 @@ from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoisePar
 LONGEST_WAIT_S, LONGEST_WAIT_MOVING_S = 0.02, 0.005
 """How often the base looks around while nothing is streamed: scripts, songs, behaviours."""
 
+WHEELS = {"right": 4, "left": 8, "caster": 16}
+CLIFFS = ("left", "front_left", "front_right", "right")
+BUTTONS = {"play": 1, "advance": 4}
+
 
 @dataclass(frozen=True, slots=True)
-class CreateOptions:
+class CreateOptions(StandaloneOptions):
     """How to run it.
 
     Attributes:
-        link: Where to put a link to the device file; None for none.
         model: ``create`` or ``create2``.
         header_in_checksum: The form of the stream's checksum; None for the model's own.
-        seed: Start of the sensors' noise; None for perfect sensors.
-        strict_baud: A client at the wrong speed understands nothing and is not understood.
-        control: Where to put the socket of the control channel; None for none.
-        tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
         latency_s: How much later everything leaves. A real base needs 10 to 20 ms for an answer (REFERENCE
             1.6), and some clients throw away what came before they begin to listen.
         keeps_input: What comes while a wait runs is obeyed after it, not ignored.
     """
 
-    link: Path | None = None
     model: str = "create"
     header_in_checksum: bool | None = None
-    seed: int | None = None
-    strict_baud: bool = False
-    control: Path | None = None
-    tcp_port: int | None = None
     latency_s: float = 0.0
     keeps_input: bool = False
 
@@ -63,7 +58,6 @@ class CreateProgram(StandaloneEmulator):
 
     Attributes:
         create: The base.
-        control: Obeys lines of text.
     """
 
     def __init__(
@@ -79,7 +73,7 @@ class CreateProgram(StandaloneEmulator):
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        super().__init__(options.link, options.tcp_port, options.strict_baud)
+        super().__init__(options)
         self._latency_s = options.latency_s
         self._leaving: deque[tuple[float, bytes]] = deque()
         self._clock = clock
@@ -94,8 +88,8 @@ class CreateProgram(StandaloneEmulator):
             header_in_checksum=options.header_in_checksum,
             keeps_input=options.keeps_input,
         )
-        self.control = CreateControl(self.create, self._base, self, clock, options.seed or 0)
-        self._listen(self.control, options.control, console)
+        self.faults = self.create.faults
+        self._listen(console)
 
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
@@ -133,132 +127,73 @@ class CreateProgram(StandaloneEmulator):
             due.append(self._leaving[0][0] - now)
         return max(0.0, min(due))
 
+    # -- the control channel -------------------------------------------------------------------------------
 
-WHEELS = {"right": 4, "left": 8, "caster": 16}
-CLIFFS = ("left", "front_left", "front_right", "right")
-BUTTONS = {"play": 1, "advance": 4}
+    def control_commands(self) -> Sequence[ControlCommand]:
+        """Everything that goes wrong with a base, and what people and rooms do to it."""
+        return (
+            self._count("partial_frames", 0, MOST_FRAMES, "the next frames and answers are cut in half"),
+            ControlCommand("wheel_drop left|right|caster...|none", "", self._wheel_drop),
+            ControlCommand("bump left|right...|none", "", self._bump),
+            ControlCommand("cliff left|front_left|front_right|right...|all|none", "", self._cliff),
+            self._switch("wall", ""),
+            self._switch("virtual_wall", ""),
+            self._switch("charger", "the plug of the charger"),
+            self._switch("dock", "the base stands on its home base"),
+            self._switch("charging_fault", "dirty contacts"),
+            ControlCommand("battery PERCENT", "the charge now", self._battery),
+            ControlCommand("buttons play|advance...|none", "", self._buttons),
+            self._count("infrared", 0, 255, "255 for nothing"),
+            self._count("inputs", 0, 15, "the digital inputs as bits", field="digital_inputs"),
+            self._count("overcurrents", 0, 31, "as bits"),
+            ControlCommand("gyro_drift COUNTS", "per second", self._gyro_drift),
+            ControlCommand("gyro on|off", "its power", self._gyro),
+            ControlCommand(
+                "light_bumps SIX NUMBERS", "Create 2: 0 to 4095, left to right", self._light_bumps
+            ),
+            self._count("oi_mode_offset", 0, 252, "how much too high packet 35 is"),
+        )
 
-HELP = """\
-silent on|off             what the base sends is lost
-deaf on|off               what the host sends is lost
-noise COUNT               so many random bytes before what is sent next
-bad_checksums COUNT       the next frames have a wrong checksum
-partial_frames COUNT      the next frames and answers are cut in half
-power on|off              off forgets everything; on starts the boot loader
-unplug                    pull the plug: the device file is gone
-plug                      put the plug back in
-wheel_drop left|right|caster...|none
-bump left|right...|none
-cliff left|front_left|front_right|right...|all|none
-wall on|off, virtual_wall on|off
-charger on|off            the plug of the charger
-dock on|off               the base stands on its home base
-charging_fault on|off     dirty contacts
-battery PERCENT           the charge now
-buttons play|advance...|none
-infrared CODE             0 to 255; 255 for nothing
-inputs BITS, overcurrents BITS
-gyro_drift COUNTS         per second
-gyro on|off               its power
-light_bumps SIX NUMBERS   Create 2: 0 to 4095, left to right
-oi_mode_offset NUMBER     what packet 35 tells too much
-clear                     all of the above undone
-status                    the base as one line of JSON
-help                      this list
-quit                      end the program"""
+    def set_power(self, on: bool) -> None:
+        """Switch the base on or off."""
+        self.create.set_power(on, self._clock())
 
+    def _wheel_drop(self, words: list[str]) -> None:
+        self.faults.wheel_drops = sum(WHEELS[word] for word in some_of(words, WHEELS))
 
-class CreateControl(FaultLines):
-    """Obeys lines of text about a base."""
-
-    def __init__(
-        self, create: CreateEmulator, base: KinematicBase, plug: Plug, clock: Callable[[], float], seed: int
-    ) -> None:
-        self._create = create
-        self._base = base
-        self._clock = clock
-        self._random = random.Random(seed)
-        verbs: dict[str, Verb] = {
-            **{name: self._switch(name) for name in _SWITCHES},
-            **{name: self._number(name, *limits) for name, limits in _NUMBERS.items()},
-            "noise": self._noise,
-            "wheel_drop": self._wheel_drop,
-            "bump": self._bump,
-            "cliff": self._cliff,
-            "battery": self._battery,
-            "buttons": self._buttons,
-            "gyro_drift": self._gyro_drift,
-            "gyro": self._gyro,
-            "light_bumps": self._light_bumps,
-            "power": self._power,
-            "clear": self._clear,
-            "status": lambda _words: self._status(),
-        }
-        super().__init__(verbs, plug, HELP)
-
-    # -- verbs ---------------------------------------------------------------------------------------------
-
-    @property
-    def _faults(self) -> CreateFaults:
-        return self._create.faults
-
-    def _switch(self, name: str) -> Verb:
-        return lambda words: setattr(self._faults, name, switch(words))
-
-    def _number(self, name: str, lowest: int, highest: int) -> Verb:
-        field = _FIELDS.get(name, name)
-        return lambda words: setattr(self._faults, field, integer(words, lowest, highest))
-
-    def _noise(self, words: Sequence[str]) -> None:
-        self._faults.noise += self._random.randbytes(integer(words, 0, 10_000))
-
-    def _wheel_drop(self, words: Sequence[str]) -> None:
-        self._faults.wheel_drops = sum(WHEELS[word] for word in some_of(words, WHEELS))
-
-    def _bump(self, words: Sequence[str]) -> None:
+    def _bump(self, words: list[str]) -> None:
         pressed = some_of(words, ("left", "right"))
-        self._faults.left_bumper, self._faults.right_bumper = "left" in pressed, "right" in pressed
+        self.faults.left_bumper, self.faults.right_bumper = "left" in pressed, "right" in pressed
 
-    def _cliff(self, words: Sequence[str]) -> None:
-        seen = CLIFFS if list(words) == ["all"] else some_of(words, CLIFFS)
-        left, front_left, front_right, right = (place in seen for place in CLIFFS)
-        self._faults.cliffs = (left, front_left, front_right, right)
+    def _cliff(self, words: list[str]) -> None:
+        seen = CLIFFS if words == ["all"] else some_of(words, CLIFFS)
+        self.faults.cliffs = tuple(place in seen for place in CLIFFS)
 
-    def _battery(self, words: Sequence[str]) -> None:
-        self._create.battery.charge_mah = CAPACITY_MAH * number(words, 0.0, 100.0) / 100.0
+    def _battery(self, words: list[str]) -> None:
+        self.create.battery.charge_mah = CAPACITY_MAH * number(words, 0.0, 100.0) / 100.0
 
-    def _buttons(self, words: Sequence[str]) -> None:
-        self._faults.buttons = sum(BUTTONS[word] for word in some_of(words, BUTTONS))
+    def _buttons(self, words: list[str]) -> None:
+        self.faults.buttons = sum(BUTTONS[word] for word in some_of(words, BUTTONS))
 
-    def _gyro_drift(self, words: Sequence[str]) -> None:
-        self._faults.gyro_drift = number(words, -100.0, 100.0)
+    def _gyro_drift(self, words: list[str]) -> None:
+        self.faults.gyro_drift = number(words, -100.0, 100.0)
 
-    def _gyro(self, words: Sequence[str]) -> None:
-        self._faults.gyro_dead = not switch(words)
+    def _gyro(self, words: list[str]) -> None:
+        self.faults.gyro_dead = not switch(words)
 
-    def _light_bumps(self, words: Sequence[str]) -> None:
+    def _light_bumps(self, words: list[str]) -> None:
         if len(words) != 6:
             raise ConfigError(f"six numbers are needed, not {len(words)}")
-        a, b, c, d, e, f = (integer([word], 0, 4095) for word in words)
-        self._faults.light_bumps = (a, b, c, d, e, f)
+        self.faults.light_bumps = tuple(integer([word], 0, 4095) for word in words)
 
-    def _power(self, words: Sequence[str]) -> None:
-        self._create.set_power(switch(words), self._clock())
-
-    def _clear(self, _words: Sequence[str]) -> None:
-        fresh = CreateFaults()
-        for name in CreateFaults.__slots__:
-            setattr(self._faults, name, getattr(fresh, name))
-        self._create.set_power(True, self._clock())
-        self._plug.plug()
-
-    def _status(self) -> str:
-        create, pose = self._create, self._base.pose
+    def status(self) -> str:
+        """The base as one line of JSON."""
+        create, pose = self.create, self._base.pose
         return json.dumps(
             {
                 "model": create.model.name,
                 "mode": create.mode.name.lower(),
-                "plugged": self._plug.plugged,
+                "plugged": self.plugged,
                 "powered": create.powered,
                 "baud": create.baud_rate,
                 "streaming": create.streaming,
@@ -277,13 +212,45 @@ class CreateControl(FaultLines):
         )
 
 
-_SWITCHES = ("silent", "deaf", "wall", "virtual_wall", "charger", "dock", "charging_fault")
-_NUMBERS = {
-    "bad_checksums": (0, 1_000_000),
-    "partial_frames": (0, 1_000_000),
-    "infrared": (0, 255),
-    "inputs": (0, 15),
-    "overcurrents": (0, 31),
-    "oi_mode_offset": (0, 252),
-}
-_FIELDS = {"inputs": "digital_inputs"}
+class KinematicBase:
+    """Wheels without mass; a ``BasePlant`` for an emulator that runs alone.
+
+    Attributes:
+        pose: Where it stands, from its start.
+    """
+
+    def __init__(self, wheel_separation_m: float) -> None:
+        """Stand at the start.
+
+        Args:
+            wheel_separation_m: Metres between the wheels.
+        """
+        self._separation_m = wheel_separation_m
+        self._wheels = (0.0, 0.0)
+        self._travel = (0.0, 0.0)
+        self._time: float | None = None
+        self.pose = Pose2()
+
+    def advance_to(self, now: float) -> None:
+        """Roll on until now, in seconds."""
+        elapsed = 0.0 if self._time is None else max(0.0, now - self._time)
+        self._time = now
+        left, right = self._wheels
+        self._travel = (self._travel[0] + left * elapsed, self._travel[1] + right * elapsed)
+        self.pose = integrate_twist(self.pose, Twist2((left + right) / 2.0, self.yaw_rate()), elapsed)
+
+    def set_wheels(self, left_mps: float, right_mps: float) -> None:
+        """Turn the wheels at these speeds in m/s."""
+        self._wheels = (left_mps, right_mps)
+
+    def travel(self) -> tuple[float, float]:
+        """Metres that the left and the right wheel have rolled."""
+        return self._travel
+
+    def yaw_rate(self) -> float:
+        """Turning rate in rad/s, counter-clockwise positive."""
+        return (self._wheels[1] - self._wheels[0]) / self._separation_m
+
+    def bumpers(self) -> tuple[bool, bool]:
+        """There is nothing to bump into."""
+        return (False, False)

@@ -7,55 +7,42 @@ from __future__ import annotations
 
 import json
 import math
-import random
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.simulation.emulators.scip import MODELS, ScipEmulator, ScipFaults
-from florence_bt.simulation.emulators.scip_models import ScannerModel
+from florence_bt.simulation.emulators.scip import ScipEmulator, ScipFaults
+from florence_bt.simulation.emulators.scip_models import MODELS, ScannerModel
 from florence_bt.simulation.emulators.standalone import (
     GARBAGE,
-    FaultLines,
-    Plug,
+    MOST_FRAMES,
+    ControlCommand,
     StandaloneEmulator,
-    Verb,
-    integer,
+    StandaloneOptions,
     number,
     switch,
 )
 
 LONGEST_WAIT_S = 0.1
+_STATUS = re.compile(r"[0-9][0-9A-Z]")
 
 
 @dataclass(frozen=True, slots=True)
-class ScipOptions:
-    """How to run it.
+class ScipOptions(StandaloneOptions):
+    """How to run it; with ``strict_baud`` the scanner wakes up with 19200, as on RS-232.
 
     Attributes:
-        link: Where to put a link to the device file; None for none.
-        tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
         model: A name in ``MODELS``.
         scip1: Wake up in SCIP 1.1.
-        seed: Start of the noise; None for perfect distances.
-        control: Where to put the socket of the control channel; None for none.
-        strict_baud: As on RS-232: a client at the wrong speed understands nothing and is not understood;
-            the scanner wakes up with 19200.
         short_status: In SCIP 1.1, answer ``SCIP2.0`` with ``0`` and no sum.
     """
 
-    link: Path | None = None
-    tcp_port: int | None = None
     model: str = "urg-04lx"
     scip1: bool = False
-    seed: int | None = None
-    control: Path | None = None
-    strict_baud: bool = False
     short_status: bool = False
 
 
@@ -64,7 +51,6 @@ class ScipProgram(StandaloneEmulator):
 
     Attributes:
         scanner: The scanner.
-        control: Obeys lines of text.
     """
 
     def __init__(self, options: ScipOptions, clock: Callable[[], float], console: int | None = None) -> None:
@@ -78,7 +64,7 @@ class ScipProgram(StandaloneEmulator):
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        super().__init__(options.link, options.tcp_port, options.strict_baud)
+        super().__init__(options)
         self._start = clock()
         self._clock = clock
         model = MODELS[options.model]
@@ -88,8 +74,8 @@ class ScipProgram(StandaloneEmulator):
             speaks_scip1=options.scip1,
             short_status=options.short_status,
         )
-        self.control = ScipControl(self.scanner, self, self.now, options.seed or 0)
-        self._listen(self.control, options.control, console)
+        self.faults: ScipFaults = self.scanner.faults
+        self._listen(console)
 
     def now(self) -> float:
         """Seconds since the start."""
@@ -109,114 +95,88 @@ class ScipProgram(StandaloneEmulator):
         due = self.scanner.next_deadline()
         return LONGEST_WAIT_S if due is None else max(0.0, min(LONGEST_WAIT_S, due - self.now()))
 
+    # -- the control channel -------------------------------------------------------------------------------
 
-HELP = """\
-silent on|off             what the scanner sends is lost
-deaf on|off               what the host sends is lost
-noise COUNT               so many random bytes before what is sent next
-bad_checksums COUNT       the next scans have a wrong check sum
-bad_replies COUNT         the next answers to commands have a wrong check sum
-partial BYTES             the next scan ends after so many bytes
-scan_status STATUS        the next scan is replaced by this status (50: hardware trouble) and measuring ends
-every_scan_status STATUS  every scan is replaced by this status and measuring goes on; none ends that
-status_of COMMAND STATUS  every COMMAND (PP, TM1, ...) is answered with this status; none ends that
-laser_broken on|off       BM is refused, measuring ends with 50
-stat TEXT                 the text of STAT; without one the healthy one
-freeze_timer on|off       every time stamp is the same
-delay SECONDS             everything leaves so much later
-speed BYTES               bytes per second that leave; 0 for at once
-power on|off              off forgets everything, on wakes it up as new
-unplug                    pull the plug: the device file (or the TCP port) is gone
-plug                      put the plug back in
-clear                     all of the above undone
-status                    the scanner as one line of JSON
-help                      this list
-quit                      end the program"""
+    def control_commands(self) -> Sequence[ControlCommand]:
+        """Everything that goes wrong with a scanner."""
+        faults = self.faults
+        return (
+            self._count("bad_replies", 0, MOST_FRAMES, "the next answers to commands have a wrong check sum"),
+            self._count(
+                "partial", 0, MOST_FRAMES, "the next scan ends after so many bytes", field="cut_scan_at"
+            ),
+            ControlCommand(
+                "scan_status STATUS",
+                "the next scan is replaced by this status (50: hardware trouble) and measuring ends",
+                lambda words: setattr(faults, "scan_status", _status(words)),
+            ),
+            ControlCommand(
+                "every_scan_status STATUS|none",
+                "every scan is replaced by this status and measuring goes on",
+                lambda words: setattr(
+                    faults, "every_scan_status", None if words == ["none"] else _status(words)
+                ),
+            ),
+            ControlCommand(
+                "status_of COMMAND STATUS|none",
+                "every COMMAND (PP, TM1, ...) is answered with this status",
+                self._status_of,
+            ),
+            self._switch("laser_broken", "BM is refused, measuring ends with 50"),
+            ControlCommand(
+                "stat TEXT",
+                "the text of STAT; without one the healthy one",
+                lambda words: setattr(faults, "stat", " ".join(words) or None),
+            ),
+            ControlCommand("freeze_timer on|off", "every time stamp is the same", self._freeze_timer),
+            ControlCommand(
+                "delay SECONDS",
+                "everything leaves so much later",
+                lambda words: setattr(faults, "delay_s", number(words, 0.0, 60.0)),
+            ),
+            ControlCommand(
+                "speed BYTES",
+                "bytes per second that leave; 0 for at once",
+                lambda words: setattr(faults, "bytes_per_second", number(words, 0.0, 1e7) or None),
+            ),
+        )
 
-_STATUS = re.compile(r"[0-9][0-9A-Z]")
+    def set_power(self, on: bool) -> None:
+        """Switch the scanner on or off."""
+        self.scanner.set_power(on, self.now())
 
-
-class ScipControl(FaultLines):
-    """Obeys lines of text about a scanner."""
-
-    def __init__(self, scanner: ScipEmulator, plug: Plug, clock: Callable[[], float], seed: int) -> None:
-        self._scanner = scanner
-        self._clock = clock
-        self._random = random.Random(seed)
-        verbs: dict[str, Verb] = {
-            "silent": lambda words: setattr(self._faults, "silent", switch(words)),
-            "deaf": lambda words: setattr(self._faults, "deaf", switch(words)),
-            "laser_broken": lambda words: setattr(self._faults, "laser_broken", switch(words)),
-            "noise": self._noise,
-            "bad_checksums": lambda words: setattr(self._faults, "bad_checksums", _count(words)),
-            "bad_replies": lambda words: setattr(self._faults, "bad_replies", _count(words)),
-            "partial": lambda words: setattr(self._faults, "cut_scan_at", _count(words)),
-            "scan_status": lambda words: setattr(self._faults, "scan_status", _status(words)),
-            "every_scan_status": self._every_scan_status,
-            "status_of": self._status_of,
-            "stat": lambda words: setattr(self._faults, "stat", " ".join(words) or None),
-            "freeze_timer": self._freeze_timer,
-            "delay": lambda words: setattr(self._faults, "delay_s", number(words, 0.0, 60.0)),
-            "speed": self._speed,
-            "power": lambda words: self._scanner.set_power(switch(words), self._clock()),
-            "clear": self._clear,
-            "status": lambda _words: self._status(),
-        }
-        super().__init__(verbs, plug, HELP)
-
-    @property
-    def _faults(self) -> ScipFaults:
-        return self._scanner.faults
-
-    def _noise(self, words: Sequence[str]) -> None:
-        self._faults.noise += self._random.randbytes(_count(words))
-
-    def _every_scan_status(self, words: Sequence[str]) -> None:
-        self._faults.every_scan_status = None if list(words) == ["none"] else _status(words)
-
-    def _status_of(self, words: Sequence[str]) -> None:
+    def _status_of(self, words: list[str]) -> None:
         if len(words) != 2:
             raise ConfigError("a command and a status are needed", valid=["PP 0A", "PP none"])
         if words[1] == "none":
-            self._faults.statuses.pop(words[0], None)
+            self.faults.statuses.pop(words[0], None)
         else:
-            self._faults.statuses[words[0]] = _status(words[1:])
+            self.faults.statuses[words[0]] = _status(words[1:])
 
-    def _freeze_timer(self, words: Sequence[str]) -> None:
-        now = self._scanner.state.timer(self._clock())
-        self._faults.frozen_timer_ms = now if switch(words) else None
+    def _freeze_timer(self, words: list[str]) -> None:
+        now = self.scanner.state.timer(self.now())
+        self.faults.frozen_timer_ms = now if switch(words) else None
 
-    def _speed(self, words: Sequence[str]) -> None:
-        self._faults.bytes_per_second = number(words, 0.0, 1e7) or None
-
-    def _clear(self, _words: Sequence[str]) -> None:
-        self._scanner.faults = ScipFaults()
-        self._scanner.set_power(True, self._clock())
-        self._plug.plug()
-
-    def _status(self) -> str:
-        scanner = self._scanner
+    def status(self) -> str:
+        """The scanner as one line of JSON."""
+        scanner = self.scanner
         return json.dumps(
             {
                 "model": scanner.model.name,
-                "plugged": self._plug.plugged,
+                "plugged": self.plugged,
                 "powered": scanner.powered,
                 "laser": scanner.laser_on,
                 "measuring": scanner.measuring,
                 "scip": "1.1" if scanner.state.speaks_scip1 else "2.0",
-                "timer_ms": scanner.state.timer(self._clock()),
+                "timer_ms": scanner.state.timer(self.now()),
             }
         )
 
 
-def _count(words: Sequence[str]) -> int:
-    return integer(words, 0, 1_000_000)
-
-
-def _status(words: Sequence[str]) -> str:
+def _status(words: list[str]) -> str:
     if len(words) != 1 or not _STATUS.fullmatch(words[0]):
         raise ConfigError(
-            f"{' '.join(words)!r} is no status", valid=["a digit and a digit or letter: 50, 0A"]
+            f"{' '.join(words)!r} is not a status", valid=["a digit and a digit or letter: 50, 0A"]
         )
     return words[0]
 

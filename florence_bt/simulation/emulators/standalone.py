@@ -1,15 +1,17 @@
-"""An emulated device alone on a line: its line with a plug, its loop, and lines of text that make things go wrong."""
+"""An emulated device alone on a line: options, loop, plug, and the lines of text that cause faults."""
 
 from __future__ import annotations
 
 import os
+import random
 import select
 import socket
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 from florence_bt.core.errors import ConfigError, DeviceLost, FlorenceError, closest_first
 from florence_bt.core.socket_paths import short_path
@@ -21,39 +23,100 @@ Line: TypeAlias = PseudoTerminal | TcpLine
 GARBAGE = 0xFF
 """What a byte looks like that was sent at another speed."""
 
+MOST_NOISE = 10_000
+MOST_FRAMES = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class StandaloneOptions:
+    """How to run a device alone.
+
+    Attributes:
+        link: Where to put a link to the device file of a pseudo-terminal; None for none.
+        tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
+        model: The name of the device's model; empty for the usual one.
+        seed: Start of the sensors' noise; None for perfect sensors.
+        strict_baud: A client at the wrong speed understands nothing and is not understood.
+        control: Where to put the socket of the control channel; None for none.
+    """
+
+    link: Path | None = None
+    tcp_port: int | None = None
+    model: str = ""
+    seed: int | None = None
+    strict_baud: bool = False
+    control: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ControlCommand:
+    """A command of the control channel.
+
+    Attributes:
+        usage: The command and its arguments, for people.
+        meaning: What it does, for people.
+        run: Takes the words after the first one; gives the answer, None for ``ok``.
+    """
+
+    usage: str
+    meaning: str
+    run: Callable[[list[str]], str | None]
+
 
 class StandaloneEmulator(ABC):
-    """A device, its line with a plug, its control channel, and their loop."""
+    """A device, its line with a plug, its control channel, and their loop.
 
-    def __init__(self, link: Path | None, tcp_port: int | None, strict_baud: bool) -> None:
+    A subclass makes the device, then calls :meth:`_listen`.
+
+    Attributes:
+        ended: Whether the command ``quit`` came.
+    """
+
+    faults: Any
+    """What goes wrong: the dataclass of the device."""
+
+    def __init__(self, options: StandaloneOptions) -> None:
         """Open the line.
 
         Args:
-            link: Where to put a link to the device file of a pseudo-terminal; None for none.
-            tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
-            strict_baud: A client at the wrong speed understands nothing and is not understood.
+            options: How to run it.
 
         Raises:
             DeviceLost: The link or the TCP port cannot be made.
         """
-        self._strict_baud = strict_baud
-        self._link = link
-        self._tcp_port = tcp_port
+        self._options = options
+        self._tcp_port = options.tcp_port
+        self._random = random.Random(options.seed or 0)
         self._line: Line | None = None
+        self._commands: dict[str, ControlCommand] = {}
+        self.ended = False
         self.plug()
 
-    def _listen(self, control: FaultLines, path: Path | None, console: int | None) -> None:
+    def _listen(self, console: int | None) -> None:
         """Open the control channel.
 
         Args:
-            control: Obeys its lines.
-            path: Where to put its socket; None for none.
             console: A file descriptor that brings lines of text, such as standard input; None for none.
 
         Raises:
             DeviceLost: The socket cannot be made; the line is closed then.
         """
-        self._faults = control
+        commands = (
+            self._switch("silent", "what the device sends is lost"),
+            self._switch("deaf", "what the device is sent is lost"),
+            ControlCommand("noise COUNT", "so many random bytes before what is sent next", self._noise),
+            self._count("bad_checksums", 0, MOST_FRAMES, "the next frames or scans have a wrong checksum"),
+            *self.control_commands(),
+            ControlCommand("power on|off", "off forgets everything; on starts it", self._power),
+            ControlCommand("unplug", "pull the plug: the device file or TCP port is gone", self._unplug),
+            ControlCommand("plug", "put the plug back in", self._plug),
+            ControlCommand("clear", "all of the above undone", self._clear),
+            ControlCommand("status", "the device as one line of JSON", lambda _words: self.status()),
+            ControlCommand("help", "this list", lambda _words: self._help()),
+            ControlCommand("quit", "end the program", self._quit),
+        )
+        self._commands = {command.usage.split()[0]: command for command in commands}
+        path = self._options.control
         try:
             self._channel = ControlChannel(path, console)
         except OSError as error:
@@ -79,7 +142,7 @@ class StandaloneEmulator(ABC):
         if self._line is not None:
             return
         if self._tcp_port is None:
-            self._line = PseudoTerminal(self._link)
+            self._line = PseudoTerminal(self._options.link)
             return
         line = TcpLine(port=self._tcp_port)
         self._line, self._tcp_port = line, line.port
@@ -91,14 +154,33 @@ class StandaloneEmulator(ABC):
             self._line = None
 
     def serve(self, go_on: Callable[[], bool]) -> None:
-        """Run until ``quit`` is said or go_on says no."""
-        while go_on() and not self._faults.ended:
+        """Run until the command ``quit`` comes or go_on is no longer true."""
+        while go_on() and not self.ended:
             readers: list[int] = self._channel.descriptors()
             if self._line is not None:
                 readers.append(self._line.fileno())
             ready, _, _ = select.select(readers, [], [], self._longest_wait())
-            self._channel.serve(ready, self._faults.run)
+            self._channel.serve(ready, self.run)
             self.step()
+
+    def run(self, line: str) -> str:
+        """Run one line of the control channel.
+
+        Returns:
+            ``ok``, what was asked for, or ``error:`` and what would have worked.
+        """
+        words = line.split()
+        if not words:
+            return "ok"
+        command = self._commands.get(words[0])
+        try:
+            if command is None:
+                raise ConfigError(
+                    f"there is no command {words[0]!r}", valid=closest_first(words[0], self._commands)
+                )
+            return command.run(words[1:]) or "ok"
+        except FlorenceError as error:
+            return f"error: {error}"
 
     def _received_at_other_end(self, data: bytes, baud_rate: int) -> bytes:
         """What one end of the line makes of what the other sent.
@@ -108,13 +190,25 @@ class StandaloneEmulator(ABC):
             baud_rate: The device's speed.
         """
         line = self._line
-        if self._strict_baud and isinstance(line, PseudoTerminal) and line.client_baud != baud_rate:
+        if self._options.strict_baud and isinstance(line, PseudoTerminal) and line.client_baud != baud_rate:
             return bytes([GARBAGE]) * len(data)
         return data
 
     @abstractmethod
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
+
+    @abstractmethod
+    def control_commands(self) -> Sequence[ControlCommand]:
+        """The device's own commands of the control channel."""
+
+    @abstractmethod
+    def set_power(self, on: bool) -> None:
+        """Switch the device on or off."""
+
+    @abstractmethod
+    def status(self) -> str:
+        """The device as JSON."""
 
     @abstractmethod
     def _longest_wait(self) -> float:
@@ -125,70 +219,45 @@ class StandaloneEmulator(ABC):
         self.unplug()
         self._channel.close()
 
+    def _switch(self, name: str, meaning: str) -> ControlCommand:
+        """A command that switches a fault of the same name."""
+        return ControlCommand(
+            f"{name} on|off", meaning, lambda words: setattr(self.faults, name, switch(words))
+        )
 
-Verb: TypeAlias = Callable[[Sequence[str]], str | None]
-"""Takes the words after the first one; gives the answer, nothing for ``ok``."""
+    def _count(
+        self, name: str, lowest: int, highest: int, meaning: str, *, field: str = ""
+    ) -> ControlCommand:
+        """A command that sets a fault, of the same name if no other field is given, to a whole number."""
+        return ControlCommand(
+            f"{name} NUMBER",
+            meaning,
+            lambda words: setattr(self.faults, field or name, integer(words, lowest, highest)),
+        )
 
+    def _noise(self, words: list[str]) -> None:
+        self.faults.noise += self._random.randbytes(integer(words, 0, MOST_NOISE))
 
-class Plug(Protocol):
-    """The plug of the device's line."""
+    def _power(self, words: list[str]) -> None:
+        self.set_power(switch(words))
 
-    @property
-    def plugged(self) -> bool:
-        """Whether the line is there."""
+    def _plug(self, _words: list[str]) -> None:
+        self.plug()
 
-    def plug(self) -> None:
-        """Put it in."""
+    def _unplug(self, _words: list[str]) -> None:
+        self.unplug()
 
-    def unplug(self) -> None:
-        """Pull it out."""
+    def _clear(self, _words: list[str]) -> None:
+        fresh = type(self.faults)()
+        for field in fields(fresh):
+            setattr(self.faults, field.name, getattr(fresh, field.name))
+        self.set_power(True)
+        self.plug()
 
+    def _help(self) -> str:
+        return "\n".join(f"{command.usage:<26}{command.meaning}" for command in self._commands.values())
 
-class FaultLines:
-    """Obeys lines of text: the first word says what to do, the others how.
-
-    Attributes:
-        ended: Whether ``quit`` was said.
-    """
-
-    def __init__(self, verbs: Mapping[str, Verb], plug: Plug, help_text: str) -> None:
-        """Take the device's own verbs; ``unplug``, ``plug``, ``help`` and ``quit`` are added.
-
-        Args:
-            verbs: By their first word.
-            plug: The plug of the device's line.
-            help_text: The answer to ``help``.
-        """
-        self.ended = False
-        self._plug = plug
-        self._verbs: dict[str, Verb] = {
-            **verbs,
-            "unplug": lambda _words: plug.unplug(),
-            "plug": lambda _words: plug.plug(),
-            "help": lambda _words: help_text,
-            "quit": self._quit,
-        }
-
-    def run(self, line: str) -> str:
-        """Obey one line.
-
-        Returns:
-            ``ok``, what was asked for, or ``error:`` and what would have worked.
-        """
-        words = line.split()
-        if not words:
-            return "ok"
-        verb = self._verbs.get(words[0])
-        try:
-            if verb is None:
-                raise ConfigError(
-                    f"there is no command {words[0]!r}", valid=closest_first(words[0], self._verbs)
-                )
-            return verb(words[1:]) or "ok"
-        except FlorenceError as error:
-            return f"error: {error}"
-
-    def _quit(self, _words: Sequence[str]) -> None:
+    def _quit(self, _words: list[str]) -> None:
         self.ended = True
 
 

@@ -16,7 +16,7 @@ from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import ScipEmulator
 from florence_bt.simulation.hardware.ports import HardwareMounts, HardwareSettings
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
@@ -36,7 +36,7 @@ class _LaserPlant:
 
 
 class HardwareServer:
-    """World, emulators and ports together.
+    """The world, the emulators and the ports together.
 
     Args:
         world: The simulated flat with robot and people.
@@ -47,7 +47,7 @@ class HardwareServer:
         laser_spoke_at: Simulated seconds when bytes left the laser last.
     """
 
-    def __init__(self, world: World, mounts: HardwareMounts, settings: HardwareSettings) -> None:
+    def __init__(self, world: SimulatedWorld, mounts: HardwareMounts, settings: HardwareSettings) -> None:
         self.world = world
         self._settings = settings
         self._mounts = mounts

@@ -42,7 +42,7 @@ class Lens(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class RayScene:
     """Everything but the robot; people's rows change as they walk, all others stay.
 
     Attributes:

@@ -12,8 +12,8 @@ from florence_bt.core.errors import ChecksumError, ConfigError, FrameError
 from florence_bt.drivers.hokuyo.codec import (
     LONGEST_FRAME,
     Measurement,
-    Reply,
     ReplyParser,
+    ScipReply,
     check_sum,
     decode_values,
     parse_frame,
@@ -45,12 +45,12 @@ def test_requests() -> None:
 
 def test_time_vector() -> None:
     (reply,) = ReplyParser().feed(b"TM1\n00P\nm2@0?\n\n")
-    assert reply == Reply("TM1", "00", (b"m2@0",))
+    assert reply == ScipReply("TM1", "00", (b"m2@0",))
     assert decode_values(reply.lines[0], 4)[0] == 16_000_000
 
 
 def test_measurement_acceptance_vector() -> None:
-    assert ReplyParser().feed(b"MD0044072501000\n00P\n\n") == [Reply("MD0044072501000", "00")]
+    assert ReplyParser().feed(b"MD0044072501000\n00P\n\n") == [ScipReply("MD0044072501000", "00")]
 
 
 def test_information_sums_cover_the_text_before_the_semicolon() -> None:
@@ -103,15 +103,15 @@ def test_the_sum_of_a_remark_may_be_missing() -> None:
 
 def test_the_switch_to_scip_2_is_answered_in_scip_1() -> None:
     parser = ReplyParser()
-    assert parser.feed(b"SCIP2.0\n0\n\n") == [Reply("SCIP2.0", "00")]
-    assert parser.feed(b"SCIP2.0\n0Ee\n\n") == [Reply("SCIP2.0", "0E")]
+    assert parser.feed(b"SCIP2.0\n0\n\n") == [ScipReply("SCIP2.0", "00")]
+    assert parser.feed(b"SCIP2.0\n0Ee\n\n") == [ScipReply("SCIP2.0", "0E")]
     assert parser.corrupted == 0
     assert parser.feed(b"QT\n0\n\nSCIP2.0\nE\n\n") == []
     assert parser.corrupted == 2
 
 
 def test_the_user_string_is_no_part_of_the_echo() -> None:
-    assert ReplyParser().feed(b"BM;Robot 1\n02R\n\n") == [Reply("BM", "02")]
+    assert ReplyParser().feed(b"BM;Robot 1\n02R\n\n") == [ScipReply("BM", "02")]
 
 
 def test_frames_are_checked() -> None:

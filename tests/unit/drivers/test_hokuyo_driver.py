@@ -5,8 +5,7 @@ from itertools import pairwise
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.drivers.diagnosis import Level, is_off
-from florence_bt.drivers.frequency import FrequencyMeter
+from florence_bt.drivers.diagnosis import FrequencyMeter, Severity, is_off
 from florence_bt.drivers.hokuyo.codec import check_sum
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
@@ -173,7 +172,7 @@ def test_frequency() -> None:
 def test_diagnosis_of_a_scanner_without_a_port() -> None:
     parameters = HokuyoParameters(time_offset=0.1)
     found = diagnose(HokuyoDriver(parameters), parameters, "/dev/ttyACM0", "no such port", 0.0)
-    assert (found.level, found.message) == (Level.ERROR, "no such port")
+    assert (found.level, found.message) == (Severity.ERROR, "no such port")
     assert found.values["User Time Offset"] == "0.1000"
     assert found.values["Computed Latency"] == "0.0000"
 
@@ -183,7 +182,7 @@ def test_diagnosis_of_a_scanner_that_starts() -> None:
     driver = HokuyoDriver(parameters)
     driver.start(0.0)
     found = diagnose(driver, parameters, "/dev/ttyACM0", "", 0.0)
-    assert (found.level, found.message) == (Level.WARN, "the driver is starting")
+    assert (found.level, found.message) == (Severity.WARN, "the driver is starting")
     assert found.values["Device ID"] == "unknown"
 
 

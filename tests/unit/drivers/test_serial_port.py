@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import DeviceError, DeviceLost, DeviceTimeout
-from florence_bt.drivers.device_reader import DeviceReader
+from florence_bt.drivers.connection import DeviceReader
 from florence_bt.drivers.serial_port import SerialPort, _explain_open
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState
@@ -351,7 +351,7 @@ def reading(stop_reason: StopReason | None = None, **fields: int) -> BaseReading
 def test_diagnoses() -> None:
     driver = TurtlebotDriver()
 
-    def judged(newest: BaseReading | None, problem: str = "") -> list[tuple[Level, str]]:
+    def judged(newest: BaseReading | None, problem: str = "") -> list[tuple[Severity, str]]:
         found = diagnose(driver, newest, "/dev/ttyUSB0", problem)
         assert list(found) == [
             "TurtleBot Node",
@@ -365,15 +365,19 @@ def test_diagnoses() -> None:
         ]
         return [(diagnosis.level, diagnosis.message) for diagnosis in found.values()][:3]
 
-    assert judged(reading(oi_mode=3)) == [(Level.OK, "RUNNING"), (Level.OK, "Full"), (Level.OK, "OK")]
-    assert judged(None)[0] == (Level.WARN, "STARTING")
-    assert judged(None, "no such port")[0] == (Level.ERROR, "no such port")
-    assert judged(None)[2][0] is Level.STALE
+    assert judged(reading(oi_mode=3)) == [
+        (Severity.OK, "RUNNING"),
+        (Severity.OK, "Full"),
+        (Severity.OK, "OK"),
+    ]
+    assert judged(None)[0] == (Severity.WARN, "STARTING")
+    assert judged(None, "no such port")[0] == (Severity.ERROR, "no such port")
+    assert judged(None)[2][0] is Severity.STALE
     for code in (0, 4, 32):
-        assert judged(reading(oi_mode=code))[1] == (Level.ERROR, f"unknown mode {code}")
+        assert judged(reading(oi_mode=code))[1] == (Severity.ERROR, f"unknown mode {code}")
     held = judged(reading(StopReason.BUMPER, oi_mode=2))[1]
-    assert held == (Level.WARN, "Safe: a bumper is pressed: forward motion is held")
-    assert judged(reading(oi_mode=3, charging_state=5))[2][0] is Level.ERROR
+    assert held == (Severity.WARN, "Safe: a bumper is pressed: forward motion is held")
+    assert judged(reading(oi_mode=3, charging_state=5))[2][0] is Severity.ERROR
 
 
 @pytest.mark.parametrize(

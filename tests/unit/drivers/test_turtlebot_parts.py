@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.drive_control import CommandAcknowledgement
@@ -297,7 +297,7 @@ def test_wheel_joints() -> None:
 # -- diagnostics ---------------------------------------------------------------------------------------------
 
 
-def judged(name: str, driver: TurtlebotDriver | None = None, **fields: int | bool) -> tuple[Level, str]:
+def judged(name: str, driver: TurtlebotDriver | None = None, **fields: int | bool) -> tuple[Severity, str]:
     state = SensorState(**{"oi_mode": 3, "charge": 2000, "capacity": 2700, **fields})  # type: ignore[arg-type]
     reading = BaseReading(0.0, state, Odometry(0.0, Pose2()), None, True, None)
     found = diagnose(driver or TurtlebotDriver(), reading, "/dev/ttyUSB0", "")[name]
@@ -305,19 +305,19 @@ def judged(name: str, driver: TurtlebotDriver | None = None, **fields: int | boo
 
 
 def test_every_line_of_the_reference() -> None:
-    ok = (Level.OK, "OK")
+    ok = (Severity.OK, "OK")
     assert [judged("Charging Sources", charging_sources_available=n) for n in range(3)] == [
-        (Level.OK, "None"),
-        (Level.OK, "Internal Charger"),
-        (Level.OK, "Base Dock"),
+        (Severity.OK, "None"),
+        (Severity.OK, "Internal Charger"),
+        (Severity.OK, "Base Dock"),
     ]
-    assert judged("Charging Sources", charging_sources_available=3)[0] is Level.ERROR
+    assert judged("Charging Sources", charging_sources_available=3)[0] is Severity.ERROR
     assert judged("Cliff Sensor") == ok
-    assert judged("Cliff Sensor", cliff_right=True) == (Level.WARN, "near a cliff")
-    assert judged("Cliff Sensor", cliff_right=True, current=500)[0] is Level.OK
+    assert judged("Cliff Sensor", cliff_right=True) == (Severity.WARN, "near a cliff")
+    assert judged("Cliff Sensor", cliff_right=True, current=500)[0] is Severity.OK
     assert judged("Wall Sensor") == ok
-    assert judged("Wall Sensor", wall=True)[0] is Level.ERROR
-    assert judged("Battery", charge=400)[0] is Level.WARN
+    assert judged("Wall Sensor", wall=True)[0] is Severity.ERROR
+    assert judged("Battery", charge=400)[0] is Severity.WARN
     assert judged("Battery", charge=400, current=1000) == ok
     assert judged("Digital Outputs", user_digital_outputs=5) == ok
 
@@ -340,13 +340,13 @@ def test_values_stand_under_the_right_names() -> None:
 @pytest.mark.parametrize(
     ("counts", "level", "text"),
     [
-        (512, Level.OK, "OK"),
-        (40, Level.ERROR, "power"),
-        (600, Level.ERROR, "bad"),
-        (0, Level.ERROR, "no signal"),
+        (512, Severity.OK, "OK"),
+        (40, Severity.ERROR, "power"),
+        (600, Severity.ERROR, "bad"),
+        (0, Severity.ERROR, "no signal"),
     ],
 )
-def test_health_of_the_gyro(counts: int, level: Level, text: str) -> None:
+def test_health_of_the_gyro(counts: int, level: Severity, text: str) -> None:
     driver = TurtlebotDriver()
     assert driver.gyro is not None
     for number in range(100):
@@ -354,7 +354,7 @@ def test_health_of_the_gyro(counts: int, level: Level, text: str) -> None:
     found = judged("Gyro Sensor", driver)
     assert found[0] is level
     assert text in found[1]
-    assert judged("Gyro Sensor", TurtlebotDriver(TurtlebotParameters(has_gyro=False)))[0] is Level.WARN
+    assert judged("Gyro Sensor", TurtlebotDriver(TurtlebotParameters(has_gyro=False)))[0] is Severity.WARN
 
 
 @pytest.mark.parametrize(

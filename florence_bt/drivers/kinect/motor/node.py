@@ -57,7 +57,7 @@ class KinectMotorNode(FlorenceNode):
         super().__init__("kinect_aux", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(MotorParameters)
         self._state: codec.MotorState | None = None
-        self._wishes: dict[int, codec.Request] = {}
+        self._wishes: dict[int, codec.MotorRequest] = {}
         self._imu = self.create_publisher(Imu, f"{NAMESPACE}/imu", SENSOR)
         self._angle = self.create_publisher(Float64, f"{NAMESPACE}/cur_tilt_angle", RELIABLE)
         self._status = self.create_publisher(UInt8, f"{NAMESPACE}/cur_tilt_status", RELIABLE)
@@ -106,7 +106,7 @@ class KinectMotorNode(FlorenceNode):
         except ConfigError as error:
             self.get_logger().warning(str(error))
 
-    def _wish(self, request: codec.Request) -> None:
+    def _wish(self, request: codec.MotorRequest) -> None:
         self._wishes[request.request] = request
         if self._connection.device is not None:
             self._connection.device.send(request)
