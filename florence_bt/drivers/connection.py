@@ -85,7 +85,7 @@ class Connection(Generic[D, T]):
         self._reader: DeviceReader[T] | None = None
         self._retry: Timer | None = None
         self._attempts = 0
-        self._told = ""
+        self._reported = ""
         self._inbox: deque[tuple[D, T, float]] = deque()
         self._scheduled = False
         self.device: D | None = None
@@ -111,13 +111,13 @@ class Connection(Generic[D, T]):
         self._on_open(device)
 
     def works(self) -> None:
-        """Tell that the device does its work: the problem is over, and the next pause is a short one.
+        """Note that the device works: the problem is over, and the next pause is a short one.
 
         One that was lost in the meantime does not.
         """
         if self.device is None:
             return
-        self.problem = self._told = ""
+        self.problem = self._reported = ""
         self._attempts = 0
 
     def serve(self) -> None:
@@ -157,8 +157,8 @@ class Connection(Generic[D, T]):
 
     def _retry_later(self, error: DeviceError) -> None:
         self.problem = str(error)
-        if self.problem != self._told:
-            self._told = self.problem
+        if self.problem != self._reported:
+            self._reported = self.problem
             self._on_problem(self.problem)
         delay = self._delay_s * min(2 ** min(self._attempts, 4), LONGEST_BACK_OFF)
         self._attempts += 1
@@ -218,7 +218,7 @@ class DeviceReader(Generic[T]):
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; after this no callback comes any more. Harmless when called twice."""
+        """End the thread; no callback comes after this. Harmless when called twice."""
         self._stopping.set()
         if self._thread.is_alive() and threading.current_thread() is not self._thread:
             self._thread.join()

@@ -66,7 +66,7 @@ class DriverPort:
         self._driver = driver
         self._clock = clock
         self._start_driver = on_open
-        self._tell_lost = on_lost
+        self._on_port_lost = on_lost
         self._send = send
         self._deadline: Timer | None = None
         self._connection: Connection[BytePort, bytes] = Connection(
@@ -96,7 +96,7 @@ class DriverPort:
         self._connection.open()
 
     def works(self) -> None:
-        """Tell that the device does its work: the problem is over, and the next pause is a short one."""
+        """Note that the device works: the problem is over, and the next pause is a short one."""
         self._connection.works()
 
     def pump(self) -> None:
@@ -135,7 +135,7 @@ class DriverPort:
 
     def _on_lost(self, error: DeviceError) -> None:
         self._forget_deadline()
-        self._tell_lost(error)
+        self._on_port_lost(error)
 
     def _on_deadline(self) -> None:
         # What has come already may be what the driver waits for.

@@ -33,14 +33,14 @@ def test_a_song_plays_as_long_as_its_notes(base: Any) -> None:
     create.receive(bytes([140, 3, 1, 70, 8, 141, 3]), 0.95)  # ignored: another one plays
     assert create.receive(bytes([149, 2, 36, 37]), 1.0) == bytes([2, 0])
     assert create.songs.played == [2]
-    assert create.unobeyed == {141: 1}
+    assert create.rejected == {141: 1}
 
 
 def test_songs_need_a_number_and_a_drive_mode(base: Any) -> None:
     create = awake(base, 128)
     create.receive(bytes([140, 16, 1, 60, 8, 140, 1, 1, 60, 8, 141, 1]), 0.0)
     assert create.songs.played == []
-    assert create.unobeyed == {140: 1, 141: 1}
+    assert create.rejected == {140: 1, 141: 1}
 
 
 def test_low_side_drivers_and_infrared(base: Any) -> None:
@@ -59,7 +59,7 @@ def test_baud(base: Any) -> None:
     create.receive(bytes([129, 7]), 0.0)
     assert create.baud_rate == 19200
     create.receive(bytes([129, 12]), 0.0)
-    assert (create.baud_rate, create.unobeyed) == (19200, {129: 1})
+    assert (create.baud_rate, create.rejected) == (19200, {129: 1})
 
 
 def test_signals_inputs_and_buttons(base: Any) -> None:
@@ -229,7 +229,7 @@ def test_demos_end(base: Any) -> None:
     create.poll(3.2)
     assert base.wheels == (0.0, 0.0)
     create.receive(bytes([136, 10]), 4.0)
-    assert create.unobeyed == {136: 1}
+    assert create.rejected == {136: 1}
 
 
 # -- dock, charging, gyro, line ------------------------------------------------------------------------------

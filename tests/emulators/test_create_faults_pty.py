@@ -275,7 +275,7 @@ def test_a_base_that_hears_nothing_is_told_of_and_stopped_when_it_hears(make: Ma
     assert bench.base.wheels == (0.2, 0.2)  # nobody can help that
     bench.run(0.8, BACK)
     level, message = worst(bench, "TurtleBot Node")
-    assert (level, "does not do what it is told" in message) == (Severity.ERROR, True)
+    assert (level, "does not acknowledge its commands" in message) == (Severity.ERROR, True)
     heal(bench)
     bench.run(0.1, BACK)
     assert bench.base.wheels == (0.0, 0.0)

@@ -15,7 +15,7 @@ import serial
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
-from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand
+from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand, documented_commands
 
 
 @pytest.fixture
@@ -98,8 +98,8 @@ def test_status_and_help(make: Callable[..., ScipProgram]) -> None:
         False,
         "1.1",
     )
-    for line in program.run("help").splitlines():
-        assert "there is no command" not in program.run(line.split()[0])
+    commands = {line.split()[0] for line in program.run("help").splitlines()}
+    assert commands == documented_commands("Hokuyo")
 
 
 # -- the line ------------------------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ def test_the_plug(make: Callable[..., ScipProgram], tmp_path: Path) -> None:
     assert answer == b"QT\n00P\n\n"
 
 
-def talk(program: ScipProgram, peer: socket.socket, command: bytes, size: int) -> bytes:
+def conversation(program: ScipProgram, peer: socket.socket, command: bytes, size: int) -> bytes:
     peer.sendall(command)
     peer.setblocking(False)
     answer = b""
@@ -141,7 +141,7 @@ def test_one_client_after_the_other_by_tcp(make: Callable[..., ScipProgram]) -> 
     host, number = program.path.split(":")
     for _ in range(2):
         with socket.create_connection((host, int(number))) as peer:
-            assert talk(program, peer, b"QT\n", 8) == b"QT\n00P\n\n"
+            assert conversation(program, peer, b"QT\n", 8) == b"QT\n00P\n\n"
         end = time.monotonic() + LONG_S
         while program._line is not None and program._line.has_client and time.monotonic() < end:
             program.step()

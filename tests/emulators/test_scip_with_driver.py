@@ -314,4 +314,4 @@ def test_a_sensor_of_one_echo_measures_without_the_others() -> None:
     bench = started(model=UTM_30LX, parameters=parameters)
     assert not isinstance(bench.scans[-1], MultiEchoScan)
     assert len(bench.scans[-1].intensities)
-    assert "this sensor tells one echo of a beam only: multi_echo is left out" in bench.problems
+    assert "this sensor measures one echo of a beam only: multi_echo is left out" in bench.problems

@@ -199,8 +199,8 @@ class ScipReply:
 class ReplyParser:
     """Cuts a stream of bytes into replies; keeps what is not complete yet.
 
-    A reply ends with a blank line. What stands between two blank lines and is no reply (noise, a wrong check
-    sum, half a scan) is counted and dropped, but for a whole reply at its end: noise or half a reply before
+    A reply ends with a blank line. What is between two blank lines but not a reply (noise, a wrong check sum,
+    half a scan) is counted and dropped, but for a whole reply at its end: noise or half a reply before
     a good one does not cost the good one.
 
     Attributes:
@@ -257,7 +257,7 @@ def parse_frame(lines: Sequence[bytes]) -> ScipReply:
     echo = lines[0].split(b";")[0].decode("ascii")
     status = _without_sum(lines[1])
     if not _STATUS.fullmatch(status):
-        raise FrameError(f"{status!r} is no status of two characters")
+        raise FrameError(f"{status!r} is not a status of two characters")
     check = _information_text if echo in INFORMATION_COMMANDS else _without_sum
     return ScipReply(echo, status.decode("ascii"), tuple(check(line) for line in lines[2:]))
 
@@ -337,7 +337,7 @@ def decode_scan(reply: ScipReply) -> ScanReply:
     """Read the scan out of a reply to a measurement command.
 
     Raises:
-        FrameError: The reply is no scan, or its data is not exactly what its echo announces.
+        FrameError: The reply is not a scan, or its data is not exactly what its echo announces.
     """
     match = _SCAN_ECHO.fullmatch(reply.echo)
     if match is None or len(reply.lines) < 2:

@@ -14,7 +14,7 @@ def diagnose(
 
     Args:
         driver: The driver.
-        parameters: How it was told to measure.
+        parameters: How it is to measure.
         port: The serial device, or the address on the network.
         port_problem: Why the port is not open; empty when it is.
         now: The time.

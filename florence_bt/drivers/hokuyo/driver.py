@@ -1,7 +1,7 @@
 """The Hokuyo driver without a port: bytes and the time go in, scans and bytes come out.
 
 What is said to the sensor stands in scripts (``start_up.py``, ``stream.py``, ``latency.py``,
-``self_test.py``). A script that fails makes the driver rest and start afresh, so whatever happens on the
+``self_test.py``). A script that fails makes the driver rest and start again, so whatever happens on the
 line, it ends up measuring again once the sensor answers as it should.
 
 Source: REFERENCE 4.6, 4.7, 4.9.
@@ -70,7 +70,7 @@ class DriverStatus:
     Attributes:
         phase: What it is about.
         problem: The last failure, empty since the last scan.
-        device: What VV told: VEND, PROD, FIRM, PROT, SERI.
+        device: The answer to VV: VEND, PROD, FIRM, PROT, SERI.
         device_status: The sensor's own STAT text.
         scans: Scans received.
         corrupted: Replies with wrong check sums or layout.
@@ -97,10 +97,10 @@ class HokuyoDriver:
     of them and at :meth:`next_deadline`; write what ``poll`` returns.
 
     Attributes:
-        sensor: Who the sensor is, None before it told.
+        sensor: The sensor, None before it is known.
         measurement: What it measures, None before that was accepted.
         bit_rate: The speed that the line must have when what :meth:`poll` returns is written; None for any.
-        unheard: The last start failed without a word from the sensor: the port may be the wrong one, or dead.
+        no_answer: The last start failed without any answer: the port may be the wrong one, or dead.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ class HokuyoDriver:
         self._calibrated: dict[str, float] = {}
         self.sensor: Sensor | None = None
         self.measurement: Measurement | None = None
-        self.unheard = False
+        self.no_answer = False
 
     @property
     def status(self) -> DriverStatus:
@@ -146,12 +146,12 @@ class HokuyoDriver:
 
     @property
     def geometry(self) -> SensorGeometry | None:
-        """The sensor's numbers, None before it told them."""
+        """The sensor's numbers, None before they are known."""
         return None if self.sensor is None else self.sensor.geometry
 
     @property
     def expected_rate(self) -> float:
-        """Scans a second that the sensor should deliver; 0 before it told its speed."""
+        """Scans a second that the sensor should deliver; 0 before its speed is known."""
         return 0.0 if self.sensor is None else 1.0 / self._scan_interval(self.sensor.geometry)
 
     @property
@@ -197,7 +197,7 @@ class HokuyoDriver:
         self._parser.clear()
         self._clock.reset()
         self._same_stamps, self._last_scan = 0, None
-        self.unheard = False
+        self.no_answer = False
         rates = rates_to_try(self._wanted_rate, self._last_rate, self._misses)
         self._converse(DriverPhase.STARTING, start_up(self._wanted_rate, rates), self._on_started, now)
 
@@ -211,11 +211,11 @@ class HokuyoDriver:
         if self._status.phase is DriverPhase.MEASURING:
             self._status.lost += 1
         self._status.problem = reason
-        self._retry.forgive()  # whoever opens the port again makes pauses of his own
+        self._retry.reset_failures()  # whoever opens the port again makes pauses of his own
         self._halt()
 
     def begin_self_test(self, on_done: TestsDone, now: float) -> None:
-        """Leave the stream, run the tests, tell what they found, and measure again.
+        """Leave the stream, run the tests, report what they found, and measure again.
 
         Args:
             on_done: Called with the results once; with none when the port was lost meanwhile.
@@ -271,30 +271,30 @@ class HokuyoDriver:
         self._settle(now)
 
     def _settle(self, now: float) -> None:
-        talk = self._conversation
-        if talk is None:
+        conversation = self._conversation
+        if conversation is None:
             return
-        self.bit_rate = talk.bit_rate or self.bit_rate
-        if not talk.done:
+        self.bit_rate = conversation.bit_rate or self.bit_rate
+        if not conversation.done:
             return
         self._conversation = None
-        self.unheard = talk.error is not None and not talk.heard
-        self._misses = self._misses + 1 if self.unheard else 0
-        if talk.error is not None:
-            self._fail(now, str(talk.error))
+        self.no_answer = conversation.error is not None and not conversation.answered
+        self._misses = self._misses + 1 if self.no_answer else 0
+        if conversation.error is not None:
+            self._fail(now, str(conversation.error))
         else:
-            self._then(talk, now)
+            self._then(conversation, now)
 
-    def _on_started(self, talk: Conversation, now: float) -> None:
-        sensor: Sensor = talk.result
+    def _on_started(self, conversation: Conversation, now: float) -> None:
+        sensor: Sensor = conversation.result
         self.sensor = sensor
         self._last_rate = self.bit_rate
         self._status.device, self._status.device_status = sensor.version, sensor.stat
         if not sensor.healthy:
             self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY[0]!r}")
             return
-        wanted, complaints = plan_measurement(self._parameters, sensor)
-        self._complain(complaints)
+        wanted, warnings = plan_measurement(self._parameters, sensor)
+        self._warn(warnings)
         self._stream(wanted, now)
 
     def _stream(self, wanted: Measurement, now: float) -> None:
@@ -303,30 +303,30 @@ class HokuyoDriver:
         )
         self._converse(DriverPhase.STARTING, begin_stream(wanted, calibrate), self._on_streaming, now)
 
-    def _on_streaming(self, talk: Conversation, now: float) -> None:
-        stream: AcceptedStream = talk.result
+    def _on_streaming(self, conversation: Conversation, now: float) -> None:
+        stream: AcceptedStream = conversation.result
         self.measurement = stream.measurement
         if stream.latency_s is not None and self.sensor is not None:
             self._calibrated[self.sensor.device_id] = stream.latency_s
-        self._complain(stream.complaints)
+        self._warn(stream.warnings)
         self._status.phase = DriverPhase.MEASURING
         self._retry.begin()
         self._expect_scan(now)
 
-    def _on_tested(self, talk: Conversation, now: float) -> None:
-        self._tell_tests(talk.result)
+    def _on_tested(self, conversation: Conversation, now: float) -> None:
+        self._report_tests(conversation.result)
         if self.measurement is not None:
             self._stream(self.measurement, now)
 
-    def _tell_tests(self, results: Sequence[SelfTestResult]) -> None:
+    def _report_tests(self, results: Sequence[SelfTestResult]) -> None:
         done, self._tests_done = self._tests_done, None
         if done is not None:
             done(results)
 
-    def _complain(self, complaints: Sequence[str]) -> None:
-        for complaint in complaints:
+    def _warn(self, warnings: Sequence[str]) -> None:
+        for warning in warnings:
             if self._on_problem is not None:
-                self._on_problem(complaint)
+                self._on_problem(warning)
 
     # --- measuring --------------------------------------------------------------------------------------
 
@@ -361,7 +361,7 @@ class HokuyoDriver:
             return
         if self._retry.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
             self._status.problem = f"no scans for now, {self._retry.why}"
-            self._complain((self._status.problem,))
+            self._warn((self._status.problem,))
         self._expect_scan(now)
 
     def _scan_of(self, scan: ScanReply, sensor: Sensor, now: float) -> LaserScan:
@@ -418,7 +418,7 @@ class HokuyoDriver:
         if self._conversation is not None:
             self._conversation.close()
             self._conversation = None
-        self._tell_tests(())
+        self._report_tests(())
 
     def _fail(self, now: float, reason: str) -> None:
         if self._status.phase is DriverPhase.MEASURING:
@@ -427,4 +427,4 @@ class HokuyoDriver:
         self._status.phase = DriverPhase.RESTING
         self._status.problem = reason
         self._deadline = now + self._retry.fail()
-        self._complain((reason,))
+        self._warn((reason,))

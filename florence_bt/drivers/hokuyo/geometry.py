@@ -1,7 +1,7 @@
 """Which direction a step of the sensor looks in, and how a row of distances becomes a laser scan.
 
 Angles are as the sensor gives them: counter-clockwise seen from its top, never negated. That a sensor hangs
-upside down is told by the transform of its frame (REFERENCE 4.11).
+upside down is in the transform of its frame (REFERENCE 4.11).
 """
 
 from __future__ import annotations

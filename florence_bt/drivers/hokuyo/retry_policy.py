@@ -47,9 +47,9 @@ class RetryPolicy:
         if self._works_since is None:
             self._works_since = now
         if now - self._works_since >= self.pause_s:
-            self.forgive()
+            self.reset_failures()
 
-    def forgive(self) -> None:
+    def reset_failures(self) -> None:
         """The failures so far do not count any more."""
         self.failures = 0
 

@@ -27,12 +27,12 @@ class AcceptedStream:
     Attributes:
         measurement: What the sensor measures.
         latency_s: What the calibration found, None without one.
-        complaints: What could not be had as wished.
+        warnings: What could not be had as wished.
     """
 
     measurement: Measurement
     latency_s: float | None
-    complaints: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def plan_measurement(wanted: HokuyoParameters, sensor: Sensor) -> tuple[Measurement, tuple[str, ...]]:
@@ -43,18 +43,18 @@ def plan_measurement(wanted: HokuyoParameters, sensor: Sensor) -> tuple[Measurem
     """
     geometry = sensor.geometry
     first, last = geometry.step_at(wanted.min_ang), geometry.step_at(wanted.max_ang)
-    complaints: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     if wanted.intensity and not wanted.allow_unsafe_settings and "UTM-30LX" in sensor.version.get("PROD", ""):
         degrees = SAFE_DEGREES_BY_FIRMWARE.get(sensor.version.get("FIRM", ""), SAFE_DEGREES)
         safe = first + int(math.radians(degrees) * max(1, wanted.cluster) / geometry.step_angle)
         if last > safe:
             last = safe
-            complaints = (
+            warnings = (
                 f"max_ang was lowered to {geometry.angle_of(last):.4f}: with intensities this sensor is safe "
                 f"up to {degrees:g} degrees a cluster; allow_unsafe_settings lifts that",
             )
     kind = ("N" if wanted.multi_echo else "M") + ("E" if wanted.intensity else "D")
-    return Measurement(kind, first, last, wanted.cluster, wanted.skip, 0), complaints
+    return Measurement(kind, first, last, wanted.cluster, wanted.skip, 0), warnings
 
 
 def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
@@ -67,24 +67,24 @@ def begin_stream(wanted: Measurement, calibrate: bool) -> Script:
     Returns:
         The :class:`AcceptedStream`.
     """
-    complaints: list[str] = []
+    warnings: list[str] = []
     latency_s: float | None = None
     if wanted.kind[0] == "N" and not (yield from _can_measure(wanted)):
         wanted = replace(wanted, kind=f"M{wanted.kind[1]}")
-        complaints.append("this sensor tells one echo of a beam only: multi_echo is left out")
+        warnings.append("this sensor measures one echo of a beam only: multi_echo is left out")
     if wanted.kind == "ME" and not (yield from _can_measure(wanted)):
         wanted = replace(wanted, kind="MD")
-        complaints.append("this sensor measures no intensities: they are left out")
+        warnings.append("this sensor measures no intensities: they are left out")
     if calibrate:
         try:
             latency_s = yield from measure_latency(wanted)
         except DeviceError as error:
-            complaints.append(f"the latency could not be measured: {error}")
+            warnings.append(f"the latency could not be measured: {error}")
             yield Ask(time_mode(2), (ACCEPTED, "03"))
             yield Ask("QT")
     # A scan proves as well that the stream runs.
     yield Ask(wanted.command, (ACCEPTED, SCAN_FOLLOWS))
-    return AcceptedStream(wanted, latency_s, tuple(complaints))
+    return AcceptedStream(wanted, latency_s, tuple(warnings))
 
 
 def _can_measure(wanted: Measurement) -> Script:
@@ -130,7 +130,7 @@ def measure_latency(measurement: Measurement, samples: int = SAMPLES) -> Script:
             raise DeviceError(str(error)) from error
         before_ms, before = clock_ms, asked
         clock_ms, asked = yield from _read_clock()
-        # Both readings tell when, on our clock, the sensor's timer stood at the stamp.
+        # Both readings say when, on our clock, the sensor's timer stood at the stamp.
         began = [
             host + timer_difference_ms(stamp_ms, timer) / 1000.0
             for timer, host in ((before_ms, before), (clock_ms, asked))

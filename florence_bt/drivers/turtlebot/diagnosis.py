@@ -166,7 +166,7 @@ def _judge_offset(gyro: Gyro) -> tuple[Severity, str]:
     if offset is None:
         return Severity.WARN, "the gyro waits to be calibrated: let the base stand still for a second"
     if offset < GYRO_UNPOWERED:
-        return Severity.ERROR, "the gyro has no power: check the wires; the wheels tell the heading"
+        return Severity.ERROR, "the gyro has no power: check the wires; the heading comes from the wheels"
     if not GYRO_PLAUSIBLE[0] <= offset <= GYRO_PLAUSIBLE[1]:
         return Severity.ERROR, "the gyro's offset is bad: let the base stand still, or check the gyro"
     return Severity.OK, "OK"

@@ -31,7 +31,7 @@ class DriveControl:
     """Keeps the newest velocity command and turns it into bytes.
 
     Attributes:
-        acknowledgement: Whether the base does what it is told.
+        acknowledgement: Whether the base acknowledges its commands.
         refused: Commands with NaN or infinity so far; each stopped the base.
         due: When the speeds are to be sent again, in seconds.
     """
@@ -111,11 +111,11 @@ class DriveControl:
 
 
 ACKNOWLEDGEMENT_TIMEOUT_S = 1.0
-"""Long enough for speeds to reach the base, and for the frame that tells them to come back."""
+"""Long enough for speeds to reach the base, and for the frame that reports them to come back."""
 
 
 TOLERANCE_MMPS = 10
-"""What a firmware may round a speed by before it tells it; no wire breaks that gently."""
+"""What a firmware may round a speed by before it reports it; a broken wire makes a larger difference."""
 
 
 class CommandAcknowledgement:

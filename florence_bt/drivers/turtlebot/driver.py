@@ -61,7 +61,7 @@ class BaseReading:
         state: All sensors.
         odometry: Dead-reckoned pose and velocity.
         gyro: Rate and heading; None without a gyro or before its rest offset is known.
-        at_rest: The wheels are told to stand still and do.
+        at_rest: The wheels are commanded to stand still and do.
         stop_reason: Why the base is held, or None.
     """
 
@@ -82,7 +82,7 @@ class TurtlebotDriver:
     """Drives one iRobot Create over its Open Interface.
 
     Attributes:
-        parameters: What it was told.
+        parameters: Its parameters.
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.

@@ -18,10 +18,9 @@ class GyroParameters:
         scale_correction: Calibrated factor on the rate, 0 to 6.
         rest_samples: How many samples at rest the offset is the mean of.
         first_offset_after: Samples at rest before there is an offset at all.
-        settle_s: Rest counts only after this time: a base told to stop still rolls for a moment.
-        integer_offset: Round the offset down, as the old node did; that costs up to 0.4 degrees/s.
+        settle_s: Rest counts only after this time: a base that is commanded to stop rolls for a moment.
         drift_counts: The offset is learnt again when the newest samples at rest differ by more than this.
-        lowest_offset: A lower offset, in counts, means a gyro without power: it then tells nothing.
+        lowest_offset: A lower offset, in counts, means a gyro without power: there is no reading then.
     """
 
     measurement_range_degps: float = 150.0
@@ -29,7 +28,6 @@ class GyroParameters:
     rest_samples: int = 1000
     first_offset_after: int = 33
     settle_s: float = 0.5
-    integer_offset: bool = False
     drift_counts: float = 4.0
     lowest_offset: float = 100.0
 
@@ -89,7 +87,7 @@ class RestOffset:
         Args:
             stamp: Seconds.
             adc: Counts, 0 to 1023.
-            at_rest: The wheels are told to stand still and do.
+            at_rest: The wheels are commanded to stand still and do.
         """
         if not at_rest:
             self._resting_since = None
@@ -132,8 +130,6 @@ class RestOffset:
         """Counts, or None as long as there are too few samples (or a dead gyro gives only zeros)."""
         if len(self._samples) < self._parameters.first_offset_after or self._sum == 0:
             return None
-        if self._parameters.integer_offset:
-            return float(self._sum // len(self._samples))
         return self._sum / len(self._samples)
 
 
@@ -206,7 +202,7 @@ class Gyro:
         Args:
             stamp: Seconds.
             adc: Counts of the user analog input, 0 to 1023.
-            at_rest: The wheels are told to stand still and do.
+            at_rest: The wheels are commanded to stand still and do.
 
         Returns:
             The reading, or None before the base has rested long enough to know the offset, and from a gyro

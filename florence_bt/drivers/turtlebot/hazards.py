@@ -42,7 +42,7 @@ class StopReason(enum.Enum):
     BATTERY = "the battery is empty: bring the base to its charger"
     GYRO = "the gyro turned while the wheels went straight: the base stands still to calibrate it"
     OVERCURRENT = "a wheel draws too much current: see what blocks it"
-    NO_RESPONSE = "the base does not do what it is told: check the wire to it"
+    NO_RESPONSE = "the base does not acknowledge its commands: check the wire to it"
     DOCKING = "the base drives to its dock by itself: a velocity command ends that"
     MODE_LOST = "the base left its drive mode: it returns to it with the next velocity command"
 
@@ -161,7 +161,7 @@ def contact(
 def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
     """Why the base is not in the drive mode that was asked for; None when it is, or is meant to be passive.
 
-    A dock is no obstacle (the base drives off it), the plug of the internal charger is: REFERENCE 2.4, row 9.
+    A dock is not an obstacle (the base drives off it), the plug of the charger is one: REFERENCE 2.4, row 9.
     """
     if wanted < OiMode.SAFE or state.oi_mode >= OiMode.SAFE:
         return None

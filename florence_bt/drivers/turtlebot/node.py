@@ -90,7 +90,7 @@ class TurtlebotNode(FlorenceNode):
         self._silent = False
         self._reading: BaseReading | None = None
         self._stop_reason: StopReason | None = None
-        self._told_stop: tuple[str, str] | None = None
+        self._published_stop: tuple[str, str] | None = None
         self._state_report = StateReport()
         self._joints = WheelJoints(
             self._settings.wheel_radius, parameters_of_driver.wheels().wheel_separation
@@ -174,7 +174,7 @@ class TurtlebotNode(FlorenceNode):
         self._publish_diagnostics()
 
     def _receive(self, data: bytes, arrived: float) -> None:
-        """Take what the base sent: what must stop it is obeyed first, then told, before the next command."""
+        """Take what the base sent: what stops it is sent first, then published, before the next command."""
         readings = self._driver.receive(data, arrived)
         self._port.pump()
         for reading in readings:
@@ -318,9 +318,9 @@ class TurtlebotNode(FlorenceNode):
 
     def _publish_stop(self, code: str, text: str) -> None:
         """Say what holds the base, once for each change."""
-        if self._told_stop == (code, text):
+        if self._published_stop == (code, text):
             return
-        self._told_stop = (code, text)
+        self._published_stop = (code, text)
         message = StopReasonMsg(code=code, text=text)
         message.header.stamp = stamp_to_ros(self.timebase.now())
         self._stop_topic.publish(message)

@@ -61,9 +61,9 @@ class WheelOdometry:
 
         Args:
             stamp: End of the step in seconds.
-            distance_m: Forward travel since the last step, as the wheels tell it.
-            angle_rad: Turn since the last step, as the wheels tell it.
-            gyro_rate: Turning rate in rad/s now; None makes the wheels tell the heading.
+            distance_m: Forward travel since the last step, by the wheels.
+            angle_rad: Turn since the last step, by the wheels.
+            gyro_rate: Turning rate in rad/s now; None takes the heading from the wheels.
 
         Returns:
             The new pose in the odom frame and the velocity.
@@ -117,7 +117,7 @@ class Motion:
     Attributes:
         odometry: Pose in the odom frame and velocity.
         gyro: The gyro's reading, None without a gyro or before its rest offset is known.
-        at_rest: The wheels are told to stand still and do.
+        at_rest: The wheels are commanded to stand still and do.
     """
 
     odometry: Odometry
@@ -150,10 +150,10 @@ class MotionEstimator:
 
         Args:
             stamp: Seconds.
-            distance_m: Forward travel since the last call, as the wheels tell it.
-            angle_rad: Turn since the last call, as the wheels tell it.
+            distance_m: Forward travel since the last call, by the wheels.
+            angle_rad: Turn since the last call, by the wheels.
             analog_input: The gyro in counts, 0 to 1023.
-            wheels_stopped: Both wheels are told to stand still.
+            wheels_stopped: Both wheels are commanded to stand still.
 
         Raises:
             FrameError: The step is more than the base can do.
@@ -229,7 +229,7 @@ class EncoderTravel:
 
 
 JOINT_NAMES = ("left_wheel_joint", "right_wheel_joint", "front_castor_joint", "back_castor_joint")
-"""As the old node told them (REFERENCE 2.1); the castors are fixed."""
+"""As the old node named them (REFERENCE 2.1); the castors are fixed."""
 
 
 class WheelJoints:

@@ -112,7 +112,7 @@ STREAMED_PACKETS = (*range(7, 15), *range(17, 36), 41, 42)
 the Drive command (39, 40): 75 bytes a frame, where 86 is the limit and all 36 would be 91."""
 
 STREAMED_PACKETS_CREATE_2 = (*range(7, 16), *range(17, 19), *range(21, 32), 34, 35, 37, *range(41, 59))
-"""Of a Create 2: all but the unused ones; the encoders tell the motion better than distance and angle."""
+"""Of a Create 2: all but the unused ones; the encoders measure the motion better than distance and angle."""
 
 DRIVE_PACKETS = (39, 40)
 """Velocity and radius that were asked for last; read in the drive mode that asks for them."""

@@ -18,7 +18,7 @@ MAX_RADIUS_MM = 2000.0
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
-    """What Drive Direct is told.
+    """The arguments of Drive Direct.
 
     Attributes:
         left_mmps: Left wheel in mm/s, forward positive.

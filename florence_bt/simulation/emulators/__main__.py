@@ -36,10 +36,10 @@ T = TypeVar("T", CreateOptions, ScipOptions)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run an emulator until it is told to end.
+    """Run an emulator until `quit` or a signal.
 
     Returns:
-        The exit code: 0 when told to end, 1 when it could not start, 130 after an interrupt.
+        The exit code: 0 after `quit` or SIGTERM, 1 when it could not start, 130 after an interrupt.
     """
     options = _parser().parse_args(arguments)
     console = None if sys.stdin is None else sys.stdin.fileno()
@@ -107,7 +107,7 @@ def _parser() -> argparse.ArgumentParser:
         "--keep-input",
         dest="keeps_input",
         action="store_true",
-        help="obey what comes during a wait after it; else it is ignored",
+        help="execute what comes during a wait after it; else it is ignored",
     )
     scip = devices.add_parser(
         "scip",

@@ -1,7 +1,7 @@
 """An iRobot Create at the other end of the serial line, written from the Open Interface manual (REFERENCE 1).
 
 Bytes and the time in, bytes out. It never imports the driver, so that a mistake in the driver's codec cannot
-hide behind the same mistake here. ``docs/emulators.md`` tells what it does and how to run it alone.
+hide behind the same mistake here. ``docs/emulators.md`` describes what it does and how to run it alone.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class CreateEmulator:
         faults: What goes wrong, on command.
         battery: The battery.
         songs: The songs.
-        unobeyed: How often each opcode came that is not acted on, or not in the mode of the moment.
+        rejected: How often each opcode came that is not acted on, or not in the mode of the moment.
     """
 
     def __init__(
@@ -53,13 +53,13 @@ class CreateEmulator:
             sensors: What measures that plant.
             model: ``create`` or ``create2``.
             header_in_checksum: The form of the checksum (REFERENCE 1.6); None for the model's own.
-            keeps_input: What comes while a wait runs is obeyed after it, not ignored (REFERENCE 1.4).
+            keeps_input: What comes while a wait runs is executed after it, not ignored (REFERENCE 1.4).
         """
         self.model: EmulatedModel = MODELS[model]
         self.baud_rate = self.model.baud_rate
         self.powered = True
         self.infrared_sent: list[int] = []
-        self.unobeyed: Counter[int] = Counter()
+        self.rejected: Counter[int] = Counter()
         self._body = Body(self.model, plant, sensors)
         self.faults, self.battery, self.songs = self._body.faults, self._body.battery, self._body.songs
         self._stream = FrameStream(
@@ -149,7 +149,7 @@ class CreateEmulator:
 
     @property
     def unknown_bytes(self) -> int:
-        """How many bytes came that are no opcode."""
+        """How many bytes came that are not an opcode."""
         return self._commands.unknown_bytes
 
     def set_power(self, on: bool, now: float) -> None:
@@ -182,14 +182,14 @@ class CreateEmulator:
         self._advance(now)
         if self.powered and not self._boot_loader.running and not self.faults.deaf:
             self._commands.feed(data, waiting=self._scripts.waiting)
-            self._obey_all(now)
+            self._execute_all(now)
         return self._flush()
 
-    def _obey_all(self, now: float) -> None:
-        """Obey what was heard, in order; while a wait runs, it waits too."""
+    def _execute_all(self, now: float) -> None:
+        """Execute what was received, in order, up to the next wait."""
         while not self._scripts.waiting and (command := self._commands.take()) is not None:
-            self._obey(command, now)
-            self._scripts.step(now, lambda scripted: self._obey(scripted, now))
+            self._execute(command, now)
+            self._scripts.step(now, lambda scripted: self._execute(scripted, now))
             self._protect()
 
     def next_frame(self) -> float | None:
@@ -209,7 +209,7 @@ class CreateEmulator:
         if self._boot_loader.ends(now):
             body.digital_outputs = 0
         self._output += self._boot_loader.take(now)
-        self._scripts.step(now, lambda command: self._obey(command, now))
+        self._scripts.step(now, lambda command: self._execute(command, now))
         if self._demo is not None:
             wheels = self._demo.wheels(now, bumped=any(body.bumpers()), docked=body.powered)
             if wheels is None:
@@ -217,7 +217,7 @@ class CreateEmulator:
             else:
                 body.set_wheels(*wheels)
         self._protect()
-        self._obey_all(now)
+        self._execute_all(now)
 
     def _flush(self) -> bytes:
         out = bytes(self._output)
@@ -228,13 +228,13 @@ class CreateEmulator:
 
     # -- modes ---------------------------------------------------------------------------------------------
 
-    def _obey(self, command: bytes, now: float) -> None:
+    def _execute(self, command: bytes, now: float) -> None:
         if command[0] in WAITS and self.mode >= Mode.PASSIVE:
             self._scripts.wait(command, now)
             return
         lowest_mode, handler = self._handlers.get(command[0], (None, None))
         if handler is None or lowest_mode is None or self.mode < lowest_mode:
-            self.unobeyed[command[0]] += 1
+            self.rejected[command[0]] += 1
         else:
             handler(command[1:], now)
 
@@ -286,7 +286,7 @@ class CreateEmulator:
         if arguments[0] < len(BAUD_RATES):
             self.baud_rate = BAUD_RATES[arguments[0]]
         else:
-            self.unobeyed[129] += 1
+            self.rejected[129] += 1
 
     # -- behaviours ----------------------------------------------------------------------------------------
 
@@ -297,7 +297,7 @@ class CreateEmulator:
         elif number <= 9:
             self._play(number)
         else:
-            self.unobeyed[136] += 1
+            self.rejected[136] += 1
 
     def _play(self, number: int) -> None:
         self._enter(Mode.PASSIVE)
@@ -345,18 +345,18 @@ class CreateEmulator:
 
     def _on_song(self, arguments: bytes, _now: float) -> None:
         if not self._body.songs.define(arguments):
-            self.unobeyed[140] += 1
+            self.rejected[140] += 1
 
     def _on_play_song(self, arguments: bytes, now: float) -> None:
         if not self._body.songs.play(arguments[0], now):
-            self.unobeyed[141] += 1
+            self.rejected[141] += 1
 
     # -- answers -------------------------------------------------------------------------------------------
 
     def _answer(self, numbers: bytes) -> None:
         for number in numbers:
             if packets_of(number, self.model) is None:
-                self.unobeyed[142] += 1
+                self.rejected[142] += 1
             answer = self._body.pack(number)
             if self.faults.partial_frames:
                 self.faults.partial_frames -= 1
@@ -388,7 +388,7 @@ class BootLoader:
 
     @property
     def running(self) -> bool:
-        """Whether the base hears nothing because of it."""
+        """Whether the base ignores its input because of it."""
         return self._end is not None
 
     def start(self, now: float) -> None:

@@ -237,7 +237,7 @@ class CreateFaults:
         gyro_drift: Counts per second that the gyro's rest offset moves from now on.
         gyro_dead: The gyro has no power.
         light_bumps: Create 2: the six signals from left to right, 0 to 4095.
-        oi_mode_offset: What packet 35 tells too much, as some Create 2 firmware does.
+        oi_mode_offset: By how much packet 35 is too high, as some Create 2 firmware does.
     """
 
     silent: bool = False
@@ -369,7 +369,7 @@ class Songs:
         return self._end is not None
 
     def define(self, arguments: bytes) -> bool:
-        """Store a song: its number, its length, notes and durations in turn.
+        """Store a song: its number, its length, notes and durations alternating.
 
         Returns:
             Whether it was stored: the number and the length must be possible.
@@ -381,7 +381,7 @@ class Songs:
         return True
 
     def notes(self, number: int) -> bytes:
-        """Notes and durations of a song in turn; none when it is not stored."""
+        """Notes and durations of a song, alternating; none when it is not stored."""
         return self._notes.get(number, b"")
 
     def play(self, number: int, now: float) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 COUNTED, SONG = -1, -2
-"""Commands that tell their length: a count and as many bytes; a number, a count and as many pairs."""
+"""Commands that carry their length: a count and as many bytes; a number, a count and as many pairs."""
 
 _BOTH: dict[int, int] = (
     dict.fromkeys((7, 128, 130, 131, 132, 134, 135, 143), 0)

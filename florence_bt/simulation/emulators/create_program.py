@@ -44,7 +44,7 @@ class CreateOptions(StandaloneOptions):
         header_in_checksum: The form of the stream's checksum; None for the model's own.
         latency_s: How much later everything leaves. A real base needs 10 to 20 ms for an answer (REFERENCE
             1.6), and some clients throw away what came before they begin to listen.
-        keeps_input: What comes while a wait runs is obeyed after it, not ignored.
+        keeps_input: What comes while a wait runs is executed after it, not ignored.
     """
 
     model: str = "create"
@@ -207,7 +207,7 @@ class CreateProgram(StandaloneEmulator):
                 "songs_played": create.songs.played,
                 "infrared_sent": create.infrared_sent,
                 "unknown_bytes": create.unknown_bytes,
-                "unobeyed": {str(opcode): count for opcode, count in sorted(create.unobeyed.items())},
+                "unobeyed": {str(opcode): count for opcode, count in sorted(create.rejected.items())},
             }
         )
 

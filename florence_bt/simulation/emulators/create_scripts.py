@@ -9,7 +9,7 @@ from florence_bt.simulation.emulators.create_models import COUNTED, SONG
 
 
 class CommandReader:
-    """Collects bytes and gives whole commands; what is no opcode is dropped.
+    """Collects bytes and gives whole commands; what is not an opcode is dropped.
 
     Attributes:
         unknown_bytes: Bytes that were dropped so far.
@@ -58,7 +58,7 @@ class CommandReader:
         return command
 
     def _drop_unfinished(self) -> None:
-        """Forget the command whose end is ignored; what comes after the wait is no part of it."""
+        """Forget the command whose end is ignored; what comes after the wait does not belong to it."""
         whole = []
         while (command := self.take()) is not None:
             whole.append(command)
@@ -128,7 +128,7 @@ class ScriptPlayer:
 
     @property
     def waiting(self) -> bool:
-        """Whether a wait runs: the base obeys nothing then."""
+        """Whether a wait runs: the base executes nothing then."""
         return self._wait is not None
 
     def define(self, script: bytes) -> None:
@@ -148,12 +148,12 @@ class ScriptPlayer:
         """Forget what plays and what is waited for."""
         self._rest = self._wait = None
 
-    def step(self, now: float, obey: Callable[[bytes], None]) -> None:
+    def step(self, now: float, execute: Callable[[bytes], None]) -> None:
         """Go on as far as the waits allow.
 
         Args:
             now: Seconds.
-            obey: Does what a command says; it calls :meth:`wait` and :meth:`begin` for theirs.
+            execute: Does what a command says; it calls :meth:`wait` and :meth:`begin` for theirs.
         """
         for _ in range(COMMANDS_AT_ONCE):
             if self._wait is not None and not self._wait.is_over(now):
@@ -163,4 +163,4 @@ class ScriptPlayer:
             if command is None:
                 self._rest = None
                 return
-            obey(command)
+            execute(command)

@@ -61,7 +61,7 @@ class PseudoTerminal:
 
     @property
     def has_client(self) -> bool:
-        """Whether somebody has the line open; where the system does not tell, somebody always has."""
+        """Whether somebody has the line open; where the system does not say, somebody always has."""
         self._look_for_clients()
         return self._watch.clients > 0 or not self._watch.works
 
@@ -149,7 +149,7 @@ class ClientWatch:
     """Counts the clients of a device file from now on.
 
     Attributes:
-        works: Whether the kernel tells; without that the count means nothing.
+        works: Whether the kernel reports; without that the count means nothing.
         clients: How many have it open.
     """
 

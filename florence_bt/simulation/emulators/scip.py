@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -47,6 +47,29 @@ __all__ = [
 LONGEST_REQUEST = 64
 TWO_CHARACTER_LIMIT = 4095
 
+TROUBLE = "50"
+"""Hardware trouble, the first status of its range."""
+
+TIMER_WRAP_MS = 1 << 24
+LONGEST_NOTE = 16
+BY_DEFAULT = "<-Default setting by user"
+"""Stands behind a setting of II that was never changed."""
+
+STATES = {
+    "000": "Idle",
+    "002": "Time adjustment",
+    "003": "Single scan",
+    "004": "Multi scan",
+    "005": "Sleep",
+}
+"""The answers to %ST."""
+
+WAKING = ("BM", "QT", "TM")
+
+_USER_STRING = re.compile(r"[A-Za-z0-9 ._+@]*")
+
+Answer = tuple[str, list[str]]
+
 
 class LaserPlant(Protocol):
     """The world as the scanner sees it."""
@@ -68,7 +91,8 @@ class ScipEmulator:
 
     Attributes:
         faults: What shall go wrong.
-        state: Modes, laser, timer and the answers that need no measurement.
+        laser_on: Whether the laser is on.
+        speaks_scip1: Whether it still waits for ``SCIP2.0``.
     """
 
     def __init__(
@@ -92,7 +116,7 @@ class ScipEmulator:
         self._plant = plant
         self._model = model
         self.faults = ScipFaults()
-        self.state = ScipState(model, lambda: self.faults, speaks_scip1)
+        self._wakes_in_scip1 = speaks_scip1
         self._short_status = short_status
         self._powered = True
         self._input = b""
@@ -105,11 +129,6 @@ class ScipEmulator:
     def model(self) -> ScannerModel:
         """The device data."""
         return self._model
-
-    @property
-    def laser_on(self) -> bool:
-        """Whether the laser is on."""
-        return self.state.laser_on
 
     @property
     def powered(self) -> bool:
@@ -129,7 +148,7 @@ class ScipEmulator:
 
     def set_timer(self, milliseconds: int, now: float) -> None:
         """Set the sensor's clock, e.g. to shortly before it wraps."""
-        self.state.set_timer(milliseconds, now)
+        self._timer_zero = now - milliseconds / 1000.0
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take bytes from the host and return the answers."""
@@ -171,21 +190,19 @@ class ScipEmulator:
     def _wake(self, now: float) -> None:
         self._input = b""
         self._line.clear()
-        self.state.wake(now)
+        self.speaks_scip1 = self._wakes_in_scip1
+        self._restart_asked = False
+        self._bit_rate = BIT_RATES[0]
+        self._reset(now)
         self._turn_start = now
         self._stop()
 
     def _stop(self) -> None:
-        self.state.laser_on = False
+        self.laser_on = False
         self._stream = None
         self._head, self._note = "", ""
         self._remaining: int | None = None
         self._snapshot = None
-
-    @property
-    def _period(self) -> float:
-        """Seconds a turn; each step of CR is taken as one hundredth slower."""
-        return self.state.period
 
     def _sweep(self, steps: int) -> float:
         return steps * self._period / self._model.number("ARES")
@@ -223,7 +240,7 @@ class ScipEmulator:
             return reply(echo, status)
         if self._remaining == 0:
             self._stop()
-        lines = scan_lines(self.state.timer(started), self._encode(stream, values))
+        lines = scan_lines(self.timer(started), self._encode(stream, values))
         return self._spoil(reply(echo, "99", lines))
 
     def _encode(self, wanted: ScanRequest, values: NDArray[np.int32]) -> str:
@@ -257,11 +274,11 @@ class ScipEmulator:
 
     def _answer(self, line: str, now: float) -> bytes:
         command, semicolon, text = line.partition(";")
-        if self.state.speaks_scip1:
+        if self.speaks_scip1:
             return self._answer_scip1(line)
         length = 3 if command.startswith("%") else 2
         letters, arguments = command[:length], command[length:]
-        status = self.state.objection(letters, arguments, text)
+        status = self._objection(letters, arguments, text)
         forced = self.faults.statuses.get(letters) or self.faults.statuses.get(command)
         lines: list[str] = []
         if forced is not None:
@@ -279,7 +296,7 @@ class ScipEmulator:
         lines: list[str] = []
         status = "0"
         if line == "SCIP2.0":
-            self.state.speaks_scip1 = False
+            self.speaks_scip1 = False
             if not self._short_status:
                 return reply(line, "00")
         elif line == "V":
@@ -300,11 +317,7 @@ class ScipEmulator:
                 self._stop()
             case "TM" if arguments == "0":
                 self._stop()
-        before = self.state.restarts
-        answer = self.state.answer(letters, arguments, self._stream is not None, now)
-        if self.state.restarts > before:
-            self._wake(now)
-        return answer
+        return self._set_or_report(letters, arguments, now)
 
     def _start_stream(self, letters: str, arguments: str, note: str, now: float) -> str:
         """Begin with the next turn; a second stream is refused while one runs."""
@@ -313,9 +326,9 @@ class ScipEmulator:
             return wanted
         if self._stream is not None:
             return "0B"
-        if self.state.laser_broken:
+        if self.faults.laser_broken:
             return TROUBLE
-        self.state.laser_on = True
+        self.laser_on = True
         self._stream, self._remaining = wanted, wanted.count
         self._head, self._note = letters + arguments[:11], note
         self._turn_start += max(0, math.ceil((now - self._turn_start) / self._period)) * self._period
@@ -326,130 +339,23 @@ class ScipEmulator:
         wanted = parse_measurement(letters, arguments, self._model.outermost_step)
         if isinstance(wanted, str):
             return wanted, []
-        if self.state.laser_broken:
+        if self.faults.laser_broken:
             return TROUBLE, []
         if not self.laser_on:
             return "10", []
-        return "00", scan_lines(self.state.timer(now), self._encode(wanted, self._measure(wanted)))
+        return "00", scan_lines(self.timer(now), self._encode(wanted, self._measure(wanted)))
 
-
-class SlowLine:
-    """Bytes leave in their order, each not before its time."""
-
-    def __init__(self) -> None:
-        self._waiting: deque[tuple[float, bytes]] = deque()
-        self._free = 0.0
-
-    def put(self, data: bytes, now: float, delay_s: float, bytes_per_second: float | None) -> None:
-        """Send bytes.
-
-        Args:
-            data: The bytes.
-            now: The time.
-            delay_s: They leave so much later.
-            bytes_per_second: How fast they leave; None for all at once.
-        """
-        if not data:
-            return
-        self._free = max(self._free, now + delay_s)
-        if bytes_per_second is None:
-            self._waiting.append((self._free, data))
-            return
-        for byte in data:
-            self._free += 1.0 / bytes_per_second
-            self._waiting.append((self._free, bytes([byte])))
-
-    def take(self, now: float) -> bytes:
-        """What leaves now."""
-        out = []
-        while self._waiting and self._waiting[0][0] <= now:
-            out.append(self._waiting.popleft()[1])
-        return b"".join(out)
-
-    def take_all(self) -> bytes:
-        """Everything that waits: the line is fast again."""
-        out = b"".join(data for _, data in self._waiting)
-        self.clear()
-        return out
-
-    def next_time(self) -> float | None:
-        """When something leaves next, or None."""
-        return self._waiting[0][0] if self._waiting else None
-
-    def clear(self) -> None:
-        """Lose what waits."""
-        self._waiting.clear()
-        self._free = 0.0
-
-
-TROUBLE = "50"
-"""Hardware trouble, the first status of its range."""
-
-TIMER_WRAP_MS = 1 << 24
-LONGEST_NOTE = 16
-BY_DEFAULT = "<-Default setting by user"
-"""Stands behind a setting of II that was never changed."""
-
-STATES = {
-    "000": "Idle",
-    "002": "Time adjustment",
-    "003": "Single scan",
-    "004": "Multi scan",
-    "005": "Sleep",
-}
-"""What %ST tells."""
-
-WAKING = ("BM", "QT", "TM")
-
-_USER_STRING = re.compile(r"[A-Za-z0-9 ._+@]*")
-
-Answer = tuple[str, list[str]]
-
-
-class ScipState:
-    """What the scanner remembers.
-
-    Attributes:
-        laser_on: Whether the laser is on.
-        speaks_scip1: Whether it still waits for ``SCIP2.0``.
-        restarts: How often RB restarted it.
-    """
-
-    def __init__(self, model: ScannerModel, faults: Callable[[], ScipFaults], wakes_in_scip1: bool) -> None:
-        """Prepare; :meth:`wake` begins.
-
-        Args:
-            model: The device data.
-            faults: Gives what goes wrong now.
-            wakes_in_scip1: Whether it wakes up in SCIP 1.1.
-        """
-        self._model = model
-        self._faults = faults
-        self._wakes_in_scip1 = wakes_in_scip1
-        self.laser_on = False
-        self.speaks_scip1 = wakes_in_scip1
-        self.restarts = 0
-
-    def wake(self, now: float) -> None:
-        """Begin as after power on."""
-        self.speaks_scip1 = self._wakes_in_scip1
-        self._restart_asked = False
-        self._bit_rate = BIT_RATES[0]
-        self._reset(now)
-
-    def set_timer(self, milliseconds: int, now: float) -> None:
-        """Set the timer."""
-        self._timer_zero = now - milliseconds / 1000.0
+    # --- settings, timer and state ----------------------------------------------------------------------
 
     def timer(self, now: float) -> int:
         """The timer: milliseconds, 24 bits."""
-        frozen = self._faults().frozen_timer_ms
+        frozen = self.faults.frozen_timer_ms
         if frozen is not None:
             return frozen
         return round((now - self._timer_zero) * 1000.0) % TIMER_WRAP_MS
 
     @property
-    def period(self) -> float:
+    def _period(self) -> float:
         """Seconds a turn; each step of CR is taken as one hundredth slower."""
         return 60.0 / self._model.number("SCAN") / (1.0 - 0.01 * self._slowness)
 
@@ -458,12 +364,7 @@ class ScipState:
         """Bits a second of its RS-232 line."""
         return int(self._bit_rate)
 
-    @property
-    def laser_broken(self) -> bool:
-        """Whether the laser cannot be switched on."""
-        return self._faults().laser_broken
-
-    def objection(self, letters: str, arguments: str, note: str) -> str | None:
+    def _objection(self, letters: str, arguments: str, note: str) -> str | None:
         """The status that refuses a command, None when there is nothing against it."""
         length = ARGUMENT_LENGTHS.get(letters)
         known = letters in self._model.commands
@@ -484,7 +385,7 @@ class ScipState:
     def _leaves_time_mode(self, letters: str) -> bool:
         return self._model.denies_time_mode and letters == "RS"
 
-    def answer(self, letters: str, arguments: str, measuring: bool, now: float) -> Answer:
+    def _set_or_report(self, letters: str, arguments: str, now: float) -> Answer:
         """Carry a command out that measures nothing; the caller has stopped what must be stopped.
 
         Returns:
@@ -498,9 +399,9 @@ class ScipState:
             case "PP":
                 return "00", information_lines(self._model.parameters)
             case "II":
-                return "00", information_lines(self._information(measuring, now))
+                return "00", information_lines(self._information(now))
             case "%ST":
-                return "00", [summed(self._state_code(measuring))]
+                return "00", [summed(self._state_code())]
             case "BM":
                 return self._switch_on(), []
             case "RS" | "RT":
@@ -508,7 +409,7 @@ class ScipState:
             case "%SL":
                 self._asleep = True
             case "RB":
-                return self._restart(), []
+                return self._restart(now), []
             case "TM":
                 return self._time(arguments, now)
             case "SS":
@@ -529,13 +430,13 @@ class ScipState:
             self._slowness = 0
             self._bit_rate = BIT_RATES[0]
 
-    def _information(self, measuring: bool, now: float) -> dict[str, str]:
+    def _information(self, now: float) -> dict[str, str]:
         """The fields of II, in the words of the sensors whose replies are published.
 
-        The state that a UTM tells as MESM is made up of what %ST tells.
+        The MESM of a UTM is made up of the answer to %ST.
         """
         rate = f"{int(self._bit_rate)}[bps]"
-        code = self._state_code(measuring)
+        code = self._state_code()
         idle = "Measuring by Sensitive Mode" if self._sensitive else "Measuring by Normal Mode"
         return {
             "MODL": self._model.parameters["MODL"],
@@ -544,7 +445,7 @@ class ScipState:
             "MESM": f"{code} {STATES[code]}"
             if "%ST" in self._model.commands
             else idle
-            if measuring
+            if self.measuring
             else "IDLE",
             "SBPS": rate + BY_DEFAULT if self._bit_rate == BIT_RATES[0] else rate,
             "TIME": f"{self.timer(now):06X}",
@@ -552,15 +453,15 @@ class ScipState:
         }
 
     def _healthy(self) -> str:
-        stat = self._faults().stat
+        stat = self.faults.stat
         return self._model.healthy if stat is None else stat
 
     def _speed(self) -> str:
         """SCSP: the usual speed, or how much slower it is; hosts such as hokuyoaist read both."""
-        rpm = f"({round(60.0 / self.period)}[rpm])"
+        rpm = f"({round(60.0 / self._period)}[rpm])"
         return f"{self._slowness}%down{rpm}" if self._slowness else f"Initial{rpm}{BY_DEFAULT}"
 
-    def _state_code(self, measuring: bool) -> str:
+    def _state_code(self) -> str:
         """Standby, time adjustment, sleep, single scan or multi scan."""
         if self._time_mode:
             return "002"
@@ -568,22 +469,22 @@ class ScipState:
             return "005"
         if not self.laser_on:
             return "000"
-        return "004" if measuring else "003"
+        return "004" if self.measuring else "003"
 
     def _switch_on(self) -> str:
-        if self.laser_broken:
+        if self.faults.laser_broken:
             return "01"
         if self.laser_on:
             return "02"
         self.laser_on = True
         return "00"
 
-    def _restart(self) -> str:
+    def _restart(self, now: float) -> str:
         """The first RB is answered 01; the second in a row restarts."""
         if not self._restart_asked:
             self._restart_asked = True
             return "01"
-        self.restarts += 1
+        self._wake(now)
         return "00"
 
     def _time(self, argument: str, now: float) -> Answer:
@@ -636,6 +537,55 @@ class ScipState:
         return "00"
 
 
+class SlowLine:
+    """Bytes leave in their order, each not before its time."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[tuple[float, bytes]] = deque()
+        self._free = 0.0
+
+    def put(self, data: bytes, now: float, delay_s: float, bytes_per_second: float | None) -> None:
+        """Send bytes.
+
+        Args:
+            data: The bytes.
+            now: The time.
+            delay_s: They leave so much later.
+            bytes_per_second: How fast they leave; None for all at once.
+        """
+        if not data:
+            return
+        self._free = max(self._free, now + delay_s)
+        if bytes_per_second is None:
+            self._waiting.append((self._free, data))
+            return
+        for byte in data:
+            self._free += 1.0 / bytes_per_second
+            self._waiting.append((self._free, bytes([byte])))
+
+    def take(self, now: float) -> bytes:
+        """What leaves now."""
+        out = []
+        while self._waiting and self._waiting[0][0] <= now:
+            out.append(self._waiting.popleft()[1])
+        return b"".join(out)
+
+    def take_all(self) -> bytes:
+        """Everything that waits: the line is fast again."""
+        out = b"".join(data for _, data in self._waiting)
+        self.clear()
+        return out
+
+    def next_time(self) -> float | None:
+        """When something leaves next, or None."""
+        return self._waiting[0][0] if self._waiting else None
+
+    def clear(self) -> None:
+        """Lose what waits."""
+        self._waiting.clear()
+        self._free = 0.0
+
+
 def group(values: NDArray[np.int32], cluster: int, minimum_mm: int) -> NDArray[np.int32]:
     """The smallest valid value of each group; a group without one gives its smallest code.
 
@@ -660,7 +610,7 @@ def group(values: NDArray[np.int32], cluster: int, minimum_mm: int) -> NDArray[n
 def with_intensities(values: NDArray[np.int32], minimum_mm: int) -> NDArray[np.int32]:
     """Each distance followed by an intensity, as ME and GE send them.
 
-    No manual tells the scale. Here a white wall at 1 m gives 4000, falling with the distance; a step without
+    No manual gives the scale. Here a white wall at 1 m gives 4000, falling with the distance; a step without
     a distance gives 0.
 
     Returns:
@@ -708,7 +658,7 @@ def encode_echoes(values: NDArray[np.int32], numbers: int, minimum_mm: int) -> s
     """Every echo of each step: what follows an ampersand belongs to the step before it.
 
     Each tenth step that measures something has a second echo half a metre behind the first, as of a pane of
-    glass; the world itself tells one distance a step.
+    glass; the world itself has one distance a step.
 
     Args:
         values: Shape (steps * numbers,).

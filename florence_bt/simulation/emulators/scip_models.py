@@ -23,7 +23,7 @@ COMMON = frozenset({"VV", "PP", "II", "BM", "QT", "RS", "RB", "TM", "SS", "HS", 
 
 @dataclass(frozen=True, slots=True)
 class ScannerModel:
-    """The device as its labels and tables tell it.
+    """The device by its labels and tables.
 
     Attributes:
         name: What people call it.

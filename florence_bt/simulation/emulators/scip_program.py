@@ -84,7 +84,7 @@ class ScipProgram(StandaloneEmulator):
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
         now, line = self.now(), self._line
-        baud_rate = self.scanner.state.bit_rate  # SS is answered at the old one
+        baud_rate = self.scanner.bit_rate  # SS is answered at the old one
         received = self._received_at_other_end(line.read(), baud_rate) if line is not None else b""
         received = received.replace(bytes([GARBAGE]), b"")  # no letters: the scanner passes over them
         answer = (self.scanner.receive(received, now) if received else b"") + self.scanner.poll(now)
@@ -154,7 +154,7 @@ class ScipProgram(StandaloneEmulator):
             self.faults.statuses[words[0]] = _status(words[1:])
 
     def _freeze_timer(self, words: list[str]) -> None:
-        now = self.scanner.state.timer(self.now())
+        now = self.scanner.timer(self.now())
         self.faults.frozen_timer_ms = now if switch(words) else None
 
     def status(self) -> str:
@@ -167,8 +167,8 @@ class ScipProgram(StandaloneEmulator):
                 "powered": scanner.powered,
                 "laser": scanner.laser_on,
                 "measuring": scanner.measuring,
-                "scip": "1.1" if scanner.state.speaks_scip1 else "2.0",
-                "timer_ms": scanner.state.timer(self.now()),
+                "scip": "1.1" if scanner.speaks_scip1 else "2.0",
+                "timer_ms": scanner.timer(self.now()),
             }
         )
 

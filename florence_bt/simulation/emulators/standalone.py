@@ -276,7 +276,7 @@ def number(words: Sequence[str], lowest: float, highest: float) -> float:
     """One number.
 
     Raises:
-        ConfigError: It is no number, or out of the range.
+        ConfigError: It is not a number, or out of the range.
     """
     try:
         value = float(words[0]) if len(words) == 1 else None
@@ -291,7 +291,7 @@ def integer(words: Sequence[str], lowest: int, highest: int) -> int:
     """One whole number.
 
     Raises:
-        ConfigError: It is no whole number, or out of the range.
+        ConfigError: It is not a whole number, or out of the range.
     """
     value = number(words, lowest, highest)
     if value != int(value):

@@ -290,7 +290,7 @@ def _check_places(source: PositionedYaml, entries: FlatFile, flat: Flat) -> None
 
 def _check_colour(text: str) -> str:
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", text):
-        raise ValueError(f"{text!r} is no colour; write it as '#rrggbb'")
+        raise ValueError(f"{text!r} is not a colour; write it as '#rrggbb'")
     return text
 
 

@@ -1,7 +1,7 @@
 """The simulated world: the flat, the robot on its wheels and the people, moved by MuJoCo.
 
-No clock runs here: :meth:`SimulatedWorld.step_to` is told the time. The same seed and the same calls give the
-same numbers, bit for bit.
+No clock runs here: :meth:`SimulatedWorld.step_to` is given the time. The same seed and the same calls give
+the same numbers, bit for bit.
 """
 
 from __future__ import annotations

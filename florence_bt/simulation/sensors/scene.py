@@ -53,10 +53,6 @@ class RayScene:
     shapes: Shapes
     names: Sequence[str]
 
-    def rows_of(self, name: str) -> list[int]:
-        """The rows of everything that belongs to a name."""
-        return [row for row, each in enumerate(self.names) if each == name]
-
 
 def reach_of(kind: NDArray[np.int8], size: NDArray[np.float64]) -> NDArray[np.float64]:
     """Radius of the sphere around each shape, shape (n,), metres."""

@@ -102,12 +102,12 @@ def test_intensities_of_a_utm_are_kept_safe(firmware: str, last: int) -> None:
     version = VERSION | {"PROD": "SOKUIKI Sensor TOP-URG UTM-30LX", "FIRM": firmware}
     sensor = Sensor(version, {}, geometry, {})
     wide = HokuyoParameters(intensity=True, min_ang=-3.0, max_ang=3.0)
-    measurement, complaints = plan_measurement(wide, sensor)
-    assert (measurement.command, len(complaints)) == (f"ME0000{last:04d}01000", 1)
+    measurement, warnings = plan_measurement(wide, sensor)
+    assert (measurement.command, len(warnings)) == (f"ME0000{last:04d}01000", 1)
     wide = HokuyoParameters(intensity=True, min_ang=-3.0, max_ang=3.0, allow_unsafe_settings=True)
     assert plan_measurement(wide, sensor)[0].last_step == 1080
-    plain, complaints = plan_measurement(HokuyoParameters(min_ang=-3.0, max_ang=3.0), sensor)
-    assert (plain.command, complaints) == ("MD0000108001000", ())
+    plain, warnings = plan_measurement(HokuyoParameters(min_ang=-3.0, max_ang=3.0), sensor)
+    assert (plain.command, warnings) == ("MD0000108001000", ())
 
 
 def test_answers_to_other_questions_do_not_lead_on() -> None:

@@ -202,14 +202,6 @@ def test_offset_needs_settled_rest() -> None:
     assert reading.offset == 512.0  # only the newest three
 
 
-def test_integer_offset_as_in_the_old_node() -> None:
-    gyro = Gyro(GyroParameters(first_offset_after=2, settle_s=0.0, integer_offset=True))
-    gyro.update(0.0, 511, True)
-    reading = gyro.update(0.1, 512, True)
-    assert reading is not None
-    assert reading.offset == 511.0
-
-
 def test_a_dead_gyro_has_no_offset() -> None:
     gyro = Gyro(GyroParameters(first_offset_after=1, settle_s=0.0))
     assert gyro.update(0.0, 0, True) is None

@@ -37,14 +37,14 @@ def test_it_is_known_when_the_laser_spoke_last(tmp_path):
     server.open()
     client = SerialPort(str(settings.laser_port), 115200)
     server.step()
-    assert server.laser_spoke_at == 0.0
+    assert server.laser_sent_at == 0.0
     client.write(b"VV\n")
-    while server.laser_spoke_at == 0.0:
+    while server.laser_sent_at == 0.0:
         server.step()
-    spoke_at = server.laser_spoke_at
-    assert spoke_at == server.time
+    sent_at = server.laser_sent_at
+    assert sent_at == server.time
     server.step()
-    assert server.laser_spoke_at == spoke_at
+    assert server.laser_sent_at == sent_at
     client.close()
     server.close()
 

@@ -80,7 +80,7 @@ def tilt_request(degrees: float) -> MotorRequest:
     """Tilt the head; beyond 31 degrees it is tilted by 31.
 
     Raises:
-        ConfigError: The angle is no number.
+        ConfigError: The angle is not a number.
     """
     if not math.isfinite(degrees):
         raise ConfigError(f"cannot tilt the Kinect to {degrees}", valid=["-31..31 degrees"])

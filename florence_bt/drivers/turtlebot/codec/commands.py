@@ -266,7 +266,7 @@ def wait_time(tenths_of_s: int) -> bytes:
 
 
 def wait_distance(distance_mm: int) -> bytes:
-    """Accept nothing until the base has gone this far; the sign tells the direction."""
+    """Accept nothing until the base has gone this far; the sign gives the direction."""
     return struct.pack(">Bh", 156, _in_range("millimetres", distance_mm, -32767, 32767))
 
 

@@ -10,7 +10,7 @@ from florence_bt.drivers.turtlebot.codec.packets import PACKETS
 
 @dataclass(frozen=True, slots=True)
 class SensorState:
-    """Everything the base tells about itself: first the fields of TurtlebotSensorState but the header.
+    """Everything the base reports about itself: first the fields of TurtlebotSensorState but the header.
 
     Attributes:
         bumps_wheeldrops: Bits: bump right, bump left, drop right, drop left, drop caster.
@@ -38,7 +38,7 @@ class SensorState:
         cliff_front_left_signal: 0 to 4095.
         cliff_front_right_signal: 0 to 4095.
         cliff_right_signal: 0 to 4095.
-        user_digital_outputs: Bits that the host set last; the base does not tell them.
+        user_digital_outputs: Bits that the host set last; the base does not report them.
         user_digital_inputs: Bits.
         user_analog_input: 0 to 1023 for 0 to 5 V; the gyro.
         charging_sources_available: Bits: 0 internal charger, 1 home base.
@@ -129,7 +129,7 @@ class SensorState:
 
     @property
     def wheels_stopped(self) -> bool:
-        """Whether the base was last told to stand still."""
+        """Whether the base was last commanded to stand still."""
         return (
             self.requested_left_velocity == 0.0
             and self.requested_right_velocity == 0.0

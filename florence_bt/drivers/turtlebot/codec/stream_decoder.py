@@ -1,4 +1,4 @@
-"""Frames of the sensor stream: 19, N, then N bytes of number and data in turn, checksum (REFERENCE 1.6).
+"""Frames of the sensor stream: 19, N, then N bytes of number and data, checksum (REFERENCE 1.6).
 
 The manuals disagree on whether the header counts for the checksum, so the decoder finds out which form the
 base in front of it uses. It knows the layout it asked for, and so drops a wrong start at the first byte that
