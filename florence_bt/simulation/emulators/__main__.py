@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.simulation.emulators.create_models import MODELS as BASES
@@ -24,12 +24,12 @@ USUAL, SHORT = "usual", "short"
 CHECKSUMS = {"with-header": True, "without-header": False}
 
 EPILOG = """\
-The first line of the output is the device file, which a client opens like a serial port, or host:port with
---tcp. Lines on standard input (and on the connections of --control) make things go wrong; the line `help`
-lists them, docs/emulators.md explains them.
+docs/emulators.md explains the options. The first line of the output is the device file, which a client opens
+like a serial port, or host:port with --tcp. Lines on standard input (and on the connections of --control)
+make things go wrong; the line `help` lists them.
 
 example:
-  python -m florence_bt.simulation.emulators {example} --control ./control.sock
+  python -m florence_bt.simulation.emulators {device} --link ./{device} --control ./control.sock
 """
 
 T = TypeVar("T", CreateOptions, ScipOptions)
@@ -82,73 +82,60 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m florence_bt.simulation.emulators", description="Emulated devices, for any client."
     )
     devices = parser.add_subparsers(dest="device", required=True, metavar="DEVICE")
-    create = devices.add_parser(
-        "create",
-        help="an iRobot Create or Create 2 on a pseudo-terminal or a TCP port",
-        description="An iRobot Create or Create 2 on a pseudo-terminal or a TCP port, on an endless floor.",
-        epilog=EPILOG.format(example="create --link ./create"),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    _add_common(create, BASES, "create")
+    create = _add_device(devices, "create", "an iRobot Create or Create 2 on an endless floor", BASES)
     create.add_argument(
         "--checksum",
         choices=tuple(CHECKSUMS),
-        help="whether the header counts for a stream frame's checksum; default: as the model's manual says",
+        help="form of a stream frame's checksum; default: as the model's manual says",
     )
     create.add_argument(
         "--latency",
-        dest="latency_s",
         type=_seconds,
         metavar="SECONDS",
         default=LATENCY_S,
+        dest="latency_s",
         help=f"how much later everything leaves; default: {LATENCY_S:g}",
     )
     create.add_argument(
         "--keep-input",
-        dest="keeps_input",
         action="store_true",
-        help="execute what comes during a wait after it; else it is ignored",
+        dest="keeps_input",
+        help="execute input that comes during a wait after it",
     )
-    scip = devices.add_parser(
-        "scip",
-        help="a Hokuyo URG, UTM or UST on a pseudo-terminal or a TCP port",
-        description="A Hokuyo scanner that speaks SCIP 2.0, standing in a room with a pillar.",
-        epilog=EPILOG.format(example="scip --model utm-30lx --tcp 10940"),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    _add_common(scip, SCANNERS, "urg-04lx")
+    scip = _add_device(devices, "scip", "a Hokuyo URG, UTM or UST in a room with a pillar", SCANNERS)
     scip.add_argument(
         "--scip1",
         nargs="?",
         choices=(USUAL, SHORT),
         const=USUAL,
-        help="wake up in SCIP 1.1 until told SCIP2.0, like old firmware; short: which is answered with a 0",
+        help="wake up in SCIP 1.1, like old firmware; short: SCIP2.0 is answered with a 0",
     )
     return parser
 
 
-def _add_common(device: argparse.ArgumentParser, models: Iterable[str], usual: str) -> None:
+def _add_device(devices: Any, name: str, what: str, models: Iterable[str]) -> argparse.ArgumentParser:
+    device: argparse.ArgumentParser = devices.add_parser(
+        name,
+        help=what,
+        description=f"Emulates {what}, on a pseudo-terminal or a TCP port.",
+        epilog=EPILOG.format(device=name),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    usual = next(iter(models))
     where = device.add_mutually_exclusive_group()
     where.add_argument("--link", type=Path, metavar="PATH", help="put a link to the device file there")
     where.add_argument(
-        "--tcp",
-        dest="tcp_port",
-        type=int,
-        metavar="PORT",
-        help="listen on this TCP port of 127.0.0.1 instead; 0 takes any that is free",
+        "--tcp", type=int, metavar="PORT", dest="tcp_port", help="listen on 127.0.0.1; 0 takes any port"
     )
     device.add_argument("--model", choices=sorted(models), default=usual, help=f"default: {usual}")
     device.add_argument(
-        "--noise-seed",
-        dest="seed",
-        type=int,
-        metavar="NUMBER",
-        help="noisy sensors; perfect ones without this",
+        "--noise-seed", type=int, metavar="NUMBER", dest="seed", help="default: perfect sensors"
     )
+    device.add_argument("--strict-baud", action="store_true", help="a wrong speed gives garbage")
     device.add_argument(
-        "--strict-baud", action="store_true", help="a client at the wrong speed sees and sends garbage"
+        "--control", type=Path, metavar="PATH", help="take commands on a Unix socket there too"
     )
-    device.add_argument("--control", type=Path, metavar="PATH", help="take lines on a Unix socket there too")
+    return device
 
 
 def _seconds(text: str) -> float:
