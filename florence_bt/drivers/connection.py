@@ -1,4 +1,4 @@
-"""A device that is opened again whenever it is lost: the one way back that all driver nodes share.
+"""A device that is read on a thread, and opened again whenever it is lost: all driver nodes share this.
 
 The time, the executor and the device are given, so this runs on a manual clock as well as on ROS.
 """

@@ -1,4 +1,4 @@
-"""How well a device does, as plain values; the nodes turn them into diagnostic messages."""
+"""How well a device does, and how often it delivers; the nodes turn these values into diagnostic messages."""
 
 from __future__ import annotations
 

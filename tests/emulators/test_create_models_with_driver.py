@@ -12,7 +12,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
 from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
-from florence_bt.drivers.turtlebot.hazards import CHARGING_TIMEOUT_S, PAUSE_S
+from florence_bt.drivers.turtlebot.hazards import CHARGING_TIMEOUT_S, RESET_PAUSE_S
 from florence_bt.drivers.turtlebot.parameters import DriveMode, TurtlebotParameters
 from florence_bt.simulation.emulators.create import Mode
 from tests.emulators.create_bench import PtyBench
@@ -138,7 +138,7 @@ def test_a_reset_that_does_not_help_is_not_repeated_soon(make: MakeBench) -> Non
     bench.create.faults.charger = bench.create.faults.charging_fault = True
     bench.run(60.0)
     assert bench.driver.charge_resets == 1
-    assert PAUSE_S > 60.0
+    assert RESET_PAUSE_S > 60.0
 
 
 def test_no_reset_when_told_so_or_when_full(make: MakeBench) -> None:

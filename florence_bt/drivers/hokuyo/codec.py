@@ -2,6 +2,8 @@
 
 Framing, check sums and number decoding only: no port, no clock, no thread, no sequence of commands (that is
 ``driver.py`` with its scripts) and no meaning of angles (that is ``geometry.py``).
+
+Source: REFERENCE 4.3 to 4.7.
 """
 
 from __future__ import annotations

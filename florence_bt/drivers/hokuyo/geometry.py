@@ -1,7 +1,8 @@
 """Which direction a step of the sensor looks in, and how a row of distances becomes a laser scan.
 
 Angles are as the sensor gives them: counter-clockwise seen from its top, never negated. That a sensor hangs
-upside down is in the transform of its frame (REFERENCE 4.11).
+upside down is in the transform of its frame (REFERENCE 4.11). Values below DMIN are error codes (REFERENCE
+4.8).
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Which measurement to ask for, and the way to its first scan. Source: REFERENCE 4.7, 4.9."""
+"""Which measurement to ask for, the latency of its scans, and the way to the first one.
+
+Source: REFERENCE 4.4 (24-bit timer), 4.7, 4.9.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Chooses the source of frames that the parameters name."""
+"""Sources of Kinect frames: what they have in common, the one over a socket, and which one to open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Which wheel speeds to send and when: the command, its time-out, what objects to it (REFERENCE 2.4)."""
+"""Which wheel speeds to send and when: the command, its time-out, what objects to it (REFERENCE 2.4).
+
+:class:`CommandAcknowledgement` compares them with the speeds that the base reports (packets 41 and 42).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The single-axis rate gyro on the Create's analog pin: its rest offset, rate and heading (REFERENCE 1.8)."""
+"""The single-axis rate gyro on the Create's analog pin: its rest offset, rate and heading (REFERENCE 1.8).
+
+:class:`GyroWatch` finds a rest offset that has moved away.
+"""
 
 from __future__ import annotations
 
@@ -229,7 +232,7 @@ class Gyro:
         )
 
 
-WINDOW_S = 3.0
+WATCH_WINDOW_S = 3.0
 """Wheels that slip along a wall let the base turn too, but not for so long."""
 
 STRAIGHT_RADPS = 0.1
@@ -240,7 +243,7 @@ BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
 """No slip turns the base that fast: a gyro that says so has lost its power or its wire. In turns it must also
 be wrong by more than the whole turn: no scale is that wrong."""
 
-LONGEST_GAP_S = 0.25
+LONGEST_WATCH_GAP_S = 0.25
 
 
 class GyroWatch:
@@ -273,12 +276,12 @@ class GyroWatch:
         """
         if self._limit_radps <= 0.0:
             return False
-        if self._steps and not 0.0 <= stamp - self._steps[-1][0] <= LONGEST_GAP_S:
+        if self._steps and not 0.0 <= stamp - self._steps[-1][0] <= LONGEST_WATCH_GAP_S:
             self._steps.clear()
         self._steps.append((stamp, gyro_radps, wheel_turn_rad))
-        while stamp - self._steps[0][0] > WINDOW_S:
+        while stamp - self._steps[0][0] > WATCH_WINDOW_S:
             self._steps.popleft()
-        drifts = self._difference(WINDOW_S, self._limit_radps)
+        drifts = self._difference(WATCH_WINDOW_S, self._limit_radps)
         if drifts is not None and abs(drifts[0]) < STRAIGHT_RADPS and drifts[1] > self._limit_radps:
             return True
         breaks = self._difference(BROKEN_WINDOW_S, BROKEN_RADPS)

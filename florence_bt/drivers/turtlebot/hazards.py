@@ -1,4 +1,7 @@
-"""What forbids motion: bumpers, dropped wheels, cliffs, a base that left its mode (REFERENCE 1.2, 2.4)."""
+"""What forbids motion: bumpers, dropped wheels, cliffs, a base that left its mode (REFERENCE 1.2, 2.4).
+
+:class:`ChargeWatch` decides when a base that does not charge is to be reset (REFERENCE 2.4, rows 6 and 7).
+"""
 
 from __future__ import annotations
 
@@ -185,7 +188,7 @@ LOW_IN_PASSIVE, LOW_IN_FULL = 0.93, 0.15
 CHARGING_TIMEOUT_S = 10.0
 """A charger that was just plugged in takes a moment to begin."""
 
-PAUSE_S = 300.0
+RESET_PAUSE_S = 300.0
 """Between two resets: one that did not help will not help at once."""
 
 _LOW: dict[int, float] = {OiMode.PASSIVE: LOW_IN_PASSIVE, OiMode.FULL: LOW_IN_FULL}
@@ -219,7 +222,7 @@ class ChargeWatch:
             return False
         if self._since is None or stamp < self._since:
             self._since = stamp
-        if stamp - self._since < CHARGING_TIMEOUT_S or 0.0 <= stamp - self._last < PAUSE_S:
+        if stamp - self._since < CHARGING_TIMEOUT_S or 0.0 <= stamp - self._last < RESET_PAUSE_S:
             return False
         self._last = stamp
         return True

@@ -1,4 +1,4 @@
-"""Dead reckoning from the wheels and the gyro (REFERENCE 2.5)."""
+"""Dead reckoning from wheels and gyro, encoders of a Create 2, wheel joints (REFERENCE 1.1, 2.1, 2.5)."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def covariance(at_rest: bool) -> tuple[float, ...]:
     return tuple(diagonal[row] if row == column else 0.0 for row in range(6) for column in range(6))
 
 
-ROUND = 65536
+ENCODER_ROUND = 65536
 """Counts after which an encoder begins again at 0."""
 
 MOST_TICKS_TO_ZERO = 100
@@ -192,7 +192,7 @@ def ticks_between(before: int, after: int) -> int:
         before: 0 to 65535.
         after: 0 to 65535.
     """
-    return (after - before + ROUND // 2) % ROUND - ROUND // 2
+    return (after - before + ENCODER_ROUND // 2) % ENCODER_ROUND - ENCODER_ROUND // 2
 
 
 class EncoderTravel:

@@ -1,4 +1,7 @@
-"""What wakes a base, changes its mode and resets it, with the waits between (REFERENCE 1.1, 2.4)."""
+"""What wakes a base, changes its mode and resets it, with the waits between (REFERENCE 1.1, 2.4).
+
+The waits are deadlines, not sleeps.
+"""
 
 from __future__ import annotations
 

@@ -415,14 +415,14 @@ class BootLoader:
         return b"".join(due)
 
 
-PERIOD_S = 0.015
-LONGEST_BODY = 255
+STREAM_PERIOD_S = 0.015
+LONGEST_STREAM_BODY = 255
 """What the length byte can say; what finds no room is left out."""
 
-TIME_DUST_S = 1e-9
+TIME_TOLERANCE_S = 1e-9
 """What added-up floating point times may be off."""
 
-HEADER = 19
+STREAM_HEADER = 19
 
 
 class FrameStream:
@@ -449,7 +449,7 @@ class FrameStream:
         """Stream these packets and groups from now on; none end the stream."""
         model = self._body.model
         chosen: list[int] = []
-        room = LONGEST_BODY
+        room = LONGEST_STREAM_BODY
         for number in numbers:
             size = 1 + size_of(number, model)
             if packets_of(number, model) is not None and size <= room and len(chosen) < model.longest_stream:
@@ -458,12 +458,12 @@ class FrameStream:
         self._numbers = chosen
         self._body.stream_length = len(chosen)
         self._paused = False
-        self._next = now + PERIOD_S
+        self._next = now + STREAM_PERIOD_S
 
     def pause(self, paused: bool, now: float) -> None:
         """Be silent, or go on; the list is kept."""
         if self._paused and not paused:
-            self._next = now + PERIOD_S
+            self._next = now + STREAM_PERIOD_S
         self._paused = paused
 
     def clear(self) -> None:
@@ -475,15 +475,15 @@ class FrameStream:
     def take(self, now: float) -> bytes:
         """The frame that is due by now, or nothing."""
         late = now - self._next
-        if not self.running or late < -TIME_DUST_S:
+        if not self.running or late < -TIME_TOLERANCE_S:
             return b""
         # A late call does not cause a burst: the base would have sent those frames earlier.
-        self._next += (1 + int(max(0.0, late) / PERIOD_S)) * PERIOD_S
+        self._next += (1 + int(max(0.0, late) / STREAM_PERIOD_S)) * STREAM_PERIOD_S
         return self._frame()
 
     def _frame(self) -> bytes:
         body = b"".join(bytes([number]) + self._body.pack(number) for number in self._numbers)
-        frame = bytes([HEADER, len(body)]) + body
+        frame = bytes([STREAM_HEADER, len(body)]) + body
         checksum = -sum(frame if self._header_in_checksum else frame[1:]) % 256
         faults = self._body.faults
         if faults.bad_checksums:

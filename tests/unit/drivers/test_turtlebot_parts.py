@@ -17,7 +17,7 @@ from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroWatch
 from florence_bt.drivers.turtlebot.hazards import (
     CHARGING_TIMEOUT_S,
-    PAUSE_S,
+    RESET_PAUSE_S,
     ChargeWatch,
     OvercurrentWatch,
     StopReason,
@@ -222,7 +222,7 @@ def test_the_charge_watch_is_patient_and_does_not_nag() -> None:
     assert not watch.is_due(low, 5.9 + CHARGING_TIMEOUT_S, standing=True)
     assert watch.is_due(low, 6.0 + CHARGING_TIMEOUT_S, standing=True)
     assert not watch.is_due(low, 100.0, standing=True)
-    assert watch.is_due(low, 6.0 + CHARGING_TIMEOUT_S + PAUSE_S, standing=True)
+    assert watch.is_due(low, 6.0 + CHARGING_TIMEOUT_S + RESET_PAUSE_S, standing=True)
 
 
 # -- gyro ----------------------------------------------------------------------------------------------------
