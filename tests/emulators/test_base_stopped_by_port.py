@@ -14,11 +14,11 @@ import pytest
 from florence_bt.app.bringup.hold import HungDriverStop, stop_base
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.core.errors import DeviceLost
-from florence_bt.drivers.turtlebot import codec
+from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
 from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
 
-DRIVING = codec.drive_direct(200, 150)
+DRIVING = commands.drive_direct(200, 150)
 ROBOT = """
 turtlebot_node: {port: /dev/base, robot_type: create2, drive_mode: drive, update_rate: 20.0}
 """
@@ -54,7 +54,7 @@ def port(base: Any) -> Port:
 
 @pytest.mark.parametrize("sent", range(len(DRIVING) + 1))
 def test_a_driver_may_die_amid_a_command(base: Any, port: Port, tmp_path: Any, sent: int) -> None:
-    port.create.receive(codec.drive_direct(300, 300)[:sent], 0.5)
+    port.create.receive(commands.drive_direct(300, 300)[:sent], 0.5)
     options = BringUp(str(tmp_path))
     assert stop_base(options, port.open) == "the base was sent a stop command"
     assert base.wheels == (0.0, 0.0) and port.create.mode is Mode.FULL and port.closed
@@ -62,7 +62,7 @@ def test_a_driver_may_die_amid_a_command(base: Any, port: Port, tmp_path: Any, s
 
 
 def test_a_base_that_drives_to_its_dock_is_stopped(base: Any, port: Port, tmp_path: Any) -> None:
-    port.create.receive(codec.cover_and_dock(), 0.5)
+    port.create.receive(commands.cover_and_dock(), 0.5)
     port.create.poll(0.6)
     assert port.create.mode is Mode.PASSIVE
     assert stop_base(BringUp(str(tmp_path)), port.open) == "the base was sent a stop command"

@@ -14,10 +14,10 @@ from florence_bt.app.bringup.simulated import hardware_settings
 from florence_bt.app.runs.client import MissionClient
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.serial_port import SecondHandle, SerialPort
-from florence_bt.drivers.turtlebot import codec
+from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import OiMode
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
-from florence_bt.drivers.turtlebot.sequences import ZEROS_FOR_HALF_A_COMMAND, stand
+from florence_bt.drivers.turtlebot.sequences import FILL_PARTIAL_COMMAND_KEEPING_MODE, stand
 from florence_bt.ros.parameters import fill_dataclass
 
 
@@ -44,7 +44,7 @@ def stop_base(options: BringUp, open_port: Callable[[str, int], Writer] = Serial
     try:
         node, base = _parameters(options)
         port = open_port(node.port, node.baud_rate or base.model.baud_rate)
-        _send(port, stand(OiMode(base.operation_mode)) + codec.pause_stream())
+        _send(port, stand(OiMode(base.operation_mode)) + commands.pause_stream())
     except Exception as error:
         # Any error: the caller has other processes to end.
         return f"the base may still be driving, switch it off: {error}"
@@ -80,7 +80,7 @@ class HungDriverStop:
 
 def _send(port: Writer, data: bytes) -> None:
     try:
-        port.write(ZEROS_FOR_HALF_A_COMMAND + data)
+        port.write(FILL_PARTIAL_COMMAND_KEEPING_MODE + data)
     finally:
         port.close()
 

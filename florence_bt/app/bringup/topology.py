@@ -134,10 +134,12 @@ def _make_server(options: BringUp) -> HardwareServer:
     from florence_bt.app.bringup.simulated import hardware_mounts, hardware_settings, people_at_home
     from florence_bt.simulation.hardware.server import HardwareServer
     from florence_bt.simulation.home.flat import load_flat
-    from florence_bt.simulation.home.world import World
+    from florence_bt.simulation.home.world import SimulatedWorld
 
     flat = load_flat()
-    world = World(flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed)
+    world = SimulatedWorld(
+        flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed
+    )
     return HardwareServer(world, hardware_mounts(), hardware_settings(options))
 
 

@@ -13,8 +13,7 @@ from florence_bt.drivers.kinect.driver import KinectParameters
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
 from florence_bt.drivers.kinect.recording import RecordingWriter
-from florence_bt.drivers.kinect.sources import RECORDING, USB, open_source
-from florence_bt.drivers.kinect.transport import FrameSource
+from florence_bt.drivers.kinect.sources import RECORDING, USB, FrameSource, open_source
 
 LONGEST_S = 3600.0
 PATIENCE_S = 10.0

@@ -13,7 +13,9 @@ from florence_bt.app.doctor.finding import HealthFinding, good, problem, warning
 from florence_bt.core.errors import DeviceError, FlorenceError
 from florence_bt.drivers.hokuyo import codec as scip
 from florence_bt.drivers.serial_port import BytePort, SerialPort
-from florence_bt.drivers.turtlebot import codec as create
+from florence_bt.drivers.turtlebot.codec import commands
+from florence_bt.drivers.turtlebot.codec.models import model_named
+from florence_bt.drivers.turtlebot.codec.packets import OiMode, decode_packets, packet_size
 
 GROUP = "firmware"
 ANSWER_S = 2.0
@@ -51,7 +53,7 @@ def check_firmware(
 
 
 def _baud_of(base: Mapping[str, Any]) -> int:
-    model = create.model_named(str(base.get("robot_type", "create")))
+    model = model_named(str(base.get("robot_type", "create")))
     return int(base.get("baud_rate", 0) or model.baud_rate)
 
 
@@ -76,10 +78,10 @@ def _asked(
 
 
 def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFinding]:
-    port.write(create.start() + create.pause_stream())
+    port.write(commands.start() + commands.pause_stream())
     _drop_what_comes(port, now)
-    port.write(create.query_list(ASKED))
-    size = sum(create.packet_size(packet) for packet in ASKED)
+    port.write(commands.query_list(ASKED))
+    size = sum(packet_size(packet) for packet in ASKED)
     data = _read(port, now, lambda data: len(data) >= size)
     if len(data) != size:
         said = f"{len(data)} bytes instead of {size}" if data else "nothing"
@@ -90,8 +92,8 @@ def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFindin
             "switch the base on; charge it; check the cable and `robot_type` in the configuration",
         )
         return
-    values = create.decode_packets(ASKED, data)
-    mode = create.OiMode(values[MODE]).name.lower() if values[MODE] in range(4) else f"mode {values[MODE]}"
+    values = decode_packets(ASKED, data)
+    mode = OiMode(values[MODE]).name.lower() if values[MODE] in range(4) else f"mode {values[MODE]}"
     yield good(GROUP, f"base at {port.name}", f"answers; {mode}, {values[VOLTAGE] / 1000:.1f} V")
     yield _battery(values)
 
@@ -115,7 +117,7 @@ def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFindi
     port.write(scip.request("QT"))
     _drop_what_comes(port, now)
     port.write(scip.request("VV"))
-    replies: list[scip.Reply] = []
+    replies: list[scip.ScipReply] = []
 
     def answered(data: bytes) -> bool:
         return any(reply.command == "VV" for reply in replies)

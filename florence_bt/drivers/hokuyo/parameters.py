@@ -36,13 +36,13 @@ class HokuyoParameters:
             measured or, without that, the time that the sweep up to the last step lasts: no scan can arrive
             before.
         use_sensor_clock: Take the spacing of the stamps from the sensor's clock, so that a scan that was
-            delayed on its way is no younger for it; hokuyo_node took the arrival alone.
+            delayed on its way does not look newer; hokuyo_node took the arrival alone.
         use_rep_117: Say NaN (a UTM: also inf and -inf) for the error codes below range_min, as later versions
             of hokuyo_node; otherwise they pass as ranges of some millimetres.
         self_test_scans: Scans of each stream of the self test, 1..99; hokuyo_node took 99.
         reply_timeout_s: Wait this long for the answer to a command.
-        silence_timeout_s: Start afresh when the next scan is overdue by this long.
-        check_timeout_s: Start afresh when the sensor has told for this long, in the place of scans, that it
+        silence_timeout_s: Start again when the next scan is overdue by this long.
+        check_timeout_s: Start again when the sensor has reported for this long, in place of scans, that it
             checks itself.
         restart_delay_s: Rest this long after a failure before starting again; doubled on each failure that
             follows before the sensor has measured for as long as it rested, up to ten times as long.

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.limits import Limits, check_limits
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
-from florence_bt.drivers.frequency import FrequencyMeter
+from florence_bt.drivers.diagnosis import FrequencyMeter
 from florence_bt.drivers.kinect._kernels import fill_points
 from florence_bt.drivers.kinect.camera import BASELINE_M, View, camera_model
-from florence_bt.drivers.kinect.codec import METRES_TABLES, Formula
+from florence_bt.drivers.kinect.codec import METRES_TABLES, DepthFormula
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
 
 SLACK = 0.25
@@ -51,7 +51,7 @@ class KinectParameters:
     source: str = "usb"
     library: str = ""
     width: Literal[640, 320, 160] = 320
-    formula: Formula = Formula.A
+    formula: DepthFormula = DepthFormula.A
     depth_registration: bool = False
     depth_rate: Annotated[float, Limits(0.0, 1000.0)] = 0.0
     depth_time_offset: Annotated[float, Limits(-1.0, 1.0)] = 0.0

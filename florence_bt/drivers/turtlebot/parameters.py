@@ -30,7 +30,7 @@ class DriveMode(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class TurtlebotParameters:
-    """What the driver may be told.
+    """Parameters of the driver.
 
     Attributes:
         robot_type: The base: ``create``, ``create2`` or ``roomba`` (series 500 and later).
@@ -47,10 +47,10 @@ class TurtlebotParameters:
             a firmware that does not report them.
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
         data_timeout: Seconds of silence after which the base counts as lost; not longer than cmd_vel_timeout,
-            or a base that is heard no more would be driven for longer than one that nobody commands.
+            or a silent base would be driven for longer than one without commands.
         lowest_charge: Charge, as a fraction of the capacity, below which the base stands still; 0 for never.
-        max_gyro_disagreement: rad/s that the gyro may tell while the wheels go straight; a base whose gyro
-            tells more stops and calibrates it. 0 for any.
+        max_gyro_disagreement: rad/s that the gyro may measure while the wheels go straight; with more the
+            base stops and calibrates it. 0 for any.
         charge_reset: Reset a base that stands at a charger with a low battery and does not charge.
         has_gyro: A gyro is wired to the analog pin; of no effect on a base without that pin.
         gyro_measurement_range: Degrees per second.
@@ -125,7 +125,7 @@ class TurtlebotParameters:
 
 @dataclass(frozen=True, slots=True)
 class TurtlebotNodeParameters:
-    """What the node around the driver may be told.
+    """Parameters of the node around the driver.
 
     Attributes:
         port: The serial device.

@@ -18,7 +18,7 @@ MAX_RADIUS_MM = 2000.0
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
-    """What Drive Direct is told.
+    """The arguments of Drive Direct.
 
     Attributes:
         left_mmps: Left wheel in mm/s, forward positive.
@@ -129,14 +129,6 @@ def arc_from_twist(twist: Twist2, parameters: WheelParameters) -> tuple[int, int
         return abs(_truncate(spin)), 1 if angular > 0.0 else -1
     limited = max(-MAX_RADIUS_MM, min(MAX_RADIUS_MM, radius))
     return _truncate(_clamp(1000.0 * twist.linear)), _truncate(limited)
-
-
-def twist_from_wheels(wheels: WheelSpeeds, parameters: WheelParameters) -> Twist2:
-    """The velocity that wheel speeds give, the inverse of :func:`wheels_from_twist` within its limits."""
-    return Twist2(
-        (wheels.left_mmps + wheels.right_mmps) / 2000.0,
-        (wheels.right_mmps - wheels.left_mmps) / 1000.0 / parameters.wheel_separation,
-    )
 
 
 def _clamp(speed_mmps: float) -> float:

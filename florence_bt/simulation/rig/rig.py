@@ -22,7 +22,7 @@ from florence_bt.runtime.recorder import RunRecord, RunRecorder
 from florence_bt.runtime.run import MissionRun, Request, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
 from florence_bt.simulation.rig.skills import ExclusiveComponent, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
@@ -88,7 +88,7 @@ class Rig:
     def __init__(self, setting: RigSetting) -> None:
         self.clock = ManualClock()
         start = setting.start or setting.flat.start
-        self.world = World(setting.flat, people=setting.people, start=start, seed=setting.seed)
+        self.world = SimulatedWorld(setting.flat, people=setting.people, start=start, seed=setting.seed)
         self.robot = RigRobot(
             self.world,
             setting.grid,
@@ -97,17 +97,22 @@ class Rig:
             self.clock,
             seed=setting.seed,
             start=start,
+            on_scan=lambda source, scan: self._base.on_scan(source, scan),
+            on_depth=lambda image: self._people.on_depth(image),
+            driving=lambda: self._base.active,
+            looking=lambda: self._people.running,
         )
         self.locator = Locator(setting.hotspots, setting.user_room)
         self.locator.map = setting.grid
-        base = _BaseSkills(self.robot, setting, self.clock)
-        people = _PeopleSkills(self.robot, setting, self.clock)
-        self.robot.on_scan = base.on_scan
-        self.robot.on_depth = people.on_depth
-        self.robot.driving = lambda: base.active
-        self.robot.looking = lambda: people.running
+        self._base = _BaseSkills(self.robot, setting, self.clock)
+        self._people = _PeopleSkills(self.robot, setting, self.clock)
         skills = rig_skills(
-            {"base": base, "people": people, "locator": self.locator, "cost_at": base.occupancy_at}
+            {
+                "base": self._base,
+                "people": self._people,
+                "locator": self.locator,
+                "cost_at": self._base.occupancy_at,
+            }
         )
         self.executor = Executor(
             MissionLibrary.load(),

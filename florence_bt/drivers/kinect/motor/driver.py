@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from florence_bt.core.limits import Limits, check_limits
-from florence_bt.drivers.diagnosis import Diagnosis, Level
+from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.kinect.motor.codec import (
     RECOMMENDED_TILT_DEG,
     TILT_LIMIT_DEG,
@@ -59,11 +59,11 @@ def diagnose(state: MotorState | None, problem: str, lost: int) -> Diagnosis:
     """
     values = {"Times Lost": str(lost)}
     if problem:
-        return Diagnosis(Level.ERROR, problem, values)
+        return Diagnosis(Severity.ERROR, problem, values)
     if state is None:
-        return Diagnosis(Level.WARN, "the Kinect's motor has not answered yet", values)
+        return Diagnosis(Severity.WARN, "the Kinect's motor has not answered yet", values)
     values["Tilt"] = "unknown" if state.tilt_deg is None else f"{state.tilt_deg:g} degrees"
     values["Status"] = STATUS_NAMES.get(state.status, f"unknown ({state.status})")
     if state.status == TiltStatus.LIMIT:
-        return Diagnosis(Level.WARN, "the Kinect's motor is at its limit", values)
-    return Diagnosis(Level.OK, "the Kinect's motor answers", values)
+        return Diagnosis(Severity.WARN, "the Kinect's motor is at its limit", values)
+    return Diagnosis(Severity.OK, "the Kinect's motor answers", values)

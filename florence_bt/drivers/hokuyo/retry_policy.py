@@ -1,4 +1,4 @@
-"""Patience with a sensor in trouble: how long it may check itself, and how long to rest before a new start.
+"""How long a sensor in trouble may check itself, and how long the pause before a new start is.
 
 The time is given.
 """
@@ -9,7 +9,7 @@ MOST_DOUBLINGS, LONGEST_PAUSE = 4, 10
 """The longest pause, as a multiple of the first."""
 
 
-class Patience:
+class RetryPolicy:
     """Counts failures, and the time without scans while a stream runs.
 
     A sensor that works again for as long as it rested last is forgiven; one that fails again before that
@@ -47,9 +47,9 @@ class Patience:
         if self._works_since is None:
             self._works_since = now
         if now - self._works_since >= self.pause_s:
-            self.forgive()
+            self.reset_failures()
 
-    def forgive(self) -> None:
+    def reset_failures(self) -> None:
         """The failures so far do not count any more."""
         self.failures = 0
 

@@ -5,33 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-ARGUMENT_LENGTHS = {
-    "VV": 0,
-    "PP": 0,
-    "II": 0,
-    "BM": 0,
-    "QT": 0,
-    "RS": 0,
-    "RT": 0,
-    "RB": 0,
-    "%SL": 0,
-    "%ST": 0,
-    "TM": 1,
-    "SS": 6,
-    "CR": 2,
-    "HS": 1,
-    "DB": 2,
-    "MD": 13,
-    "MS": 13,
-    "ME": 13,
-    "GD": 10,
-    "GS": 10,
-    "GE": 10,
-    "ND": 13,
-    "NE": 13,
-    "HD": 10,
-    "HE": 10,
-}
+ARGUMENT_LENGTHS = (
+    dict.fromkeys(("VV", "PP", "II", "BM", "QT", "RS", "RT", "RB", "%SL", "%ST"), 0)
+    | {"TM": 1, "HS": 1, "CR": 2, "SS": 6}
+    | dict.fromkeys(("GD", "GS", "GE", "HD", "HE"), 10)
+    | dict.fromkeys(("MD", "MS", "ME", "ND", "NE"), 13)
+)
 """Characters that follow the letters of a command (REFERENCE 4.6, 4.7)."""
 
 ALLOWED_IN_TIME_MODE = ("TM", "II", "VV", "%ST")
@@ -39,12 +18,12 @@ ALLOWED_IN_TIME_MODE = ("TM", "II", "VV", "%ST")
 
 BIT_RATES = ("019200", "038400", "057600", "115200", "250000", "500000", "750000")
 
-COMMON = frozenset({"VV", "PP", "II", "BM", "QT", "RS", "RB", "TM", "SS", "HS", "DB", "MD", "MS", "GD", "GS"})
+COMMON = frozenset({"VV", "PP", "II", "BM", "QT", "RS", "RB", "TM", "SS", "HS", "MD", "MS", "GD", "GS"})
 
 
 @dataclass(frozen=True, slots=True)
 class ScannerModel:
-    """The device as its labels and tables tell it.
+    """The device by its labels and tables.
 
     Attributes:
         name: What people call it.
@@ -143,7 +122,7 @@ UST_10LX = ScannerModel(
     },
     {**UTM_30LX.parameters, "MODL": "UST-10LX", "DMIN": "20", "DMAX": "30000"},
     1080,
-    UTM_30LX.commands - {"MS", "GS", "SS", "HS", "DB"},
+    UTM_30LX.commands - {"MS", "GS", "SS", "HS"},
     65533,
     "sensor is working normally",
     True,
@@ -198,7 +177,7 @@ class ScipFaults:
 
 
 @dataclass(frozen=True, slots=True)
-class Measurement:
+class ScanRequest:
     """What a measurement command asks for.
 
     Attributes:
@@ -222,7 +201,7 @@ class Measurement:
     every_echo: bool = False
 
 
-def parse_measurement(command: str, arguments: str, outermost_step: int) -> Measurement | str:
+def parse_measurement(command: str, arguments: str, outermost_step: int) -> ScanRequest | str:
     """Read the arguments of a measurement command, which have the right length already.
 
     Returns:
@@ -242,4 +221,4 @@ def parse_measurement(command: str, arguments: str, outermost_step: int) -> Meas
     width, intensity = 2 if command[1] == "S" else 3, command[1] == "E"
     every_echo = command[0] in "HN"
     skip, count = (0, 1) if command[0] in "GH" else (int(parts[3]), int(parts[4]) or None)
-    return Measurement(first, last, cluster, width, intensity, skip, count, every_echo)
+    return ScanRequest(first, last, cluster, width, intensity, skip, count, every_echo)

@@ -1,4 +1,4 @@
-"""Reads a YAML file into a pydantic model; what is wrong is told as file:line:column."""
+"""Reads a YAML file into a pydantic model; errors name file:line:column."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class PositionedYaml:
         file: The file to read.
 
     Raises:
-        ConfigError: The file cannot be read, is no plain YAML, or gives a key twice.
+        ConfigError: The file cannot be read, is not plain YAML, or gives a key twice.
     """
 
     def __init__(self, file: Path) -> None:
@@ -41,7 +41,7 @@ class PositionedYaml:
                 all are texts.
 
         Raises:
-            ConfigError: A value does not fit; the first problem is told with its line.
+            ConfigError: A value does not fit; the error names the first problem with its line.
         """
         try:
             return model.model_validate(_plain(self._root))
