@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.composites import stop_watching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.expressions import Formula
+from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.watched_skill import WatchedSkill
@@ -79,7 +79,7 @@ class If(_Branching):
         self,
         name: str,
         context: TreeContext,
-        condition: Formula | Behaviour,
+        condition: CompiledExpression | Behaviour,
         then: Behaviour,
         otherwise: Behaviour | None = None,
         *,
@@ -149,11 +149,11 @@ class If(_Branching):
         return None
 
     def _watch(self) -> None:
-        if not self.memory and isinstance(self._condition, Formula):
+        if not self.memory and isinstance(self._condition, CompiledExpression):
             self._end_watch = self._context.keys.watch(self._condition.keys, self._on_key)
 
     def _on_key(self, key: str) -> None:
-        assert isinstance(self._condition, Formula)  # only then keys are watched
+        assert isinstance(self._condition, CompiledExpression)  # only then keys are watched
         self.touch()
         try:
             other = self._condition.holds(self._context.keys) is not self._answer

@@ -96,7 +96,7 @@ class KeyStore:
     def watch(self, keys: Iterable[str], callback: Watcher) -> Callable[[], None]:
         """Call back with the name of a key whenever its value has changed, was first written or is gone.
 
-        Writing the value that a key has already is no change. The callback comes inside ``write`` or
+        Writing the value that a key has already is not a change. The callback comes inside ``write`` or
         ``reset``, after the value was stored; it should only take a note.
 
         Args:

@@ -14,7 +14,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
-from florence_bt.behaviours._alarm import Alarm, bad_duration
+from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.keys import ValueProblem, resolve
@@ -37,7 +37,7 @@ class Wait(Reactive, Behaviour):
         self.result: Result | None = None
         self._context = context
         self._duration = duration
-        self._alarm = Alarm(context, self.touch)
+        self._timer = WakeTimer(context, self.touch)
 
     def initialise(self) -> None:
         """Begin the pause."""
@@ -50,18 +50,18 @@ class Wait(Reactive, Behaviour):
             return
         self.result = bad_duration(duration)
         if self.result is None:
-            self._alarm.set(duration)
+            self._timer.start(duration)
 
     def update(self) -> Status:
         """RUNNING until the pause is over."""
         if self.result is not None:
             self.feedback_message = self.result.reason
             return Status.FAILURE
-        return Status.SUCCESS if self._alarm.passed else Status.RUNNING
+        return Status.SUCCESS if self._timer.fired else Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
         """Forget the timer."""
-        self._alarm.clear()
+        self._timer.cancel()
 
 
 class Delay(Sequence):
@@ -92,7 +92,7 @@ class Timeout(Reactive, PreparedDecorator):
         self._context = context
         self._duration = duration
         self._seconds = 0.0
-        self._alarm = Alarm(context, self.touch)
+        self._timer = WakeTimer(context, self.touch)
 
     def prepare(self) -> Result | None:
         """Look up the duration."""
@@ -101,11 +101,11 @@ class Timeout(Reactive, PreparedDecorator):
 
     def initialise(self) -> None:
         """Start the timer."""
-        self._alarm.set(self._seconds)
+        self._timer.start(self._seconds)
 
     def update(self) -> Status:
         """The child's status, or FAILURE when the time is over and it still runs."""
-        if self.decorated.status is Status.RUNNING and self._alarm.passed:
+        if self.decorated.status is Status.RUNNING and self._timer.fired:
             tip = self.decorated.tip() or self.decorated
             doing = f": {tip.feedback_message}" if tip.feedback_message else ""
             reason = (
@@ -118,7 +118,7 @@ class Timeout(Reactive, PreparedDecorator):
 
     def terminate(self, new_status: Status) -> None:
         """Forget the timer."""
-        self._alarm.clear()
+        self._timer.cancel()
 
 
 class _Counting(PreparedDecorator):

@@ -8,7 +8,7 @@ from typing import Any
 
 from py_trees.common import Status
 
-from florence_bt.behaviours._alarm import Alarm
+from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.core.outcome import Result
@@ -61,7 +61,7 @@ class WatchedSkill(RunSkill):
         self._every = every
         self._answer: _Answer | None = None
         self._due = self._asking = self._left = False
-        self._alarm = Alarm(context, self.ask_again)
+        self._timer = WakeTimer(context, self.ask_again)
         self._end_source: Callable[[], None] | None = None
         self._end_keys: Callable[[], None] | None = None
 
@@ -144,7 +144,7 @@ class WatchedSkill(RunSkill):
             if watch is not None:
                 self._end_source = watch(inputs, self._on_source)
             else:
-                self._alarm.set(self._every)
+                self._timer.start(self._every)
         if self._due:
             self._context.wake()
 
@@ -154,7 +154,7 @@ class WatchedSkill(RunSkill):
         context.watching.append(self.ask_again)
 
     def _end_source_watch(self) -> None:
-        self._alarm.clear()
+        self._timer.cancel()
         if self._end_source is not None:
             self._end_source()
             self._end_source = None

@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Selector
 
+from florence_bt.behaviours.annotations import annotations_of
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem
 from florence_bt.core.outcome import Result
 
@@ -94,11 +95,6 @@ class Because:
             return why
 
 
-def give_reason(node: Behaviour, because: Because) -> None:
-    """Let ``because`` word the failures of a node, of whatever class the node is."""
-    node.__dict__["because"] = because
-
-
 def path_of(node: Behaviour) -> str:
     """The names from the root down to a node, joined with ``/``."""
     names = [node.name]
@@ -110,10 +106,7 @@ def path_of(node: Behaviour) -> str:
 
 def remember_failure(node: Behaviour, why: Why | None) -> None:
     """Keep why a node failed, or forget it (None): a selector resets the branches that it has left behind."""
-    if why is not None:
-        node.__dict__["failed_with"] = why
-    else:
-        node.__dict__.pop("failed_with", None)
+    annotations_of(node).failed_with = why
 
 
 def remembered_failure(node: Behaviour) -> Why | None:
@@ -122,8 +115,7 @@ def remembered_failure(node: Behaviour) -> Why | None:
     if not isinstance(selector, Selector) or selector.status is Status.INVALID:
         return None
     left_behind = takewhile(lambda child: child is not selector.current_child, selector.children)
-    why = node.__dict__.get("failed_with") if any(child is node for child in left_behind) else None
-    return why if isinstance(why, Why) else None
+    return annotations_of(node).failed_with if any(child is node for child in left_behind) else None
 
 
 def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why | None:
@@ -145,8 +137,8 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
     why = known.get(root)
     if why is None:
         why = _cause(root, known)
-        because = root.__dict__.get("because")
-        if isinstance(because, Because):
+        because = annotations_of(root).because
+        if because is not None:
             why = because.retell(why)
         known[root] = why
     return why

@@ -11,16 +11,8 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
-from florence_bt.core.plain_yaml import (
-    MAX_BYTES,
-    Position,
-    Source,
-    Table,
-    Text,
-    decode,
-    parse_source,
-    readable,
-)
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, parse_yaml
+from florence_bt.core.text_files import MAX_BYTES, decode, readable
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 from florence_bt.trees.checks import lint
 from florence_bt.trees.checks.lint import Places
@@ -38,7 +30,6 @@ from florence_bt.trees.language.findings import (
 from florence_bt.trees.language.kinds import IDENTIFIER
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.neighbours import add_neighbours
 from florence_bt.trees.language.parse import parse_mission
 
 STDIN = Path("-")
@@ -141,7 +132,7 @@ class _Desk:
                 missions.append(self._read_stdin())
             except ConfigError as error:
                 findings.append(finding_from_error(error))
-        add_neighbours(missions, self._library)
+        self._library.add_neighbours(missions)
         # What shadows what, and packages that could not be loaded.
         findings += [f for f in self._library.findings if f.severity == WARNING]
         findings += self._declarations.findings
@@ -166,7 +157,7 @@ class _Desk:
         text = decode(data, path)
         if path == _NAMELESS:
             # A text without a file is not wrong for having another name than its file.
-            path = _NAMELESS / f"{_name_in(parse_source(data, path)) or 'stdin'}.yaml"
+            path = _NAMELESS / f"{_name_in(parse_yaml(data, path)) or 'stdin'}.yaml"
         mission = parse_mission(text, path)
         self._library.put(mission)
         return mission
@@ -178,9 +169,9 @@ def _about_stdin(finding: Finding) -> Finding:
     return replace(finding, file=str(_NAMELESS)) if nameless else finding
 
 
-def _name_in(source: Source) -> str | None:
-    name = source.get("mission") if isinstance(source, Table) else None
-    return name.text if isinstance(name, Text) and IDENTIFIER.fullmatch(name.text) else None
+def _name_in(source: YamlNode) -> str | None:
+    name = source.get("mission") if isinstance(source, YamlMapping) else None
+    return name.text if isinstance(name, YamlScalar) and IDENTIFIER.fullmatch(name.text) else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ from py_trees.common import Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
+from florence_bt.behaviours.annotations import shown_name
 from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.pacing import Delay
 from florence_bt.behaviours.parallel import CountingParallel
-from florence_bt.behaviours.titles import shown_name
 from florence_bt.behaviours.why import EARLIER, Why, explain
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}

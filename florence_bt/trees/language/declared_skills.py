@@ -13,12 +13,12 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language._reader import Reader
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, read_yaml
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.kinds import INPUT_KEYS, OUTPUT_KEYS, RESERVED
-from florence_bt.trees.language.parse import read_ports
+from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import format_value, read_value
-from florence_bt.trees.language.source import Source, Table, Text, read_source
+from florence_bt.trees.language.reader import Reader
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
@@ -53,23 +53,25 @@ def read_skills_file(path: Path) -> DeclaredSkills:
         The skills; what is wrong with the file's form is in the findings.
 
     Raises:
-        ConfigError: The file cannot be read or is no YAML of the plain kind.
+        ConfigError: The file cannot be read or is not YAML of the plain kind.
     """
-    reader, source = Reader(path), read_source(path)
-    skills = source.get("skills") if isinstance(source, Table) else None
-    if not isinstance(source, Table) or not isinstance(skills, Table):
-        reader.problem(
-            source.position, "a file of skills needs a table of them", ["skills: {a_skill: {...}}"]
+    reader, source = Reader(path), read_yaml(path)
+    skills = source.get("skills") if isinstance(source, YamlMapping) else None
+    if not isinstance(source, YamlMapping) or not isinstance(skills, YamlMapping):
+        reader.error(
+            source.position, "a file of skills needs a mapping of them", ["skills: {a_skill: {...}}"]
         )
         return DeclaredSkills(path, {}, tuple(reader.findings))
     for key, _ in source.entries:
         if key.text != "skills":
-            reader.unknown(key.position, "key of a file of skills", key.text, ["skills"])
+            reader.unknown(
+                key.position, f"unknown key of a file of skills {key.text!r}", key.text, ["skills"]
+            )
     declared = {}
     for key, item in skills.entries:
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
-            reader.problem(
+            reader.error(
                 name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
             )
         elif name is not None:
@@ -77,11 +79,13 @@ def read_skills_file(path: Path) -> DeclaredSkills:
     return DeclaredSkills(path, declared, tuple(reader.findings))
 
 
-def _skill(reader: Reader, name: str, source: Source) -> SkillDeclaration:
-    table = reader.table(source, f"the skill {name!r}") or Table((), source.position)
+def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:
+    table = reader.mapping(source, f"the skill {name!r}") or YamlMapping((), source.position)
     for key, _ in table.entries:
         if key.text not in SKILL_KEYS:
-            reader.unknown(key.position, f"key of the skill {name!r}", key.text, SKILL_KEYS)
+            reader.unknown(
+                key.position, f"unknown key of the skill {name!r} {key.text!r}", key.text, SKILL_KEYS
+            )
     summary, instant, deadline = (table.get(key) for key in ("summary", "instant", "deadline"))
     inputs, _ = read_ports(reader, table.get("inputs"), "an input", INPUT_KEYS)
     outputs, _ = read_ports(reader, table.get("outputs"), "an output", OUTPUT_KEYS)
@@ -100,9 +104,9 @@ def _skill(reader: Reader, name: str, source: Source) -> SkillDeclaration:
     )
 
 
-def _failures(reader: Reader, source: Source | None) -> dict[str, str]:
+def _failures(reader: Reader, source: YamlNode | None) -> dict[str, str]:
     found = {}
-    table = reader.table(source, "failures")
+    table = reader.mapping(source, "failures")
     for key, item in table.entries if table else ():
         code, meaning = reader.identifier(key, "a failure code"), reader.text(item, f"failure {key.text}")
         if code is not None and meaning is not None:
@@ -110,17 +114,17 @@ def _failures(reader: Reader, source: Source | None) -> dict[str, str]:
     return found
 
 
-def _deadline(reader: Reader, source: Source | None) -> float:
+def _deadline(reader: Reader, source: YamlNode | None) -> float:
     default = SkillDeclaration("", "").deadline_s
     if source is None:
         return default
     try:
-        seconds = read_value(source.text, Kind.DURATION) if isinstance(source, Text) else 0.0
+        seconds = read_value(source.text, Kind.DURATION) if isinstance(source, YamlScalar) else 0.0
     except ConfigError as error:
-        reader.problem(source.position, f"deadline: {error.problem}", error.valid)
+        reader.error(source.position, f"deadline: {error.problem}", error.valid)
         return default
     if seconds <= 0.0:
-        reader.problem(source.position, "the deadline must be longer than nothing", ["60 s"])
+        reader.error(source.position, "the deadline must be longer than nothing", ["60 s"])
         return default
     return float(seconds)
 

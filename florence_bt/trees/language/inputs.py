@@ -10,10 +10,10 @@ from typing import Any
 from florence_bt.behaviours.keys import is_source
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.language._reader import Reader
+from florence_bt.core.plain_yaml import parse_yaml
 from florence_bt.trees.language.model import Mission, PoseParts, Value
 from florence_bt.trees.language.quantities import example_of, out_of_range, read_value
-from florence_bt.trees.language.source import parse_source
+from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import tree_value
 
 
@@ -75,7 +75,7 @@ def _read(value: Any, port: Port) -> Any:
 
 def _read_pose(text: str) -> Any:
     try:
-        source = parse_source(text.encode(), Path("input"))
+        source = parse_yaml(text.encode(), Path("input"))
     except ConfigError:
         return read_value(text, Kind.POSE)
     reader = Reader(Path("input"))

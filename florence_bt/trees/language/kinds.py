@@ -64,7 +64,7 @@ NEVER_INPUTS = (
     "else",
     "cases",
 )
-"""Modifiers that are no good names for inputs: found there, they are indented one step too far."""
+"""Modifiers that are not good names for inputs: found there, they are indented one step too far."""
 
 RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
 """Names that no skill can have."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import filecmp
 from collections import ChainMap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language.declared_skills import ENDING, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
-from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.model import CallMission, Mission
 from florence_bt.trees.language.parse import read_mission
 from florence_bt.trees.language.third_party import ThirdParty
 
@@ -102,6 +102,20 @@ class MissionLibrary:
         # The stem counts, also when the file calls the mission something else: that is one of its findings.
         self._missions[path.stem] = mission
         return mission
+
+    def add_neighbours(self, missions: Iterable[Mission]) -> None:
+        """Let missions call those that lie beside their files."""
+        waiting = list(missions)
+        looked_for: set[Path] = set()
+        for mission in waiting:
+            for node in mission.nodes():
+                if not isinstance(node, CallMission) or node.mission.text in self:
+                    continue
+                file = mission.file.parent / f"{node.mission.text}.yaml"
+                if file not in looked_for and file.is_file():
+                    neighbour = self.add_file(file)
+                    waiting += [neighbour] if neighbour is not None else []
+                looked_for.add(file)
 
     def with_declared(self, declarations: Mapping[str, SkillDeclaration]) -> Mapping[str, SkillDeclaration]:
         """The given skills, and behind them those that are only declared; later ones are seen too."""

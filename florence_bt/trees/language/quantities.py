@@ -59,7 +59,7 @@ def read_value(text: str, kind: Kind) -> Any:
         The value in SI units.
 
     Raises:
-        ConfigError: The text is no value of that kind; the error says what would have worked.
+        ConfigError: The text is not a value of that kind; the error says what would have worked.
     """
     text = text.strip() if kind is not Kind.TEXT else text
     match kind:
@@ -182,4 +182,4 @@ def _read_quantity(text: str, kind: Kind) -> float:
         raise ConfigError(f"a plain number is needed, not {text!r}", valid=[match[1]])
     close = closest_first(unit, units)
     names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
-    raise ConfigError(f"{unit!r} is no unit of {what}", valid=[f"{match[1]} {name}" for name in names])
+    raise ConfigError(f"{unit!r} is not a unit of {what}", valid=[f"{match[1]} {name}" for name in names])

@@ -51,7 +51,7 @@ class ThirdParty:
             places = list(spec.submodule_search_locations or ()) if spec is not None else []
             folder = next((Path(place) for place in places if Path(place).is_dir()), None)
             if folder is None:
-                self._refuse(point, "is no package folder")
+                self._refuse(point, "is not a package folder")
             else:
                 yield _owner(point), folder
 

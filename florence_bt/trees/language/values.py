@@ -17,8 +17,8 @@ from florence_bt.behaviours.keys import (
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.language.expressions.building import build_formula
 from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value, show
 from florence_bt.trees.language.quantities import (
@@ -79,7 +79,7 @@ def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
     for problem in check_kinds(value, kinds or {}, kind).problems:
         place = problem.position
         raise ConfigError(problem.message, line=place.line, column=place.column, valid=problem.valid)
-    formula = build_formula(value, kinds)
+    formula = compile_expression(value, kinds)
     if formula.keys:
         return formula
     try:
@@ -129,3 +129,30 @@ def as_expression(value: Template) -> tuple[str, ...]:
 
 def _written(kind: Kind) -> tuple[str, ...]:
     return (example_of(kind), "$key")
+
+
+def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
+    """The kind of a value where nothing says what it must be; None when it is not known.
+
+    Args:
+        value: The value.
+        kinds: The kinds of inputs and keys that are known.
+    """
+    match value:
+        case Literal(text=text, quoted=quoted):
+            return Kind.TEXT if quoted else guess_value(text)[0]
+        case Reference(key=key):
+            return kinds.get(key)
+        case Template():
+            return Kind.TEXT
+        case PoseParts():
+            return Kind.POSE
+        case Expression():
+            return check_kinds(value, kinds).kind
+
+
+def fits(given: Kind | None, wanted: Kind | None) -> bool:
+    """Whether a key of one kind can be given where another is wanted; what is not known fits."""
+    return (
+        given is None or wanted is None or given is wanted or (given, wanted) == (Kind.INTEGER, Kind.NUMBER)
+    )

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 
 import pytest
+from py_trees.behaviours import Success as Succeed
 from py_trees.composites import Sequence
 
 from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import Invert
-from florence_bt.behaviours.leaves import Fail, Succeed
+from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.core.clock import ManualClock
 from florence_bt.mission_testing.ticking import make_context

@@ -96,8 +96,8 @@ HOSTILE: dict[str, tuple[str | bytes, str]] = {
     "tabs": (HEAD + "\tfail: x\n", "a tab in the indentation"),
     "empty": ("", "the file is empty"),
     "null": ("~\n", "the file is empty"),
-    "word": ("hello\n", "a mission file must be a table"),
-    "list": ("- a\n", "a mission file must be a table"),
+    "word": ("hello\n", "a mission file must be a mapping"),
+    "list": ("- a\n", "a mission file must be a mapping"),
 }
 
 PROGRAM = """
@@ -162,7 +162,7 @@ def test_a_hostile_file_is_refused_with_little_work_and_clearly(checked, name):
         ("huge", "more than 1000000 bytes"),
         ("pipe", "it is a pipe"),
         ("device", "it is a device"),
-        ("folder", "a mission file must be a table"),
+        ("folder", "a mission file must be a mapping"),
     ],
 )
 def test_what_is_no_file_is_refused(checked, name, problem):

@@ -49,7 +49,7 @@ def test_defaults(workshop):
 def test_a_room_is_a_hotspot_but_not_every_hotspot_is_a_room(workshop):
     assert lines(workshop, "tree: {in_room: {room: kitchen}}\n") == []
     assert lines(workshop, "tree: {in_room: {room: tv}}\n") == [
-        "2:24 error the hotspot 'tv' is no room in flat.yaml | hall, kitchen"
+        "2:24 error the hotspot 'tv' is not a room in flat.yaml | hall, kitchen"
     ]
     assert lines(workshop, "tree: {in_room: {room: hal}}\n") == [
         "2:24 error there is no room 'hal' in flat.yaml | hall"

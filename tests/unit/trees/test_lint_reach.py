@@ -170,7 +170,7 @@ def test_a_condition_cannot_need_what_a_later_node_uses(workshop, kind):
         ("0 s", "every: at least 10 ms are needed"),
         ("$t", "every: "),
         ("[1 s]", "every: at least 10 ms are needed"),
-        ("2 m", "every: 'm' is no unit of a duration"),
+        ("2 m", "every: 'm' is not a unit of a duration"),
     ],
 )
 def test_every_is_a_duration_that_is_written_out(workshop, every, problem):

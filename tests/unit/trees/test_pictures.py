@@ -1,9 +1,10 @@
 """The texts of running trees."""
 
+from py_trees.behaviours import Success as Succeed
 from py_trees.composites import Sequence
 
 from florence_bt.behaviours.composites import Selector
-from florence_bt.behaviours.leaves import Fail, Succeed
+from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Retry, Wait
 from florence_bt.core.clock import ManualClock
 from florence_bt.mission_testing.ticking import make_context, tick_until

@@ -187,7 +187,7 @@ def test_each_round_asks_anew(tmp_path):
 
 
 def test_loops_below_a_condition_ask_when_they_mean_to(tmp_path):
-    # The retry is no condition that is watched: it asks twice at 0 s and no more.
+    # The retry is not a condition that is watched: it asks twice at 0 s and no more.
     tree = "tree: {sequence: [{retry: 3, do: {is_home: }}, work: ], memory: false}"
     play = Play(tmp_path, tree, is_home=[takes(0.0, AWAY), takes(0.0)], work=[ENDLESS])
     play.at(5.0)

@@ -19,14 +19,20 @@ from py_trees.composites import Composite, Sequence
 from florence_bt.behaviours.branching import If, Switch
 from florence_bt.behaviours.composites import Finally, Selector
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.decorators import ForceFailure, ForceSuccess, Invert
-from florence_bt.behaviours.expressions import Constant, Formula, Operation
-from florence_bt.behaviours.guards import StartGuard, While
+from florence_bt.behaviours.decorators import (
+    Cooldown,
+    ForceFailure,
+    ForceSuccess,
+    Invert,
+    Once,
+    StartGuard,
+    While,
+)
+from florence_bt.behaviours.expressions import CompiledExpression, operation
 from florence_bt.behaviours.keys import KeyReference, KeyStore
 from florence_bt.behaviours.pacing import Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.reactive import AlwaysSettled, Reactive
-from florence_bt.behaviours.restarts import Cooldown, Once
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
@@ -188,7 +194,7 @@ class ReactiveScript(random_trees.Script):
                     child.parent = None
         return super().composite(children)
 
-    def formula(self) -> Formula:
+    def formula(self) -> CompiledExpression:
         return above(self.random.choice(KEYS), self.random.randrange(3))
 
     def cleanup(self) -> Callable[[TreeContext], Behaviour]:
@@ -251,10 +257,10 @@ class ReactiveScript(random_trees.Script):
         told(None)
 
 
-def above(key: str, limit: int) -> Formula:
+def above(key: str, limit: int) -> CompiledExpression:
     """The expression ``$key > limit``."""
-    term = Operation(">", lambda left, right: left > right, (KeyReference(key), Constant(limit)))
-    return Formula(f"${key} > {limit}", term, (key,))
+    term = operation(">", KeyReference(key).resolve, lambda keys: limit)
+    return CompiledExpression(f"${key} > {limit}", term, (key,))
 
 
 OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [

@@ -121,7 +121,7 @@ class Tells(Answers):
         self.__dict__["hidden"] = new
 
 
-class Notes(Answers):
+class FindingList(Answers):
     """It hears of everything that is set."""
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -130,7 +130,7 @@ class Notes(Answers):
         super().__setattr__(name, value)
 
 
-@pytest.mark.parametrize("cls", [Tells, Notes])
+@pytest.mark.parametrize("cls", [Tells, FindingList])
 def test_a_node_that_hears_of_its_status_hears_it_as_often_as_in_py_trees(cls):
     def tree() -> Behaviour:
         return composites.Sequence("root", False, [cls("a", S, R, F), cls("b", R, R, S)])
