@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -11,7 +10,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.composites import stop_watching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.expressions import CompiledExpression
+from florence_bt.behaviours.expressions import CompiledExpression, equal
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.watched_skill import WatchedSkill
@@ -207,7 +206,7 @@ class Switch(_Branching):
         except ValueProblem as error:
             return error.as_result()
         self.feedback_message = f"the value is {readable(value)}"
-        fitting = (branch for wanted, branch in self._cases if any(_same(value, one) for one in wanted))
+        fitting = (branch for wanted, branch in self._cases if any(_fits(value, one) for one in wanted))
         self.branch = next(fitting, self._default)
         if self.branch is None:
             cases = ", ".join(self._labels) or "none"
@@ -215,9 +214,8 @@ class Switch(_Branching):
         return None
 
 
-def _same(value: Any, wanted: Any) -> bool:
-    if isinstance(value, (bool, str)) or isinstance(wanted, (bool, str)):
-        return type(value) is type(wanted) and value == wanted
-    if isinstance(value, (int, float)) and isinstance(wanted, (int, float)):
-        return math.isclose(value, wanted, rel_tol=1e-9, abs_tol=1e-12)
-    return bool(value == wanted)
+def _fits(value: Any, wanted: Any) -> bool:
+    try:
+        return equal(value, wanted)
+    except TypeError:  # values of two kinds
+        return False

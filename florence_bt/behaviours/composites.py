@@ -24,7 +24,7 @@ CLEANUP = "finally"
 
 
 class Selector(PyTreesSelector):
-    """The selector of py_trees, whose children forget their statuses when it starts anew.
+    """The selector of py_trees, whose children forget their statuses when it starts again.
 
     (A stock selector keeps them, so a dump would show failures of an earlier round.)
     """
@@ -166,7 +166,7 @@ class _CleanupRun:
         where = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(where.filename).name}:{where.lineno}"
         self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
-        # Skills that the clean-up had started are told to stop; the node that broke may break again.
+        # Skills that the clean-up had started are cancelled; the node that broke may break again.
         for node in self._tree.iterate():
             if not node.children and node.status is Status.RUNNING:
                 with suppress(Exception):

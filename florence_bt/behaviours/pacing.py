@@ -1,6 +1,6 @@
 """Nodes about time and repetition: time-out, retry, repeat, wait.
 
-They use the clock of the context and wake the executor themselves, so nobody has to tick a waiting tree. (The
+They use the clock of the context and wake the executor themselves, so a waiting tree needs no ticks. (The
 timers of py_trees read the clock of the operating system and are not used.)
 """
 
@@ -155,7 +155,7 @@ class _Counting(PreparedDecorator):
             self._context.keys.write(self._round_key, number)
 
     def _again(self) -> Status:
-        """Go to the next round: the executor ticks once more, which starts the child anew."""
+        """Go to the next round: the executor ticks once more, which starts the child again."""
         self._enter(self.round + 1)
         self._context.wake()
         return Status.RUNNING

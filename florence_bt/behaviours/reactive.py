@@ -43,7 +43,7 @@ class Reactive:
         ticked.
 
         The answer here fits a leaf that works while it is RUNNING, and a decorator that does nothing of its
-        own while its child is RUNNING: when they have finished, another tick would start them anew.
+        own while its child is RUNNING: when they have finished, another tick would start them again.
         """
         return self.status is Status.RUNNING and all(c.status is Status.RUNNING for c in self.children)
 

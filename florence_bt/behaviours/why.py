@@ -122,7 +122,7 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
     """Find the cause of a failure in a tree, or a part of one, that has just finished.
 
     A decorator points to its child, a sequence and a parallel to the child that failed, a selector to the
-    last child that failed; its reason tells why the others failed too.
+    last child that failed; its reason says why the others failed too.
 
     Args:
         root: The node to explain.
@@ -169,11 +169,11 @@ def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) ->
         other = explain(child, known) or remembered_failure(child)
         if other is not None:
             others.setdefault(other.reason, []).append(child.name)
-    told = [_told(names, reason, why.reason) for reason, names in others.items()]
-    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(told)})") if told else why
+    summaries = [_summary(names, reason, why.reason) for reason, names in others.items()]
+    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(summaries)})") if summaries else why
 
 
-def _told(names: list[str], reason: str, last: str) -> str:
+def _summary(names: list[str], reason: str, last: str) -> str:
     """Branches with one reason; a reason that the last branch gives anyway is not said again."""
     branches = ", ".join(dict.fromkeys(names))
     if reason in (last, last.split(EARLIER)[0]):

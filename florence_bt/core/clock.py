@@ -118,10 +118,7 @@ class ManualClock:
     def advance_to(self, when: float) -> None:
         """Move the time forward and run every callback that is due on the way, each at its own moment."""
         while (due := self.next_time()) is not None and due <= when:
-            self._now = due
-            callback = heapq.heappop(self._queue)[2].callback
-            if callback is not None:
-                callback()
+            self.run_next()
         self._now = max(self._now, when)
 
     def advance(self, seconds: float) -> None:

@@ -1,7 +1,7 @@
-"""Reads a YAML file that a person wrote into texts, lists and mappings that know their line and column.
+"""Reads a YAML file that a person wrote into scalars, sequences and mappings that know their line and column.
 
 Only plain YAML is read. Scalars stay text, so that ``no`` is not false and ``12:30`` is not 750; whoever
-reads the file types them. Anchors, aliases, merges, tags, several documents and keys that stand twice are
+reads the file types them. Anchors, aliases, merges, tags, several documents and duplicate keys are
 refused: a file says each thing once, in sight, and cannot grow when it is read. Every limit below is met
 before memory or time is spent on what lies behind it.
 """
@@ -91,7 +91,7 @@ class YamlMapping:
     """A mapping.
 
     Attributes:
-        entries: Keys and values in the order of the file; no key twice.
+        entries: Keys and values in the order of the file; no duplicate key.
         position: Where it begins.
     """
 
@@ -128,7 +128,7 @@ def parse_yaml(data: bytes, path: Path, problems: list[ConfigError] | None = Non
     Args:
         data: The bytes.
         path: The file.
-        problems: Receives what is wrong and can be passed over: keys that stand twice, tags, anchors, a
+        problems: Receives what is wrong and can be passed over: duplicate keys, tags, anchors, a
             second document. Without it the first of them is raised.
 
     Raises:
@@ -252,8 +252,8 @@ class _Composer:
                 raise self._error(event, "merges (<<) are not allowed", "writing the entries again")
             value = self._node(next(self._events), depth + 1)
             if key.text in seen:
-                twice = f"the key {key.text!r} stands here twice (first in line {seen[key.text]})"
-                self._note(self._error(event, twice, "one of the two", "another name"))
+                duplicate = f"the key {key.text!r} is duplicated (first in line {seen[key.text]})"
+                self._note(self._error(event, duplicate, "one of the two", "another name"))
                 continue
             seen[key.text] = key.position.line
             yield key, value

@@ -42,7 +42,7 @@ def read_bytes(path: Path) -> bytes:
         ConfigError: The file is missing, unreadable, not regular, or has more than :data:`MAX_BYTES`.
     """
     try:
-        # Looked at before it is opened: opening a pipe can wait for ever, opening a device can wake it.
+        # Looked at before it is opened: opening a pipe can wait without end, opening a device can wake it.
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
             what = next((name for test, name in _KINDS if test(status.st_mode)), "no regular file")
@@ -136,7 +136,7 @@ _MARKS = (
     (b"\xff\xfe", UTF_16, "utf-16"),
     (b"\xfe\xff", UTF_16, "utf-16"),
 )
-# The file begins with an ASCII character; YAML 1.2, section 5.2, tells encodings apart in the same way.
+# The file begins with an ASCII character; YAML 1.2, section 5.2, distinguishes encodings in the same way.
 _ZEROS = (
     (re.compile(rb"\x00\x00\x00[^\x00]"), UTF_32, "utf-32-be"),
     (re.compile(rb"[^\x00]\x00\x00\x00"), UTF_32, "utf-32-le"),

@@ -27,7 +27,7 @@ class UnquotedComma:
 
     @property
     def whole(self) -> str:
-        """The text as it was meant."""
+        """The whole text."""
         return ", ".join(piece.text for piece in (self.first, *self.pieces))
 
     @property

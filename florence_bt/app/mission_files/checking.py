@@ -15,7 +15,7 @@ from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlSca
 from florence_bt.core.text_files import MAX_BYTES, decode, readable
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 from florence_bt.trees.checks import lint
-from florence_bt.trees.checks.lint import Places
+from florence_bt.trees.checks.lint import KnownPlaces
 from florence_bt.trees.checks.report import FORMATS, Excerpts, report_full, summary
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import is_skills_file
@@ -27,10 +27,10 @@ from florence_bt.trees.language.findings import (
     has_errors,
     limit_findings,
 )
-from florence_bt.trees.language.kinds import IDENTIFIER
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.parse import parse_mission
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 STDIN = Path("-")
 """Given in place of a file: the standard input."""
@@ -192,11 +192,11 @@ class _Flat:
     asked: bool
     problem_at: ProblemAt | None
 
-    def for_lint(self) -> Places:
+    def for_lint(self) -> KnownPlaces:
         shown = (
             str(self.file) if self.ours else f"{self.file.name}, the flat of Florence; give --hotspots FILE"
         )
-        return Places(
+        return KnownPlaces(
             labels=self.hotspots.labels() if self.ours or not self.asked else None,
             rooms=tuple(room.label for room in self.hotspots.rooms()),
             file=shown,

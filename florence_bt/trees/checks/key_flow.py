@@ -55,7 +55,7 @@ class Flow:
 
 
 class Witness(Protocol):
-    """Is told of every read while the flow is followed."""
+    """Is called for every read while the flow is followed."""
 
     def read(self, reference: Reference, before: Written) -> Written:
         """A node reads a key that it needs; gives the state with which to go on."""
@@ -79,7 +79,7 @@ class KeyFlow:
         self._bits = bits
         self._outcomes = outcomes
         self._writes = writes
-        self._quiet: dict[tuple[int, int, int], Flow] = {}
+        self._quiet: dict[tuple[Node, int, int], Flow] = {}
 
     def follow(self, node: Node, before: Written, witness: Witness | None = None) -> Flow:
         """Follow the keys through a node.
@@ -87,12 +87,12 @@ class KeyFlow:
         Args:
             node: The node.
             before: The state when it begins.
-            witness: Told of every read, each once. Without one a read of a key that no way has written
+            witness: Called for every read, each once. Without one a read of a key that no way has written
                 ends in failure, as it does at run time.
         """
         if witness is not None:
             return self._node(node, before, witness)
-        key = (id(node), before.maybe, before.surely)
+        key = (node, before.maybe, before.surely)
         if key not in self._quiet:
             self._quiet[key] = self._node(node, before, None)
         return self._quiet[key]
@@ -208,8 +208,8 @@ class KeyFlow:
         outcomes = [self.follow(child, state, witness).success for child in children]
         needed = policy.successes_needed(len(children))
         if policy.kind is PolicyKind.SELECTED:
-            selected = {id(child) for child in node.selected}
-            outcomes = [end for child, end in zip(children, outcomes, strict=True) if id(child) in selected]
+            selected = set(node.selected)
+            outcomes = [end for child, end in zip(children, outcomes, strict=True) if child in selected]
             needed = len(outcomes)
         good = [end.surely for end in outcomes if end is not None]
         failure = Written(touched, before.surely)
@@ -228,7 +228,7 @@ class KeyFlow:
 
     def _if(self, node: model.If, before: Written, witness: Witness | None) -> Flow:
         if not node.memory:
-            # Decided anew with every tick: what one branch wrote the other may read.
+            # Decided again with every tick: what one branch wrote the other may read.
             branches = [node.then, *([node.otherwise] if node.otherwise is not None else [])]
             state = before
             for branch in branches * 2:

@@ -34,17 +34,17 @@ class KeyChecks:
         self._written = [(node, key) for node in known.all for key, _ in analysis.writes(node, self._kinds)]
         written = {key.text for _, key in self._written}
         wrong = list(_outputs_of_nothing(known.all, analysis))
-        self._of_nothing = {id(key) for _, key, _ in wrong}
+        self._of_nothing = {key for _, key, _ in wrong}
         # By nodes that cannot be read, and by outputs the wrong way round, which is said there.
         turned_round = {output.text for output, key, given in wrong if key.text in given}
         self._lost = sorted((mission.lost | turned_round) - written)
         names = {**mission.inputs, **mission.keys, **dict.fromkeys([*sorted(written), *self._lost])}
         self._bits = {name: 1 << number for number, name in enumerate(names)}
-        by_node: dict[int, list[str]] = {}
+        by_node: dict[Node, list[str]] = {}
         for node, key in self._written:
-            by_node.setdefault(id(node), []).append(key.text)
+            by_node.setdefault(node, []).append(key.text)
         self._flow = KeyFlow(
-            self._bits, lambda node: known.of(node).outcomes, lambda node: by_node.get(id(node), ())
+            self._bits, lambda node: known.of(node).outcomes, lambda node: by_node.get(node, ())
         )
 
     def check(self) -> None:
@@ -87,7 +87,7 @@ class KeyChecks:
             message = f"the key {key!r} is read before any node has written it"
             self._notes.error(reference.position, message, valid)
         elif not before.surely & bit:
-            message = f"the key {key!r} may have no value here: not every way writes it"
+            message = f"the key {key!r} may have no value here: not every path writes it"
             self._notes.warning(reference.position, message)
         # Said once on each way.
         return before.plus(bit)
@@ -120,7 +120,7 @@ class KeyChecks:
         """Warn of what is written or declared and never read."""
         written = {key.text for _, key in self._written}
         for node, key in self._written:
-            known = key.text in read or key.text in self._mission.inputs or id(key) in self._of_nothing
+            known = key.text in read or key.text in self._mission.inputs or key in self._of_nothing
             if not known:
                 self._unread(node, key)
         for name in self._mission.inputs:

@@ -9,7 +9,7 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.checks.keys import KeyChecks
 from florence_bt.trees.checks.names import NameChecks
-from florence_bt.trees.checks.places import Places, check_places, labels_in
+from florence_bt.trees.checks.places import KnownPlaces, check_places, labels_in
 from florence_bt.trees.checks.reach import ReachChecks
 from florence_bt.trees.checks.structure import check_structure
 from florence_bt.trees.language.analysis import Analysis, callers_among, reachable
@@ -25,14 +25,14 @@ from florence_bt.trees.language.findings import (
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, RunSkill
 
-__all__ = ["Places", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
+__all__ = ["KnownPlaces", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
 
 
 def check(
     missions: Mission | Iterable[Mission],
     library: MissionLibrary,
     declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | Places | None = None,
+    hotspots: Collection[str] | KnownPlaces | None = None,
 ) -> list[Finding]:
     """Check missions.
 
@@ -46,7 +46,9 @@ def check(
         Everything that was found, by file and place; empty when all is well.
     """
     analysis = Analysis(library, dict(library.with_declared(declarations)))
-    places = hotspots if isinstance(hotspots, Places) or hotspots is None else Places(tuple(hotspots))
+    places = (
+        hotspots if isinstance(hotspots, KnownPlaces) or hotspots is None else KnownPlaces(tuple(hotspots))
+    )
     findings: list[Finding] = []
     for mission in [missions] if isinstance(missions, Mission) else missions:
         findings += [
@@ -60,7 +62,7 @@ def check_files(
     files: Iterable[Path],
     library: MissionLibrary,
     declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | Places | None = None,
+    hotspots: Collection[str] | KnownPlaces | None = None,
 ) -> list[Finding]:
     """Check mission files, which join the library first so that they can call each other.
 
@@ -91,18 +93,18 @@ def errors_of_called(
     """An error at each call of a mission that cannot run, itself or through what it calls.
 
     Args:
-        missions: What is checked; what is wrong with these is told at their own places.
+        missions: What is checked; what is wrong with these is reported at their own places.
         library: Where called missions are found.
         declarations: The skills by name.
     """
     analysis = Analysis(library, dict(library.with_declared(declarations)))
-    checked = {id(mission) for mission in missions}
+    checked = set(missions)
     called = dict.fromkeys(name for mission in missions for name in analysis.callees(mission))
     reached = [*called, *(name for name in reachable(called, analysis.callees_of) if name not in called)]
     errors: dict[str, Finding] = {}
     for name in reached:
         mission = library.find(name)
-        if mission is not None and id(mission) not in checked:
+        if mission is not None and mission not in checked:
             found = sort_findings(_check_mission(mission, analysis, None))
             if has_errors(found):
                 errors[name] = next(finding for finding in found if finding.severity == ERROR)
@@ -119,7 +121,7 @@ def errors_of_called(
         cycle = analysis.cycle_of(mission)
         for call in analysis.calls(mission):
             if call.mission.text not in leads_to or call.mission.text in cycle:
-                continue  # what calls itself is told at its own place
+                continue  # recursion is reported at its own place
             name, error = first_error(call.mission.text)
             place = call.mission.position
             message = f"the mission {name!r} has errors; the first one: {error.as_error()}"
@@ -134,7 +136,7 @@ def written_labels(
     return [(text, position) for text, position, _ in labels_in(mission, Analysis(library, declarations))]
 
 
-def _check_mission(mission: Mission, analysis: Analysis, places: Places | None) -> list[Finding]:
+def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | None) -> list[Finding]:
     notes = FindingList(mission.file)
     NameChecks(mission, analysis, notes).check()
     if places is not None:

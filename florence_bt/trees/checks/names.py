@@ -12,11 +12,11 @@ from florence_bt.trees.language import model
 from florence_bt.trees.language._suggestions import OTHER_KINDS
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.findings import FindingList
-from florence_bt.trees.language.kinds import NODE_KINDS
 from florence_bt.trees.language.model import Literal, Mission, Node, PolicyKind
 from florence_bt.trees.language.outcomes import COUNT, PAUSE
 from florence_bt.trees.language.quantities import example_of, with_article
 from florence_bt.trees.language.values import fits
+from florence_bt.trees.language.vocabulary import NODE_KINDS
 
 
 class NameChecks:
@@ -188,7 +188,7 @@ class NameChecks:
             literal = literal_kind(case, kind)
             value = (isinstance(literal, bool), literal)  # for Python 1 is True, and 0 is False
             if value in first:
-                message = f"the case {case.text!r} stands here twice (first in line {first[value]})"
+                message = f"the case {case.text!r} is duplicated (first in line {first[value]})"
                 self._notes.error(case.position, message, ["another value", "one case"])
             first.setdefault(value, case.position.line)
         if node.default is not None and {(True, True), (True, False)} <= first.keys():

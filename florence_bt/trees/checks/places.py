@@ -16,7 +16,7 @@ from florence_bt.trees.language.values import literal_value, tree_value
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
+class KnownPlaces:
     """The places of a flat.
 
     Attributes:
@@ -35,7 +35,7 @@ class Places:
     problem_at: Callable[[float, float], str | None] | None = None
 
 
-def check_places(mission: Mission, analysis: Analysis, places: Places, notes: FindingList) -> None:
+def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, notes: FindingList) -> None:
     """Note the labels and poses of a mission that do not exist.
 
     Args:
@@ -46,9 +46,9 @@ def check_places(mission: Mission, analysis: Analysis, places: Places, notes: Fi
     """
     if places.labels is not None:
         for text, position, what in labels_in(mission, analysis):
-            # Where a key has this name its value may be meant.
-            meant = [f"${text}"] if text in analysis.of(mission).kinds else []
-            _check_label(text, position, what, places, notes, meant)
+            # A key of this name may have lost its dollar sign.
+            suggestions = [f"${text}"] if text in analysis.of(mission).kinds else []
+            _check_label(text, position, what, places, notes, suggestions)
     if places.problem_at is not None:
         for node in analysis.of(mission).all:
             for value in model.values_of(node):
@@ -98,7 +98,7 @@ def _compared(term: Term, names: dict[str, str] | Collection[str]) -> Iterator[t
 
 
 def _check_label(
-    text: str, position: Position, what: str, places: Places, notes: FindingList, meant: list[str]
+    text: str, position: Position, what: str, places: KnownPlaces, notes: FindingList, suggestions: list[str]
 ) -> None:
     labels = places.labels or ()
     rooms = labels if places.rooms is None else places.rooms
@@ -107,7 +107,7 @@ def _check_label(
         wanted = rooms if what == "room" else labels
         noun = "room" if what == "room" and places.rooms is not None else "hotspot"
         message = f"there is no {noun} {text!r}{where}"
-        notes.unknown(position, message, text, wanted, severity=places.severity, suggestions=meant)
+        notes.unknown(position, message, text, wanted, severity=places.severity, suggestions=suggestions)
     elif what == "room" and text not in rooms:
         message = f"the hotspot {text!r} is not a room{where}"
         notes.unknown(position, message, text, rooms, severity=places.severity)

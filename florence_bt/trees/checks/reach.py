@@ -9,14 +9,14 @@ from florence_bt.trees.language import model
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.expressions.compiling import constant_of
 from florence_bt.trees.language.findings import FindingList
-from florence_bt.trees.language.kinds import IDENTIFIER
 from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
 from florence_bt.trees.language.quantities import guess_value
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 from florence_bt.trees.language.watching import guards_of, is_condition, unwatched
 
 
 class ReachChecks:
-    """Looks for what the author cannot have meant, because it never has an effect.
+    """Looks for what cannot be intended, because it never has an effect.
 
     Args:
         mission: The mission.
@@ -95,9 +95,9 @@ class ReachChecks:
         uses = [node for node in self._known.all if isinstance(node, model.RunSkill) and node.skill in skills]
         # A mission of nothing but conditions may be one where it is called.
         only_conditions = all(is_condition(node, skills[node.skill]) for node in uses)
-        alone = {id(node): below for node, below in unwatched(tree)} if tree is not None else {}
+        alone = dict(unwatched(tree)) if tree is not None else {}
         for node in uses:
-            below = alone.get(id(node))
+            below = alone.get(node)
             if (
                 below is not None
                 and not isinstance(below, model.Once)
@@ -114,7 +114,7 @@ class ReachChecks:
             elif node.every is not None and skills[node.skill].wakes:
                 message = f"'every' has no effect: {node.skill} reports changes and is asked then"
                 self._notes.warning(node.position, message, [f"{node.skill} without every"])
-            elif node.every is not None and id(node) in alone and not only_conditions:
+            elif node.every is not None and node in alone and not only_conditions:
                 message = f"'every' has no effect: nobody asks {node.title!r} again here"
                 valid = ["memory: false, and a node that runs behind it", f"{node.skill} without every"]
                 self._notes.warning(node.position, message, valid)

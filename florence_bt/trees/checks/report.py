@@ -204,8 +204,8 @@ def _offending_text(line: str, start: int, message: str) -> str:
     match = _OFFENDING.match(line, start)
     text = match[0].rstrip() if match else line[start : start + 1]
     # What the message itself quotes stands there as a whole, whatever signs are in it.
-    told = [quoted for quoted in _QUOTED.findall(message) if line.startswith(quoted, start)]
-    return max((text, *told), key=len)
+    in_message = [quoted for quoted in _QUOTED.findall(message) if line.startswith(quoted, start)]
+    return max((text, *in_message), key=len)
 
 
 def _lines_of(file: str) -> list[str]:

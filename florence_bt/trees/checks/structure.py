@@ -56,15 +56,11 @@ def _check_recursion(mission: Mission, analysis: Analysis, notes: FindingList) -
     cycle = analysis.cycle_of(mission)
     if not cycle:
         return
-
-    def callees(name: str) -> tuple[str, ...]:
-        return analysis.callees(mission) if name == mission.name else analysis.callees_of(name)
-
     for call in analysis.of(mission).all:
         if isinstance(call, model.CallMission) and call.mission.text in cycle and not notes.full:
             rest = [call.mission.text, "...", mission.name]
             if len(cycle) <= MAX_CHAIN:
-                rest = chain_back(call.mission.text, mission.name, cycle, callees)
+                rest = chain_back(call.mission.text, mission.name, cycle, analysis.callees_of)
             chain = " -> ".join([mission.name, *rest])
             notes.error(call.mission.position, f"the mission calls itself: {chain}")
 

@@ -75,9 +75,9 @@ def box_lines(box: Box) -> list[TextLine]:
 
 
 def _label(box: Box) -> str:
-    """The small words on top: the way from the box above, and the kind where the title does not tell it."""
-    told = box.kind == "skill" or box.title.lower().startswith(box.kind)
-    return " · ".join(word for word in (box.edge, "" if told else box.kind) if word)
+    """The small words on top: the way from the box above, and the kind where the title does not say it."""
+    in_title = box.kind == "skill" or box.title.lower().startswith(box.kind)
+    return " · ".join(word for word in (box.edge, "" if in_title else box.kind) if word)
 
 
 def _broken(text: str) -> Iterator[str]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from florence_bt.core.errors import closest_first
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
-from florence_bt.trees.language.kinds import IDENTIFIER, MODIFIERS, NODE_KINDS
+from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _BESIDE_A_KIND = (

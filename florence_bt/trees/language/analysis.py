@@ -12,10 +12,8 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language import model
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Literal, Mission, Node
-from florence_bt.trees.language.outcomes import OWN_CODES, SUCCEEDS, MissionOutcomes, NodeOutcomes
-from florence_bt.trees.language.values import fits, kind_of
-
-__all__ = ["OWN_CODES", "Analysis", "MissionFacts", "fits", "kind_of"]
+from florence_bt.trees.language.outcomes import SUCCEEDS, MissionOutcomes, NodeOutcomes
+from florence_bt.trees.language.values import kind_of
 
 NOTHING = frozenset[str]()
 
@@ -29,7 +27,7 @@ class NodeFacts:
         resources: What only one skill at a time may use, of all its skills.
         known: Whether every skill and mission below exists.
         lasting: Whether it can be running, because something below takes time.
-        depth: How many nodes stand one above the other.
+        depth: The height of the tree in nodes.
         count: How many nodes there are.
     """
 
@@ -47,7 +45,7 @@ class MissionFacts:
 
     Attributes:
         mission: The mission.
-        nodes: Node analysis by the identity of the node.
+        nodes: What is known of each node.
         kinds: The kinds of its inputs and keys, as far as they are known.
         names: Input or key -> what its text must name (a hotspot, a room), because such an input of a skill
             is given it.
@@ -55,19 +53,19 @@ class MissionFacts:
     """
 
     mission: Mission
-    nodes: Mapping[int, NodeFacts]
+    nodes: Mapping[Node, NodeFacts]
     kinds: Mapping[str, Kind]
     names: Mapping[str, str]
     all: tuple[Node, ...]
 
     @property
     def root(self) -> NodeFacts | None:
-        """The analysis of the whole tree."""
-        return self.nodes.get(id(self.mission.tree))
+        """What is known of the whole tree."""
+        return self.nodes[self.mission.tree] if self.mission.tree is not None else None
 
     def of(self, node: Node) -> NodeFacts:
-        """The analysis of a node of this mission."""
-        return self.nodes[id(node)]
+        """What is known of a node of this mission."""
+        return self.nodes[node]
 
 
 class Analysis:
@@ -84,31 +82,31 @@ class Analysis:
     def __init__(self, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> None:
         self.library = library
         self.declarations = declarations
-        self._known: dict[int, MissionFacts] = {}
-        self._callees: dict[int, tuple[str, ...]] = {}
-        self._kinds: dict[int, Mapping[str, Kind]] = {}
+        self._known: dict[Mission, MissionFacts] = {}
+        self._callees: dict[Mission, tuple[str, ...]] = {}
+        self._kinds: dict[Mission, Mapping[str, Kind]] = {}
 
     def of(self, mission: Mission) -> MissionFacts:
         """What is known of a mission."""
-        if id(mission) in self._known:
-            return self._known[id(mission)]
-        waiting, begun = [mission], set[int]()
+        if mission in self._known:
+            return self._known[mission]
+        waiting, begun = [mission], set[Mission]()
         while waiting:
             top = waiting[-1]
-            if id(top) not in self._known and id(top) not in begun:
-                begun.add(id(top))
+            if top not in self._known and top not in begun:
+                begun.add(top)
                 below = map(self.library.find, self.callees(top))
-                waiting += [each for each in below if each is not None and id(each) not in begun]
+                waiting += [each for each in below if each is not None and each not in begun]
                 continue
             waiting.pop()
-            if id(top) not in self._known:
-                self._known[id(top)] = _FactsOfMission(top, self).result()
-        return self._known[id(mission)]
+            if top not in self._known:
+                self._known[top] = _FactsOfMission(top, self).result()
+        return self._known[mission]
 
     def called(self, name: str) -> MissionFacts | None:
         """What is known of a mission that is called; None when there is none, or it calls itself."""
         mission = self.library.find(name)
-        return self._known.get(id(mission)) if mission is not None else None
+        return self._known.get(mission) if mission is not None else None
 
     def calls(self, mission: Mission) -> Iterator[model.CallMission]:
         """Every call of another mission."""
@@ -116,10 +114,10 @@ class Analysis:
 
     def callees(self, mission: Mission) -> tuple[str, ...]:
         """The missions that a mission calls, each once."""
-        known = self._callees.get(id(mission))
+        known = self._callees.get(mission)
         if known is None:
             names = dict.fromkeys(call.mission.text for call in self.calls(mission))
-            known = self._callees[id(mission)] = tuple(names)
+            known = self._callees[mission] = tuple(names)
         return known
 
     def callees_of(self, name: str) -> tuple[str, ...]:
@@ -129,13 +127,7 @@ class Analysis:
 
     def cycle_of(self, mission: Mission) -> frozenset[str]:
         """The missions through which a mission calls itself, itself among them; none when it does not."""
-        if self.library.find(mission.name) is mission:
-            return self._cycles.get(mission.name, NOTHING)
-
-        def callees(name: str) -> tuple[str, ...]:
-            return self.callees(mission) if name == mission.name else self.callees_of(name)
-
-        return cycles([mission.name], callees).get(mission.name, NOTHING)
+        return self._cycles.get(mission.name, NOTHING)
 
     @cached_property
     def _cycles(self) -> dict[str, frozenset[str]]:
@@ -170,9 +162,9 @@ class Analysis:
 
         Of the missions that it calls only the outputs are looked at, so this costs less than :meth:`of`.
         """
-        known = self._kinds.get(id(mission))
+        known = self._kinds.get(mission)
         if known is None:
-            known = self._kinds[id(mission)] = self._find_kinds(mission)
+            known = self._kinds[mission] = self._find_kinds(mission)
         return known
 
     def _find_kinds(self, mission: Mission) -> dict[str, Kind]:
@@ -198,13 +190,13 @@ class Analysis:
 
 
 class _FactsOfMission:
-    """Gathers the analysis of one mission from the leaves up."""
+    """Gathers the facts of one mission from the leaves up."""
 
     def __init__(self, mission: Mission, analysis: Analysis) -> None:
         self._mission = mission
         self._analysis = analysis
         self._outcomes = MissionOutcomes(mission, analysis.declarations, self._called_outcomes).by_node
-        self._nodes: dict[int, NodeFacts] = {}
+        self._nodes: dict[Node, NodeFacts] = {}
         self._all = tuple(mission.nodes())
 
     def result(self) -> MissionFacts:
@@ -238,14 +230,14 @@ class _FactsOfMission:
                 known = called is not None and called.root is not None
                 below += [called.root] if called is not None and called.root is not None else []
         gathered = NodeFacts(
-            outcomes=self._outcomes.get(id(node), SUCCEEDS),
+            outcomes=self._outcomes.get(node, SUCCEEDS),
             resources=resources.union(*(part.resources for part in below)),
             known=known and all(part.known for part in below),
             lasting=lasting or any(part.lasting for part in below),
             depth=1 + max((part.depth for part in below), default=0),
             count=1 + sum(part.count for part in below),
         )
-        self._nodes[id(node)] = gathered
+        self._nodes[node] = gathered
         return gathered
 
     def _names(self) -> dict[str, str]:
@@ -355,7 +347,7 @@ def cycles(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dic
 MAX_NODES = 50_000
 """How many nodes a mission has at most, those of the missions that it calls counted at every call."""
 MAX_TREE_DEPTH = 150
-"""How many nodes stand one above the other at most, those of called missions included."""
+"""The greatest height of a tree in nodes, those of called missions included."""
 
 
 def too_large(mission: Mission, analysis: Analysis) -> Iterator[ConfigError]:
@@ -376,10 +368,7 @@ def too_large(mission: Mission, analysis: Analysis) -> Iterator[ConfigError]:
         )
         problems.append((message, "repeat: instead of writing a call many times"))
     if root.depth > MAX_TREE_DEPTH:
-        message = (
-            f"{root.depth} nodes stand one above the other, with those of called missions; "
-            f"{MAX_TREE_DEPTH} can run"
-        )
+        message = f"{root.depth} nodes are nested, with those of called missions; {MAX_TREE_DEPTH} can run"
         problems.append((message, "fewer missions that call each other"))
     place = mission.tree.position
     for message, valid in problems:

@@ -41,11 +41,11 @@ from florence_bt.trees.language.analysis import Analysis, too_large
 from florence_bt.trees.language.expressions.checking import check_kinds
 from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.findings import raise_first_error
-from florence_bt.trees.language.kinds import FAILED
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
 from florence_bt.trees.language.quantities import format_value, guess_value
 from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
+from florence_bt.trees.language.vocabulary import FAILED
 from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
 
 
@@ -248,11 +248,11 @@ class _TreeBuilder:
 
         Where such nodes are nested, the outermost of which a skill is a condition watches it.
         """
-        outer, guards = self.watched, {id(guard) for guard in guards_of(node)}
+        outer, guards = self.watched, set(guards_of(node))
         watched: list[WatchedSkill] = []
         children = []
         for part in node.parts:
-            self.watched = watched if outer is None and id(part) in guards else outer
+            self.watched = watched if outer is None and part in guards else outer
             children.append(self._node(part, skipped_fails=skipped_fails))
         self.watched = outer
         return _numbered(children), watched

@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError
-from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, read_yaml
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, read_yaml
 from florence_bt.trees.language.findings import Finding
-from florence_bt.trees.language.kinds import INPUT_KEYS, OUTPUT_KEYS, RESERVED
 from florence_bt.trees.language.ports import read_ports
-from florence_bt.trees.language.quantities import format_value, read_value
+from florence_bt.trees.language.quantities import format_value
 from florence_bt.trees.language.reader import Reader
+from florence_bt.trees.language.vocabulary import INPUT_KEYS, OUTPUT_KEYS, RESERVED
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
@@ -116,21 +115,17 @@ def _failures(reader: Reader, source: YamlNode | None) -> dict[str, str]:
 
 def _deadline(reader: Reader, source: YamlNode | None) -> float:
     default = SkillDeclaration("", "").deadline_s
-    if source is None:
-        return default
-    try:
-        seconds = read_value(source.text, Kind.DURATION) if isinstance(source, YamlScalar) else 0.0
-    except ConfigError as error:
-        reader.error(source.position, f"deadline: {error.problem}", error.valid)
+    seconds = reader.duration(source, "deadline") if source is not None else None
+    if source is None or seconds is None:
         return default
     if seconds <= 0.0:
         reader.error(source.position, "the deadline must be longer than nothing", ["60 s"])
         return default
-    return float(seconds)
+    return seconds
 
 
 def skills_document(declarations: Iterable[SkillDeclaration]) -> dict[str, Any]:
-    """Skills as the tables of such a file; reading them gives the declarations again."""
+    """Skills as the mappings of such a file; reading them gives the declarations again."""
     return {"skills": {declaration.name: _written(declaration) for declaration in declarations}}
 
 
@@ -150,7 +145,7 @@ def _written(declaration: SkillDeclaration) -> dict[str, Any]:
 
 
 def port_document(port: Port) -> dict[str, Any]:
-    """A port as a table of a mission file or a file of skills."""
+    """A port as a mapping of a mission file or a file of skills."""
     written: dict[str, Any] = {"type": port.kind.value}
     limits = {"default": None if port.required else port.default, "min": port.minimum, "max": port.maximum}
     for key, value in limits.items():

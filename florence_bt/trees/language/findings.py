@@ -12,7 +12,7 @@ from florence_bt.core.plain_yaml import Position
 ERROR = "error"
 """The mission cannot run."""
 WARNING = "warning"
-"""The mission can run but probably does not do what was meant."""
+"""The mission can run but probably does not do what the author wants."""
 MAX_FINDINGS = 200
 """How many findings of one file are kept; a file of another kind could have tens of thousands."""
 

@@ -37,9 +37,9 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in given.items():
         if name not in mission.inputs:
             problems.append(f"{mission.name} has no input {name!r}")
-            meant = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
-            misspelt.update(meant)
-            shown = [f"{one}={value}" for one in meant if isinstance(value, str) and len(value) < 100]
+            similar = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
+            misspelt.update(similar)
+            shown = [f"{one}={value}" for one in similar if isinstance(value, str) and len(value) < 100]
             valid += shown or closest_first(name, mission.inputs) or ["no inputs at all"]
     for name, port in mission.inputs.items():
         if name in given:
@@ -49,7 +49,7 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
                 problems.append(f"{name}: {error.problem}")
                 valid += [f"{name}={text}" for text in error.valid]
         elif name in misspelt:
-            continue  # not told as missing too
+            continue  # not reported as missing too
         elif port.required:
             problems.append(f"{name} is missing: {port.description or port.kind.value}")
             valid.append(f"{name}={example_of(port.kind)}")

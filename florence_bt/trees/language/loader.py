@@ -6,7 +6,6 @@ import filecmp
 from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
@@ -38,16 +37,12 @@ class MissionLibrary:
         self._missions: dict[str, Mission] = {}
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
-        self._fitting: dict[int, Mission] = {}
+        self._fitting: set[Mission] = set()
 
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with files and packages that could not be read, by file and place."""
         return sort_findings(self._findings)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What goes to another process: identities of objects mean nothing there."""
-        return {**self.__dict__, "_fitting": {}}
 
     @classmethod
     def load(
@@ -154,12 +149,12 @@ class MissionLibrary:
         self._missions[name] = mission
 
     def fits(self, mission: Mission) -> bool:
-        """Whether :meth:`note_fitting` was told of this mission and nothing has come or changed since."""
-        return id(mission) in self._fitting
+        """Whether :meth:`note_fitting` was called with this mission and nothing changed since."""
+        return mission in self._fitting
 
     def note_fitting(self, mission: Mission) -> None:
         """Remember that a mission, with those that it calls, is small enough to run."""
-        self._fitting[id(mission)] = mission
+        self._fitting.add(mission)
 
     def unreadable(self) -> dict[str, ConfigError]:
         """The names of the files that could not be read at all, and why."""

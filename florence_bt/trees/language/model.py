@@ -1,4 +1,7 @@
-"""A mission as written: frozen data with the position of every part. No behaviour and no checks live here."""
+"""A mission as written: frozen data with the position of every part. No behaviour and no checks live here.
+
+Nodes and missions are compared by identity: two equal lines of a file are two nodes.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ class Template:
     Attributes:
         parts: Texts and references in order.
         position: Where it stands.
-        quoted: Whether it stood in quotes, and so is certainly meant as a text.
+        quoted: Whether it stood in quotes, and so is certainly a text.
     """
 
     parts: tuple[str | Reference, ...]
@@ -123,7 +126,7 @@ def show(value: Value) -> str:
             return f"${{{text}}}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Node:
     """What every node has.
 
@@ -171,7 +174,7 @@ class Node:
         return tuple(guard for guard in (self.when, self.unless, self.holds) if guard is not None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Wrapper(Node):
     """A node with one node below."""
 
@@ -192,7 +195,7 @@ def walk(node: Node) -> Iterator[Node]:
         yield from walk(node.cleanup)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Condition(Node):
     """``condition``: succeeds when an expression holds.
 
@@ -213,7 +216,7 @@ class Condition(Node):
         return self.condition.text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fail(Node):
     """``fail``: fails with a reason."""
 
@@ -221,7 +224,7 @@ class Fail(Node):
     code: Literal | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Wait(Node):
     """``wait``: a pause."""
 
@@ -233,7 +236,7 @@ class Wait(Node):
         return f"wait {show(self.duration)}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Set(Node):
     """``set``: writes keys."""
 
@@ -245,7 +248,7 @@ class Set(Node):
         return "set " + ", ".join(key.text for key, _ in self.values)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RunSkill(Node):
     """``skill_name``: runs a skill.
 
@@ -273,7 +276,7 @@ class RunSkill(Node):
         return self.skill.replace("_", " ")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CallMission(Node):
     """``run``: runs another mission with keys of its own.
 
@@ -295,7 +298,7 @@ class CallMission(Node):
         return f"run {self.mission.text}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Retry(Wrapper):
     """``retry``: again after a failure."""
 
@@ -309,7 +312,7 @@ class Retry(Wrapper):
         return f"retry up to {show(self.attempts)} times"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Repeat(Wrapper):
     """``repeat``: again after a success."""
 
@@ -321,7 +324,7 @@ class Repeat(Wrapper):
         return f"repeat {show(self.rounds)} times"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Timeout(Wrapper):
     """``timeout``: stopped when it takes too long."""
 
@@ -333,7 +336,7 @@ class Timeout(Wrapper):
         return f"within {show(self.duration)}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Delay(Wrapper):
     """``delay``: a pause before the start."""
 
@@ -345,7 +348,7 @@ class Delay(Wrapper):
         return f"after {show(self.duration)}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cooldown(Wrapper):
     """``cooldown``: no new start within a time after a success."""
 
@@ -357,7 +360,7 @@ class Cooldown(Wrapper):
         return f"at most every {show(self.duration)}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Once(Wrapper):
     """``once``: its first result stays."""
 
@@ -367,7 +370,7 @@ class Once(Wrapper):
         return f"once {self.child.title}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Invert(Wrapper):
     """``invert``: success becomes failure and failure success."""
 
@@ -377,7 +380,7 @@ class Invert(Wrapper):
         return f"not {self.child.title}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Succeed(Wrapper):
     """``succeed``: a failure counts as success."""
 
@@ -387,9 +390,9 @@ class Succeed(Wrapper):
         return f"try {self.child.title}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Force(Wrapper):
-    """``force``: always ends one way, whatever becomes of the node below."""
+    """``force``: always ends one way, however the node below ends."""
 
     success: bool
 
@@ -399,30 +402,30 @@ class Force(Wrapper):
         return f"{'try' if self.success else 'fail after'} {self.child.title}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sequence(Node):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Composite(Node):
+    """A node with several nodes below."""
+
+    children: tuple[Node, ...]
+
+    @property
+    def parts(self) -> tuple[Node, ...]:
+        """The children."""
+        return self.children
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sequence(Composite):
     """``sequence``: one after the other until one fails."""
 
-    children: tuple[Node, ...]
     memory: bool = True
 
-    @property
-    def parts(self) -> tuple[Node, ...]:
-        """The children."""
-        return self.children
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Selector(Node):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Selector(Composite):
     """``selector``: one after the other until one succeeds."""
 
-    children: tuple[Node, ...]
     memory: bool = True
-
-    @property
-    def parts(self) -> tuple[Node, ...]:
-        """The children."""
-        return self.children
 
 
 class PolicyKind(enum.Enum):
@@ -478,17 +481,11 @@ class ParallelPolicy:
         return self.kind.value
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Parallel(Node):
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Parallel(Composite):
     """``parallel``: all at the same time; the policy says when it is done."""
 
-    children: tuple[Node, ...]
     policy: ParallelPolicy = ParallelPolicy()
-
-    @property
-    def parts(self) -> tuple[Node, ...]:
-        """The children."""
-        return self.children
 
     @property
     def selected(self) -> tuple[Node, ...]:
@@ -497,7 +494,7 @@ class Parallel(Node):
         return tuple(child for child in self.children if child.title in wanted)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class If(Node):
     """``if``: one of two branches.
 
@@ -505,7 +502,7 @@ class If(Node):
         condition: What is asked: an expression, or a node whose success means yes.
         then: What is done when the condition holds.
         otherwise: ``else``: what is done when it does not; None: nothing, which is a success.
-        memory: Whether it is decided once, at the start; else anew with every tick.
+        memory: Whether it is decided once, at the start; else again with every tick.
     """
 
     condition: Expression | Node
@@ -531,7 +528,7 @@ class If(Node):
         return f"if {asked}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Switch(Node):
     """``switch``: the branch whose case is equal to a value.
 
@@ -561,7 +558,7 @@ def default_of(name: str) -> str:
     return f"{name}: default"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Mission:
     """A mission file.
 

@@ -13,8 +13,8 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
 from florence_bt.trees.language import model
 from florence_bt.trees.language.expressions.compiling import can_break, constant_of
-from florence_bt.trees.language.kinds import FAILED
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
+from florence_bt.trees.language.vocabulary import FAILED
 
 OWN_CODES = {
     "missing_key": "a key was read that nothing has written",
@@ -73,8 +73,8 @@ class MissionOutcomes:
         self._declared = mission.keys
         self._declarations = declarations
         self._called = called
-        self.by_node: dict[int, NodeOutcomes] = {}
-        """NodeOutcomes by the identity of the node."""
+        self.by_node: dict[Node, NodeOutcomes] = {}
+        """The outcomes of each node."""
         if mission.tree is not None:
             self._of(mission.tree, in_selector=False)
 
@@ -90,7 +90,7 @@ class MissionOutcomes:
             self._of(node.cleanup, in_selector=False)
         if node.guards:
             outcomes = self._guarded(node, outcomes, in_selector)
-        self.by_node[id(node)] = outcomes
+        self.by_node[node] = outcomes
         return outcomes
 
     def _guarded(self, node: Node, outcomes: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
@@ -242,8 +242,8 @@ def _parallel(node: model.Parallel, parts: list[NodeOutcomes]) -> NodeOutcomes:
     can_succeed = sum(part.can_succeed for part in parts)
     can_fail = sum(part.can_fail for part in parts)
     if policy.kind is PolicyKind.SELECTED:
-        selected = {id(child) for child in node.selected}
-        wanted = [part for child, part in zip(node.children, parts, strict=True) if id(child) in selected]
+        selected = set(node.selected)
+        wanted = [part for child, part in zip(node.children, parts, strict=True) if child in selected]
         return NodeOutcomes(all(part.can_succeed for part in wanted), _codes(parts))
     needed = min(policy.successes_needed(count), count)  # what cannot be is found elsewhere
     too_many = count - needed + 1

@@ -18,40 +18,15 @@ from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlSca
 from florence_bt.core.text_files import read_bytes
 from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.trees.language import _suggestions as suggestions
-from florence_bt.trees.language import model
+from florence_bt.trees.language import model, vocabulary
 from florence_bt.trees.language.findings import MAX_FINDINGS
-from florence_bt.trees.language.kinds import (
-    ANYWHERE,
-    FORCED,
-    IDENTIFIER,
-    INPUT_KEYS,
-    KEY_KEYS,
-    MISSION_KEYS,
-    MODIFIERS,
-    NEVER_INPUTS,
-    NODE_KINDS,
-    ON_RESTART,
-    OUTPUT_KEYS,
-    POLICIES,
-    POLICY_KEYS,
-)
-from florence_bt.trees.language.model import (
-    Expression,
-    Literal,
-    Mission,
-    Node,
-    ParallelPolicy,
-    PolicyKind,
-    Reasons,
-    Value,
-)
 from florence_bt.trees.language.ports import read_ports
 from florence_bt.trees.language.quantities import read_value, with_article
 from florence_bt.trees.language.reader import Reader
 
 SHORTEST_S = 0.01
 """The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
-_ALL_MODIFIERS = (*ANYWHERE, *MODIFIERS)
+_ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
 _ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
 """What people write who know a programming language: ``tries = 3``."""
 _EXAMPLES = {"retry": "3", "repeat": "3", "force": "success"}
@@ -61,7 +36,7 @@ _Fields = dict[str, Any]
 """The fields that every node of the model has."""
 
 
-def read_mission(path: Path) -> Mission:
+def read_mission(path: Path) -> model.Mission:
     """Read a mission file.
 
     Returns:
@@ -73,7 +48,7 @@ def read_mission(path: Path) -> Mission:
     return _MissionParser(path).mission(read_bytes(path), path)
 
 
-def parse_mission(text: str, path: Path) -> Mission:
+def parse_mission(text: str, path: Path) -> model.Mission:
     """Parse the text of a mission file; ``path`` names it.
 
     Raises:
@@ -87,33 +62,37 @@ class _MissionParser(Reader):
 
     # ---- the file -------------------------------------------------------------------------------------
 
-    def mission(self, data: bytes, path: Path) -> Mission:
+    def mission(self, data: bytes, path: Path) -> model.Mission:
         problems: list[ConfigError] = []
         source = parse_yaml(data, path, problems)
         for error in problems:
             self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
         if not isinstance(source, YamlMapping):
-            self.error(source.position, "a mission file must be a mapping", MISSION_KEYS)
-            return Mission(path.stem, "", path, findings=tuple(self.findings))
+            self.error(source.position, "a mission file must be a mapping", vocabulary.MISSION_KEYS)
+            return model.Mission(path.stem, "", path, findings=tuple(self.findings))
         for key, _ in source.entries:
-            if key.text not in MISSION_KEYS and not self.full:
-                valid = suggestions.for_section(key.text, MISSION_KEYS)
+            if key.text not in vocabulary.MISSION_KEYS and not self.full:
+                valid = suggestions.for_section(key.text, vocabulary.MISSION_KEYS)
                 self.error(key.position, f"unknown key of a mission {key.text!r}", valid)
         description, restart, tree = (source.get(key) for key in ("description", "on_restart", "tree"))
-        inputs, input_positions = read_ports(self, source.get("inputs"), "an input", INPUT_KEYS)
-        outputs, output_positions = read_ports(self, source.get("outputs"), "an output", OUTPUT_KEYS)
-        keys, key_positions = read_ports(self, source.get("keys"), "a key", KEY_KEYS)
+        inputs, input_positions = read_ports(self, source.get("inputs"), "an input", vocabulary.INPUT_KEYS)
+        outputs, output_positions = read_ports(
+            self, source.get("outputs"), "an output", vocabulary.OUTPUT_KEYS
+        )
+        keys, key_positions = read_ports(self, source.get("keys"), "a key", vocabulary.KEY_KEYS)
         self._check_keys(keys, key_positions, inputs, outputs)
         if tree is None and not _is_misspelt(source, "tree"):
             self.error(source.position, "the mission has no tree", ["tree: {a node}"])
-        return Mission(
+        return model.Mission(
             name=self._name(source, path),
             description=(self.text(description, "description") or "") if description is not None else "",
             file=path,
             inputs=inputs,
             outputs=outputs,
             keys=keys,
-            on_restart=self.choice(restart, "on_restart", ON_RESTART, "abort") if restart else "abort",
+            on_restart=self.choice(restart, "on_restart", vocabulary.ON_RESTART, "abort")
+            if restart
+            else "abort",
             tree=self.node(tree) if tree is not None else None,
             positions={**key_positions, **output_positions, **input_positions},
             findings=tuple(self.findings),
@@ -132,7 +111,7 @@ class _MissionParser(Reader):
         if name is None:
             return path.stem
         if name.text != path.stem:
-            valid = [path.stem] if IDENTIFIER.fullmatch(path.stem) else []
+            valid = [path.stem] if vocabulary.IDENTIFIER.fullmatch(path.stem) else []
             message = f"the mission is called {name.text!r} but its file is {path.name}"
             self.error(name.position, message, valid)
         return name.text
@@ -153,7 +132,7 @@ class _MissionParser(Reader):
 
     # ---- any node -------------------------------------------------------------------------------------
 
-    def node(self, source: YamlNode) -> Node | None:
+    def node(self, source: YamlNode) -> model.Node | None:
         """Parse one node with everything below it."""
         if not isinstance(source, YamlMapping):
             self.error(source.position, *suggestions.for_not_a_node(source))
@@ -168,7 +147,7 @@ class _MissionParser(Reader):
             return None
         return self._of_kind(key, value, source)
 
-    def _of_kind(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node | None:
+    def _of_kind(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         match key.text:
             case "sequence":
                 children, memory = self._children(key, value), self._memory(mapping)
@@ -182,7 +161,7 @@ class _MissionParser(Reader):
                 return self._if(key, value, mapping)
             case "switch":
                 return self._switch(key, value, mapping)
-            case kind if kind in MODIFIERS["do"]:
+            case kind if kind in vocabulary.MODIFIERS["do"]:
                 return self._decorator(key, value, mapping)
             case "once" | "invert" | "succeed":
                 fields, child = self._fields(key, mapping), self.node(value)
@@ -220,19 +199,19 @@ class _MissionParser(Reader):
                     fields["holds"] = self.expression(source, "while")
         return fields
 
-    def _reasons(self, source: YamlNode) -> Reasons | None:
+    def _reasons(self, source: YamlNode) -> model.Reasons | None:
         if not isinstance(source, YamlMapping):
             always = self._template(source, "because")
-            return Reasons(always, {}, source.position) if always is not None else None
+            return model.Reasons(always, {}, source.position) if always is not None else None
         by_code, positions = {}, {}
         for key, item in source.entries:
             code = self.identifier(key, "a code in because")
             text = self._template(item, f"because {key.text}")
             if code is not None and text is not None:
                 by_code[code.text], positions[code.text] = text, code.position
-        return Reasons(None, by_code, source.position, positions)
+        return model.Reasons(None, by_code, source.position, positions)
 
-    def _template(self, source: YamlNode, what: str) -> Value | None:
+    def _template(self, source: YamlNode, what: str) -> model.Value | None:
         """A text, with keys or without."""
         if isinstance(source, YamlMapping):
             self.error(source.position, f"{what} must be a text")
@@ -241,9 +220,9 @@ class _MissionParser(Reader):
             self.error(source.position, f"{what} must be a text, not a list", ["a single text"])
             return None
         value = self.value(source, what)
-        return Literal(value.text, True, value.position) if isinstance(value, Literal) else value
+        return model.Literal(value.text, True, value.position) if isinstance(value, model.Literal) else value
 
-    def _optional_name(self, mapping: YamlMapping, modifier: str) -> Literal | None:
+    def _optional_name(self, mapping: YamlMapping, modifier: str) -> model.Literal | None:
         source = mapping.get(modifier)
         return self.identifier(source, modifier) if source is not None else None
 
@@ -259,7 +238,7 @@ class _MissionParser(Reader):
             return
         for key in keys:
             close = difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
-            if close and key.text not in NODE_KINDS:
+            if close and key.text not in vocabulary.NODE_KINDS:
                 self.error(key.position, f"unknown modifier {key.text!r}", close)
                 return
         names = " and ".join(repr(key.text) for key in keys)
@@ -268,19 +247,19 @@ class _MissionParser(Reader):
         self.error(keys[1].position, f"a node has exactly one kind, not {names}", valid)
 
     def _check_modifiers(self, kind: str, mapping: YamlMapping) -> None:
-        own = kind if kind in NODE_KINDS else "a skill"
+        own = kind if kind in vocabulary.NODE_KINDS else "a skill"
         for key, _ in mapping.entries:
-            kinds = MODIFIERS.get(key.text)
+            kinds = vocabulary.MODIFIERS.get(key.text)
             if kinds is not None and own not in kinds:
                 message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(kinds)}"
-                usable = [name for name, owners in MODIFIERS.items() if own in owners]
-                self.error(key.position, message, (*usable, *ANYWHERE))
+                usable = [name for name, owners in vocabulary.MODIFIERS.items() if own in owners]
+                self.error(key.position, message, (*usable, *vocabulary.ANYWHERE))
 
     def _is_misplaced(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> bool:
         """Whether modifiers stand inside the value of a kind key, indented one step too far."""
         if not isinstance(value, YamlMapping):
             return False
-        if key.text in MODIFIERS["do"]:
+        if key.text in vocabulary.MODIFIERS["do"]:
             kind, example = key.text, f"{key.text}: {_EXAMPLES.get(key.text, '30 s')}"
             message = f"a single value is needed behind {kind}; `do` has the same indentation as {kind}"
             self.error(key.position, message, [example])
@@ -293,14 +272,14 @@ class _MissionParser(Reader):
 
     # ---- composites -----------------------------------------------------------------------------------
 
-    def _children(self, key: YamlScalar, value: YamlNode) -> tuple[Node, ...]:
+    def _children(self, key: YamlScalar, value: YamlNode) -> tuple[model.Node, ...]:
         if not isinstance(value, YamlSequence) or not value.items:
             valid = suggestions.for_children(key, value)
             self.error(value.position, f"{key.text} needs a list of nodes", valid)
             return ()
         return tuple(node for item in value.items if (node := self.node(item)) is not None)
 
-    def _child(self, key: YamlScalar, mapping: YamlMapping, modifier: str = "do") -> Node | None:
+    def _child(self, key: YamlScalar, mapping: YamlMapping, modifier: str = "do") -> model.Node | None:
         source = mapping.get(modifier)
         if source is None:
             message = f"{key.text} needs a node under `{modifier}`"
@@ -308,7 +287,7 @@ class _MissionParser(Reader):
             return None
         return self.node(source)
 
-    def _optional_child(self, mapping: YamlMapping, modifier: str) -> Node | None:
+    def _optional_child(self, mapping: YamlMapping, modifier: str) -> model.Node | None:
         source = mapping.get(modifier)
         return self.node(source) if source is not None else None
 
@@ -316,38 +295,42 @@ class _MissionParser(Reader):
         source = mapping.get("memory")
         return source is None or self.choice(source, "memory", ("true", "false"), "true") == "true"
 
-    def _parallel(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node:
+    def _parallel(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
         children = self._children(key, value)
         source = mapping.get("policy")
-        policy = self._policy(source, children) if source is not None else ParallelPolicy()
+        policy = self._policy(source, children) if source is not None else model.ParallelPolicy()
         return model.Parallel(children=children, policy=policy, **self._fields(key, mapping))
 
-    def _policy(self, source: YamlNode, children: tuple[Node, ...]) -> ParallelPolicy:
+    def _policy(self, source: YamlNode, children: tuple[model.Node, ...]) -> model.ParallelPolicy:
         if isinstance(source, YamlMapping):
             return self._counting_policy(source)
         if isinstance(source, YamlScalar):
-            if source.text in POLICIES:
-                return ParallelPolicy(PolicyKind(source.text), position=source.position)
-            valid = (*POLICIES, "[the name of a branch]", "{succeed: 2, fail: 1}")
+            if source.text in vocabulary.POLICIES:
+                return model.ParallelPolicy(model.PolicyKind(source.text), position=source.position)
+            valid = (*vocabulary.POLICIES, "[the name of a branch]", "{succeed: 2, fail: 1}")
             self.error(source.position, f"policy cannot be {source.text!r}", valid)
-            return ParallelPolicy(position=source.position)
+            return model.ParallelPolicy(position=source.position)
         if not source.items:
             self.error(source.position, "no branch is named", [f"[{child.title}]" for child in children])
         names = tuple(
-            Literal(name, True, item.position)
+            model.Literal(name, True, item.position)
             for item in source.items
             if (name := self.text(item, "the name of a branch")) is not None
         )
-        return ParallelPolicy(PolicyKind.SELECTED, names=names, position=source.position)
+        return model.ParallelPolicy(model.PolicyKind.SELECTED, names=names, position=source.position)
 
-    def _counting_policy(self, source: YamlMapping) -> ParallelPolicy:
+    def _counting_policy(self, source: YamlMapping) -> model.ParallelPolicy:
         for key, _ in source.entries:
-            if key.text not in POLICY_KEYS:
-                self.unknown(key.position, f"unknown key of a policy {key.text!r}", key.text, POLICY_KEYS)
+            if key.text not in vocabulary.POLICY_KEYS:
+                self.unknown(
+                    key.position, f"unknown key of a policy {key.text!r}", key.text, vocabulary.POLICY_KEYS
+                )
         if not any(difflib.get_close_matches(key.text, ["succeed"]) for key, _ in source.entries):
             self.error(source.position, "the policy lacks succeed", ["{succeed: 2, fail: 1}"])
-        succeed, fail = (self._count(source.get(name), name) for name in POLICY_KEYS)
-        return ParallelPolicy(PolicyKind.COUNTED, succeed=succeed or 1, fail=fail, position=source.position)
+        succeed, fail = (self._count(source.get(name), name) for name in vocabulary.POLICY_KEYS)
+        return model.ParallelPolicy(
+            model.PolicyKind.COUNTED, succeed=succeed or 1, fail=fail, position=source.position
+        )
 
     def _count(self, source: YamlNode | None, name: str) -> int | None:
         if source is None:
@@ -361,8 +344,8 @@ class _MissionParser(Reader):
             return None
         return int(number)
 
-    def _if(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node | None:
-        condition: Expression | Node | None
+    def _if(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        condition: model.Expression | model.Node | None
         if isinstance(value, YamlMapping):
             condition = self.node(value)
         else:
@@ -373,7 +356,7 @@ class _MissionParser(Reader):
             return None
         return model.If(condition=condition, then=then, otherwise=otherwise, memory=memory, **fields)
 
-    def _switch(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node | None:
+    def _switch(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         switched_on = self.value(value, "switch")
         source = mapping.get("cases")
         entries = source.entries if isinstance(source, YamlMapping) else ()
@@ -381,7 +364,7 @@ class _MissionParser(Reader):
             position = source.position if source is not None else key.position
             self.error(position, "switch needs cases", ["cases: {value: node, value: node}"])
         cases = tuple(
-            (Literal(name.text, name.quoted, name.position), node)
+            (model.Literal(name.text, name.quoted, name.position), node)
             for name, item in entries
             if (node := self.node(item)) is not None
         )
@@ -392,11 +375,11 @@ class _MissionParser(Reader):
 
     # ---- decorators -----------------------------------------------------------------------------------
 
-    def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node | None:
+    def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         """A node with the node below it under ``do``."""
         fields, child = self._fields(key, mapping), self._child(key, mapping)
         if key.text == "force":
-            success = self.choice(value, "force", FORCED, "success") == "success"
+            success = self.choice(value, "force", vocabulary.FORCED, "success") == "success"
             return model.Force(child=child, success=success, **fields) if child is not None else None
         argument = self.value(value, key.text)
         on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
@@ -418,7 +401,7 @@ class _MissionParser(Reader):
 
     # ---- leaves ---------------------------------------------------------------------------------------
 
-    def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node:
+    def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
         fields, empty = self._fields(key, mapping), isinstance(value, YamlScalar) and value.empty
         if isinstance(value, YamlScalar) and not empty and (match := _ASSIGNMENT.fullmatch(value.text)):
             valid = [f"set: {{{match['key']}: {match['value']}}}"]
@@ -429,7 +412,7 @@ class _MissionParser(Reader):
             self.error(value.position, "set needs keys and values", ["set: {key: value}"])
         return model.Set(values=values, **fields)
 
-    def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node | None:
+    def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
         fields = self._fields(key, mapping)
         if isinstance(value, YamlMapping):
             valid = ["run: goto_room", "with: {room: kitchen} indented like run"]
@@ -443,7 +426,7 @@ class _MissionParser(Reader):
         unread = _unread(given, inputs)
         return model.CallMission(mission=mission, inputs=inputs, outputs=outputs, unread=unread, **fields)
 
-    def _run_skill(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> Node:
+    def _run_skill(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
         """Every kind key that is not a kind of node is the name of a skill."""
         given = isinstance(value, YamlMapping)
         value = self._without_modifiers(key, value)
@@ -461,13 +444,8 @@ class _MissionParser(Reader):
 
     def _every(self, source: YamlNode | None) -> float | None:
         """``every`` in seconds."""
-        if source is None:
-            return None
-        try:
-            text = source.text if isinstance(source, YamlScalar) else "0"
-            seconds = float(read_value(text, Kind.DURATION))
-        except ConfigError as error:
-            self.error(source.position, f"every: {error.problem}", error.valid)
+        seconds = self.duration(source, "every") if source is not None else None
+        if source is None or seconds is None:
             return None
         if seconds < SHORTEST_S:
             self.error(source.position, "every: at least 10 ms are needed", ["1 s", "100 ms"])
@@ -479,20 +457,26 @@ class _MissionParser(Reader):
         if not isinstance(value, YamlMapping):
             return value
         for name, _ in value.entries:
-            if name.text in NEVER_INPUTS:
+            if name.text in vocabulary.NEVER_INPUTS:
                 message = f"{name.text!r} stands among the inputs of {key.text}"
                 self.error(name.position, message, [f"{name.text} indented like {key.text}"])
-        entries = tuple((name, item) for name, item in value.entries if name.text not in NEVER_INPUTS)
+        entries = tuple(
+            (name, item) for name, item in value.entries if name.text not in vocabulary.NEVER_INPUTS
+        )
         return YamlMapping(entries, value.position)
 
 
 def _is_misspelt(mapping: YamlMapping, name: str) -> bool:
     """Whether one of the unknown keys, which are findings already, probably means this key."""
-    unknown = [key.text for key, _ in mapping.entries[:MAX_FINDINGS] if key.text not in MISSION_KEYS]
-    return any(suggestions.for_section(key, MISSION_KEYS)[0].startswith(name) for key in unknown)
+    unknown = [
+        key.text for key, _ in mapping.entries[:MAX_FINDINGS] if key.text not in vocabulary.MISSION_KEYS
+    ]
+    return any(suggestions.for_section(key, vocabulary.MISSION_KEYS)[0].startswith(name) for key in unknown)
 
 
-def _unread(source: YamlNode | None, inputs: tuple[tuple[Literal, Value], ...]) -> tuple[str, ...]:
+def _unread(
+    source: YamlNode | None, inputs: tuple[tuple[model.Literal, model.Value], ...]
+) -> tuple[str, ...]:
     """The names in a mapping whose values could not be read."""
     read = {name.text for name, _ in inputs}
     entries = source.entries if isinstance(source, YamlMapping) else ()

@@ -9,18 +9,11 @@ from florence_bt.core.declaration import REQUIRED, Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
-from florence_bt.trees.language.kinds import KEY_KEYS
+from florence_bt.trees.language import quantities
 from florence_bt.trees.language.model import default_of
-from florence_bt.trees.language.quantities import (
-    NUMERIC_KINDS,
-    example_of,
-    out_of_range,
-    range_of,
-    read_value,
-    with_article,
-)
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import tree_value
+from florence_bt.trees.language.vocabulary import KEY_KEYS
 
 _OTHER_KINDS = {
     "string": "text",
@@ -112,9 +105,9 @@ def _port(reader: Reader, name: str, fields: YamlMapping, keys: tuple[str, ...])
     if default is None or "default" not in keys:
         return port
     value = _literal(reader, default, kind, f"the default of {name!r}")
-    problem = out_of_range(value, port) if value is not None else None
+    problem = quantities.out_of_range(value, port) if value is not None else None
     if problem:
-        reader.error(default.position, f"the default of {name!r}: {problem}", range_of(port))
+        reader.error(default.position, f"the default of {name!r}: {problem}", quantities.range_of(port))
     return Port(kind, text or "", value, minimum, maximum)
 
 
@@ -144,8 +137,8 @@ def _limit(reader: Reader, fields: YamlMapping, key: str, kind: Kind) -> Any:
     source = fields.get(key)
     if source is None:
         return None
-    if kind not in NUMERIC_KINDS:
-        reader.error(source.position, f"{with_article(kind)} has no {key}")
+    if kind not in quantities.NUMERIC_KINDS:
+        reader.error(source.position, f"{quantities.with_article(kind)} has no {key}")
         return None
     return _literal(reader, source, kind, key)
 
@@ -154,10 +147,10 @@ def _literal(reader: Reader, source: YamlNode, kind: Kind, what: str) -> Any:
     if kind is Kind.POSE and isinstance(source, YamlMapping):
         return _pose(reader, source, what)
     if not isinstance(source, YamlScalar) or (source.empty and kind is not Kind.TEXT):
-        reader.error(source.position, f"{what} must be a single {kind.value}", [example_of(kind)])
+        reader.error(source.position, f"{what} must be a single {kind.value}", [quantities.example_of(kind)])
         return None
     try:
-        return read_value(source.text, kind)
+        return quantities.read_value(source.text, kind)
     except ConfigError as error:
         reader.error(source.position, f"{what}: {error.problem}", error.valid)
         return None
@@ -174,5 +167,5 @@ def _pose(reader: Reader, source: YamlMapping, what: str) -> Pose2 | None:
         return None
     if isinstance(pose, Pose2):
         return pose
-    reader.error(source.position, f"{what} cannot refer to keys", [example_of(Kind.POSE)])
+    reader.error(source.position, f"{what} cannot refer to keys", [quantities.example_of(Kind.POSE)])
     return None

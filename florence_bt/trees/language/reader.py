@@ -8,13 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
 from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
 from florence_bt.trees.language.findings import FindingList
-from florence_bt.trees.language.kinds import IDENTIFIER
 from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.language.quantities import read_value
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 _DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -69,6 +71,14 @@ class Reader(FindingList):
         self.error(source.position, message + (f", not {written!r}" if written else ""), valid)
         return None
 
+    def duration(self, source: YamlNode, what: str) -> float | None:
+        """A duration in seconds; zero for what is not a scalar."""
+        try:
+            return float(read_value(source.text, Kind.DURATION)) if isinstance(source, YamlScalar) else 0.0
+        except ConfigError as error:
+            self.error(source.position, f"{what}: {error.problem}", error.valid)
+            return None
+
     def choice(self, source: YamlNode, what: str, choices: Iterable[str], default: str) -> str:
         """One of a few words."""
         choices = tuple(choices)
@@ -89,14 +99,14 @@ class Reader(FindingList):
         """A mapping of names to values; those that cannot be read are left out."""
         mapping = self.mapping(source, what)
         pairs: list[tuple[Literal, Value]] = []
-        torn = {text.key: text for text in unquoted_commas(mapping)} if mapping else {}
-        pieces = {piece for text in torn.values() for piece in text.pieces}
+        fallen_apart = {text.key: text for text in unquoted_commas(mapping)} if mapping else {}
+        pieces = {piece for text in fallen_apart.values() for piece in text.pieces}
         for key, item in mapping.entries if mapping else ():
             if key in pieces:
                 continue
             name = self.identifier(key, f"a name in {what}")
-            if key in torn:
-                self.unquoted_comma(torn[key])
+            if key in fallen_apart:
+                self.unquoted_comma(fallen_apart[key])
                 continue
             value = self.value(item, f"{key.text!r}")
             if name is not None and value is not None:

@@ -12,26 +12,13 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
-from florence_bt.trees.language.kinds import (
-    FORCED,
-    IDENTIFIER,
-    INPUT_KEYS,
-    KEY_KEYS,
-    MISSION_KEYS,
-    MODIFIERS,
-    NODE_KINDS,
-    ON_RESTART,
-    OUTPUT_KEYS,
-    POLICIES,
-    POLICY_KEYS,
-    TREE_CODES,
-)
+from florence_bt.trees.language import vocabulary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, format_value, with_article
 
 Schema = dict[str, Any]
 
-NAME: Schema = {"type": "string", "pattern": f"^{IDENTIFIER.pattern}$"}
+NAME: Schema = {"type": "string", "pattern": f"^{vocabulary.IDENTIFIER.pattern}$"}
 TEXT: Schema = {"type": ["string", "number", "boolean"]}
 """A text; one without quotes may look like a number."""
 EXPRESSION: Schema = {"$ref": "#/definitions/expression"}
@@ -39,7 +26,7 @@ REFERENCE: Schema = {"$ref": "#/definitions/reference"}
 
 _NUMBER = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?"
 
-_REFERENCE = rf"\$({IDENTIFIER.pattern}|\{{[\s\S]+\}})"
+_REFERENCE = rf"\$({vocabulary.IDENTIFIER.pattern}|\{{[\s\S]+\}})"
 
 DEFINITIONS: dict[str, Schema] = {
     "reference": {
@@ -90,7 +77,7 @@ def literal(kind: Kind) -> Schema:
 def _quantity(kind: Kind, *others: str) -> Schema:
     """A number with its unit, or a text of another pattern; only 0 needs no unit.
 
-    One pattern: of several alternatives editors tell only the types.
+    One pattern: of several alternatives editors show only the types.
     """
     units = "|".join(re.escape(unit) for unit in UNITS[kind])
     message = f"{with_article(kind)} is a number with its unit ({', '.join(UNITS[kind])}): {example_of(kind)}"
@@ -195,7 +182,7 @@ def refused(message: str) -> Schema:
 
 def targets(ports: Mapping[str, Port]) -> Schema:
     """``out``: outputs and the keys that receive them."""
-    key = {"type": "string", "pattern": rf"^\$?{IDENTIFIER.pattern}$"}
+    key = {"type": "string", "pattern": rf"^\$?{vocabulary.IDENTIFIER.pattern}$"}
     return {
         "type": "object",
         "properties": {
@@ -210,7 +197,7 @@ NODE: Schema = {"$ref": "#/definitions/node"}
 _NODES: Schema = {"type": "array", "items": NODE, "minItems": 1}
 _COUNT: Schema = {"anyOf": [{"type": "integer", "minimum": 1}, REFERENCE]}
 _PAUSE = given(Kind.DURATION)
-_A_KEY: Schema = {"patternProperties": {f"^{IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
+_A_KEY: Schema = {"patternProperties": {f"^{vocabulary.IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
 
 KIND_VALUES: dict[str, Schema] = {
     "sequence": _NODES,
@@ -224,7 +211,7 @@ KIND_VALUES: dict[str, Schema] = {
     "delay": _PAUSE,
     "cooldown": _PAUSE,
     "once": NODE,
-    "force": {"enum": list(FORCED)},
+    "force": {"enum": list(vocabulary.FORCED)},
     "invert": NODE,
     "succeed": NODE,
     "condition": EXPRESSION,
@@ -261,7 +248,7 @@ _POLICIES = {
     "all": "succeeds when all have succeeded, fails at the first failure",
     "any": "succeeds at the first success, fails when all have failed",
 }
-_NEEDED = {**dict.fromkeys(MODIFIERS["do"], "do"), "if": "then", "switch": "cases"}
+_NEEDED = {**dict.fromkeys(vocabulary.MODIFIERS["do"], "do"), "if": "then", "switch": "cases"}
 """Kind key -> the modifier that it cannot be without."""
 
 
@@ -307,7 +294,7 @@ class NodeSchemas:
         }
 
     def _one_kind(self, known: Schema) -> Iterable[Schema]:
-        kinds = [{"required": [kind]} for kind in (*NODE_KINDS, *self._declarations)]
+        kinds = [{"required": [kind]} for kind in (*vocabulary.NODE_KINDS, *self._declarations)]
         none, one = {"not": {"anyOf": kinds}}, {"oneOf": kinds}
         yield {"if": where(known, none), "then": refused("a node needs a kind, or the name of a skill")}
         several = where({"anyOf": kinds}, {"not": one})
@@ -318,7 +305,7 @@ class NodeSchemas:
         missions = {mission.name: mission.description or "a mission" for mission in self._missions}
         run: Schema = {"anyOf": [words(missions), NAME]} if missions else NAME
         values = {**KIND_VALUES, "run": run}
-        return {kind: {"description": text, **values[kind]} for kind, text in NODE_KINDS.items()}
+        return {kind: {"description": text, **values[kind]} for kind, text in vocabulary.NODE_KINDS.items()}
 
     def _skills(self) -> dict[str, Schema]:
         schemas = {}
@@ -374,14 +361,16 @@ class NodeSchemas:
         """Every code with what it means."""
         declared = (skill.failures.items() for skill in self._declarations.values())
         known = {code: about for failures in declared for code, about in failures}
-        return dict(sorted({**known, **COMMON_CODES, **TREE_CODES}.items()))
+        return dict(sorted({**known, **COMMON_CODES, **vocabulary.TREE_CODES}.items()))
 
     # ---- what goes together ---------------------------------------------------------------------------
 
     def _rules(self, known: Schema) -> Iterable[Schema]:
-        for modifier, owners in MODIFIERS.items():
+        for modifier, owners in vocabulary.MODIFIERS.items():
             kinds = [
-                kind for owner in owners for kind in ([owner] if owner in NODE_KINDS else self._declarations)
+                kind
+                for owner in owners
+                for kind in ([owner] if owner in vocabulary.NODE_KINDS else self._declarations)
             ]
             elsewhere: Schema = {"not": {"anyOf": [{"required": [kind]} for kind in kinds]}} if kinds else {}
             message = f"{modifier!r} belongs to {' and '.join(owners)}"
@@ -409,14 +398,14 @@ def _rule(key: str, then: Schema) -> Schema:
 
 
 def _policy() -> Schema:
-    numbers = {key: {"type": "integer", "minimum": 1} for key in POLICY_KEYS}
+    numbers = {key: {"type": "integer", "minimum": 1} for key in vocabulary.POLICY_KEYS}
     counted: Schema = {
         "type": "object",
         "properties": numbers,
-        "required": [POLICY_KEYS[0]],
+        "required": [vocabulary.POLICY_KEYS[0]],
         "additionalProperties": False,
     }
-    named = words({each: _POLICIES[each] for each in POLICIES})
+    named = words({each: _POLICIES[each] for each in vocabulary.POLICIES})
     return {"anyOf": [named, {"type": "array", "items": TEXT, "minItems": 1}, counted]}
 
 
@@ -470,20 +459,24 @@ def make_schema(
     values: dict[str, Schema] = {
         "mission": NAME,
         "description": TEXT,
-        "inputs": _ports(INPUT_KEYS),
-        "outputs": _ports(OUTPUT_KEYS),
-        "keys": _ports(KEY_KEYS),
-        "on_restart": {**words({each: _RESTARTS[each] for each in ON_RESTART}), "default": ON_RESTART[0]},
+        "inputs": _ports(vocabulary.INPUT_KEYS),
+        "outputs": _ports(vocabulary.OUTPUT_KEYS),
+        "keys": _ports(vocabulary.KEY_KEYS),
+        "on_restart": {
+            **words({each: _RESTARTS[each] for each in vocabulary.ON_RESTART}),
+            "default": vocabulary.ON_RESTART[0],
+        },
         "tree": NODE,
     }
+    kinds = ", ".join(vocabulary.NODE_KINDS)
     nodes = NodeSchemas(declarations, missions, labels or {})
     return {
         "$schema": DRAFT,
         "$id": "urn:florence-bt:mission",
         "title": "A mission of Florence BT",
-        "description": f"A behaviour tree over skills. Kinds of nodes: {', '.join(NODE_KINDS)}; and skills.",
+        "description": f"A behaviour tree over skills. Kinds of nodes: {kinds}; and skills.",
         "type": "object",
-        "properties": {key: {"description": _TEXTS[key], **values[key]} for key in MISSION_KEYS},
+        "properties": {key: {"description": _TEXTS[key], **values[key]} for key in vocabulary.MISSION_KEYS},
         "required": ["mission", "tree"],
         "additionalProperties": False,
         "definitions": {**definitions(), "code": nodes.code(), "node": nodes.node()},

@@ -49,11 +49,11 @@ def unwatched(
     """
     if isinstance(node, model.RunSkill) and not watched:
         yield node, below
-    guards = {id(guard) for guard in guards_of(node)}
+    guards = set(guards_of(node))
     if watched and not passes_on(node):
         watched, below = False, node
     for part in node.parts:
-        if id(part) in guards:
+        if part in guards:
             yield from unwatched(part, watched=True)
         else:
             yield from unwatched(part, watched=watched, below=below)

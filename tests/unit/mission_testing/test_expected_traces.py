@@ -31,7 +31,7 @@ def test_a_line():
         ("3 s x: success", "no status 'success'"),
         ("3 s x: INVALID", "no status 'INVALID'"),
         *[(text, "needs a unit") for text in ("3 x: SUCCESS", "3 s: SUCCESS")],
-        ("3 m x: SUCCESS", "no unit"),
+        ("3 m x: SUCCESS", "not a unit"),
         ("-3 s x: SUCCESS", "cannot be"),
         ("3 s a//b: SUCCESS", "no pattern"),
     ],

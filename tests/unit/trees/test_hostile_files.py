@@ -67,7 +67,7 @@ HOSTILE: dict[str, tuple[str | bytes, str]] = {
     "codes": (leaves(8_500, "{fail: x, because: {flyin: y}}"), "cannot fail with 'flyin'"),
     "tall": (HEAD + "  " + "{invert: " * 99 + "{wait: 1 s}" + "}" * 99, "nested more than"),
     "tall_enough": (HEAD + "  " + "{invert: " * 97 + "{wait: 1}" + "}" * 97, "a duration needs a unit"),
-    "twins": (HEAD + "  set: {" + "a: 1, " * 100_000 + "}\n", "the key 'a' stands here twice"),
+    "twins": (HEAD + "  set: {" + "a: 1, " * 100_000 + "}\n", "the key 'a' is duplicated"),
     "scalar": (HEAD + "  fail: " + "x" * 900_000 + "\n", "at most 10000 are read"),
     "key": (HEAD + "  " + "x" * 900_000 + ": 1\n", "at most 10000 are read"),
     "number": (HEAD + "  wait: " + "1" * 9000 + " x y\n", "a duration is needed"),

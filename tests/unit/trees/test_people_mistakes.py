@@ -343,7 +343,7 @@ def test_what_can_be_passed_over_hides_no_other_error(tmp_path: Path) -> None:
     ] == [
         "3:13: anchors and aliases are not ",
         "4:22: angle: an angle needs a unit",
-        "4:26: the key 'angle' stands here ",
+        "4:26: the key 'angle' is duplicate",
         "5:13: the tag !now is not allowed",
         "6:13: wait: 'm' is not a unit of a",
         "7:1: a second document begins her",

@@ -11,10 +11,10 @@ from jsonschema import Draft7Validator
 from florence_bt.core.declaration import Kind
 from florence_bt.core.plain_yaml import parse_yaml
 from florence_bt.trees.language.declarations import collect_declarations
-from florence_bt.trees.language.kinds import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.language.quantities import UNITS, example_of
 from florence_bt.trees.language.schema import KIND_VALUES, MODIFIER_TEXTS, make_schema
+from florence_bt.trees.language.vocabulary import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
 from tests.unit.trees.yaml_data import as_data
 
 DOCS = Path(__file__).parents[3] / "docs"

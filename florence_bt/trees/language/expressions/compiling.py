@@ -8,23 +8,13 @@ from functools import partial
 from florence_bt.behaviours.expressions import CompiledExpression, Evaluate, junction, operation, pose_part
 from florence_bt.behaviours.keys import KeyReference, KeyStore, ValueProblem
 from florence_bt.core.declaration import Kind
+from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.checking import check_kinds
-from florence_bt.trees.language.expressions.syntax import (
-    Binary,
-    Constant,
-    Expression,
-    Function,
-    Key,
-    PosePart,
-    Term,
-    Unary,
-    parts_of,
-)
 from florence_bt.trees.language.quantities import format_value
 
 
 def compile_expression(
-    expression: Expression, kinds: Mapping[str, Kind | None] | None = None
+    expression: syntax.Expression, kinds: Mapping[str, Kind | None] | None = None
 ) -> CompiledExpression:
     """Make an expression ready to be computed.
 
@@ -37,28 +27,28 @@ def compile_expression(
     return CompiledExpression(expression.text, _compiled(expression.term), expression.keys, shown)
 
 
-def _compiled(term: Term) -> Evaluate:
+def _compiled(term: syntax.Term) -> Evaluate:
     match term:
-        case Constant(value=value):
+        case syntax.Constant(value=value):
             return lambda keys: value
-        case Key(key=key):
+        case syntax.Key(key=key):
             return KeyReference(key).resolve
-        case PosePart(pose=pose, part=part):
+        case syntax.PosePart(pose=pose, part=part):
             return pose_part(_compiled(pose), part)
-        case Unary(operator=sign, operand=operand):
+        case syntax.Unary(operator=sign, operand=operand):
             return operation("not" if sign == "not" else "negate", _compiled(operand))
-        case Binary(operator=("and" | "or") as word, left=left, right=right):
+        case syntax.Binary(operator=("and" | "or") as word, left=left, right=right):
             return junction(word == "or", _compiled(left), _compiled(right))
-        case Binary(operator=sign, left=left, right=right):
+        case syntax.Binary(operator=sign, left=left, right=right):
             return operation(sign, _compiled(left), _compiled(right))
-        case Function(name=name, arguments=arguments):
+        case syntax.Function(name=name, arguments=arguments):
             return operation(name, *(_compiled(argument) for argument in arguments))
 
 
 _ARITHMETIC = frozenset("+-*/")
 
 
-def constant_of(expression: Expression | None) -> bool | None:
+def constant_of(expression: syntax.Expression | None) -> bool | None:
     """Whether a condition always holds (True) or never does (False); None when that depends on keys."""
     if expression is None:
         return None
@@ -72,15 +62,16 @@ def constant_of(expression: Expression | None) -> bool | None:
     return value
 
 
-def can_break(expression: Expression) -> bool:
+def can_break(expression: syntax.Expression) -> bool:
     """Whether the evaluation of an expression can fail: a division by zero, an infinite number."""
     return any(
-        isinstance(part, Function) or (isinstance(part, Binary) and part.operator in _ARITHMETIC)
+        isinstance(part, syntax.Function)
+        or (isinstance(part, syntax.Binary) and part.operator in _ARITHMETIC)
         for part in _walk(expression.term)
     )
 
 
-def _walk(term: Term) -> Iterator[Term]:
+def _walk(term: syntax.Term) -> Iterator[syntax.Term]:
     yield term
-    for part in parts_of(term):
+    for part in syntax.parts_of(term):
         yield from _walk(part)

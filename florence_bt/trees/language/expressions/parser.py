@@ -167,7 +167,7 @@ def problem_at(position: Position, problem: str, *valid: str) -> ConfigError:
 
 
 def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> None:
-    """A word right after a number can only be meant as a unit."""
+    """A word right after a number can only be a unit."""
     match = _WORD.match(text, end)
     if match is None or match[1] in ("and", "or"):
         return
@@ -181,9 +181,9 @@ def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> No
 
 
 def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
-    for sign, meant in _OTHER_SIGNS.items():
+    for sign, here in _OTHER_SIGNS.items():
         if text.startswith(sign, offset):
-            return problem_at(position, f"{sign!r} is not known here", meant)
+            return problem_at(position, f"{sign!r} is not known here", here)
     if text[offset] in "\"'":
         return problem_at(position, "the text has no end", f"a closing {text[offset]}")
     if text[offset] == "$":
@@ -421,8 +421,8 @@ class _ExpressionParser:
             return problem_at(token.position, "this ) closes nothing", *wanted)
         if token.kind == "word":
             close = difflib.get_close_matches(token.text.lower(), ("and", "or"), n=1, cutoff=0.5)
-            meant = _OTHER_WORDS.get(token.text.lower())
-            valid = (meant,) if meant else tuple(close) or ("and", "or", *COMPARISONS)
+            operator = _OTHER_WORDS.get(token.text.lower())
+            valid = (operator,) if operator else tuple(close) or ("and", "or", *COMPARISONS)
             return problem_at(token.position, f"an operator is needed, not {token.text!r}", *valid)
         operators = wanted or ("and", "or", *COMPARISONS, "+", "-", "*", "/")
         return problem_at(token.position, f"an operator is missing before {token.text!r}", *operators)

@@ -16,7 +16,7 @@ NODE_KINDS: dict[str, str] = {
     "delay": "pauses before a node starts",
     "cooldown": "refuses to start a node again too soon after its success",
     "once": "does a node once and keeps its result",
-    "force": "does a node and ends one way, whatever becomes of it",
+    "force": "does a node and ends one way, however the node ends",
     "invert": "turns the success of a node into failure and its failure into success",
     "succeed": "does a node and counts its failure as success",
     "condition": "succeeds when an expression holds",
