@@ -229,7 +229,7 @@ class TreeContext:
         entry.wake()
 
     def _look_at_suspended(self, entry: OpenRun) -> None:
-        """Note the end of a run that was cancelled for a pause; one that succeeded after all is done."""
+        """Report the end of a run that was cancelled for a pause; one that succeeded after all is done."""
         result = None if entry.end_reported else _result_of(entry)
         if result is None:
             return

@@ -143,10 +143,11 @@ class KeyFlow:
 
     def _body(self, node: Node, before: Written, witness: Witness | None) -> Flow:
         match node:
-            case model.Sequence(children=children, memory=True):
-                return self._sequence(children, before, witness)
-            case model.Selector(children=children, memory=True):
-                return self._selector(children, before, witness)
+            case (
+                model.Sequence(children=children, memory=True)
+                | model.Selector(children=children, memory=True)
+            ):
+                return self._chain(node, children, before, witness)
             case model.Sequence(children=children) | model.Selector(children=children):
                 return self._reactive(node, children, before, witness)
             case model.Parallel():
@@ -162,37 +163,28 @@ class KeyFlow:
 
     # ---- composites -----------------------------------------------------------------------------------
 
-    def _sequence(self, children: Iterable[Node], before: Written, witness: Witness | None) -> Flow:
+    def _chain(self, node: Node, children: Iterable[Node], before: Written, witness: Witness | None) -> Flow:
+        """A sequence goes on after a success, a selector after a failure."""
+        is_sequence = isinstance(node, model.Sequence)
         state: State = before
-        failure: State = None
+        ended: State = None
         touched = before.maybe
         for child in children:
             if state is None:
                 break
             flow = self.follow(child, state, witness)
-            state, failure, touched = flow.success, join(failure, flow.failure), touched | flow.touched
-        return Flow(state, failure, touched)
-
-    def _selector(self, children: Iterable[Node], before: Written, witness: Witness | None) -> Flow:
-        state: State = before
-        success: State = None
-        touched = before.maybe
-        for child in children:
-            if state is None:
-                break
-            flow = self.follow(child, state, witness)
-            state, success, touched = flow.failure, join(success, flow.success), touched | flow.touched
-        return Flow(success, state, touched)
+            goes_on, ends = (flow.success, flow.failure) if is_sequence else (flow.failure, flow.success)
+            state, ended, touched = goes_on, join(ended, ends), touched | flow.touched
+        return Flow(state, ended, touched) if is_sequence else Flow(ended, state, touched)
 
     def _reactive(
         self, node: Node, children: tuple[Node, ...], before: Written, witness: Witness | None
     ) -> Flow:
         """Without memory the first children begin again while a later one runs."""
-        pass_through = self._sequence if isinstance(node, model.Sequence) else self._selector
         state = before
-        while (touched := pass_through(children, state, None).touched) | state.maybe != state.maybe:
+        while (touched := self._chain(node, children, state, None).touched) | state.maybe != state.maybe:
             state = Written(state.maybe | touched, state.surely)
-        return pass_through(children, state, witness)
+        return self._chain(node, children, state, witness)
 
     def _parallel(self, node: model.Parallel, before: Written, witness: Witness | None) -> Flow:
         children, policy = node.children, node.policy

@@ -22,12 +22,12 @@ class KeyChecks:
     Args:
         mission: The mission.
         analysis: Its surroundings.
-        notes: Receives what is wrong.
+        findings: Receives what is wrong.
     """
 
-    def __init__(self, mission: Mission, analysis: Analysis, notes: FindingList) -> None:
+    def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
-        self._notes = notes
+        self._findings = findings
         known = analysis.of(mission)
         self._kinds = known.kinds
         self._all = known.all
@@ -59,11 +59,11 @@ class KeyChecks:
         ]
         unknown = [reference for reference in wanted if reference.key not in self._bits]
         for reference in unknown:
-            if self._notes.full:
+            if self._findings.full:
                 break
             valid = [f"${name}" for name in closest_first(reference.key, self._bits)]
             valid = valid or [f"{reference.key} under inputs:", f"set: {{{reference.key}: ...}} before it"]
-            self._notes.error(reference.position, f"no node writes a key {reference.key!r}", valid)
+            self._findings.error(reference.position, f"no node writes a key {reference.key!r}", valid)
         there = (
             *self._mission.inputs,
             *(key for key, port in self._mission.keys.items() if not port.required),
@@ -78,17 +78,17 @@ class KeyChecks:
     def read(self, reference: Reference, before: Written) -> Written:
         """A node reads a key that it needs (see :class:`florence_bt.trees.checks.key_flow.Witness`)."""
         key, bit = reference.key, self._bits[reference.key]
-        if self._notes.full:
+        if self._findings.full:
             return before.plus(bit)
         if not before.maybe & bit:
             valid = [f"the node of line {line} before this one" for line in self._lines_that_write(key)]
             close = close_matches(key, self._names(before.maybe))
             valid += [f"${name}" for name in close] or [f"a default of {key!r} under keys:"]
             message = f"the key {key!r} is read before any node has written it"
-            self._notes.error(reference.position, message, valid)
+            self._findings.error(reference.position, message, valid)
         elif not before.surely & bit:
             message = f"the key {key!r} may have no value here: not every path writes it"
-            self._notes.warning(reference.position, message)
+            self._findings.warning(reference.position, message)
         # Said once on each way.
         return before.plus(bit)
 
@@ -106,15 +106,17 @@ class KeyChecks:
             bit = self._bits.get(name, 0)
             if not end.maybe & bit:
                 valid = [f"out: {{...: {name}}}", f"set: {{{name}: ...}}"]
-                self._notes.error(position, f"no node writes the output {name!r}", valid)
+                self._findings.error(position, f"no node writes the output {name!r}", valid)
             elif not end.surely & bit:
-                self._notes.warning(position, f"the mission can succeed without writing the output {name!r}")
+                self._findings.warning(
+                    position, f"the mission can succeed without writing the output {name!r}"
+                )
             kind = self._kinds.get(name)
             if not fits(kind, port.kind) and kind is not None:
                 message = (
                     f"the output {name!r} is {with_article(port.kind)}, but its key is {with_article(kind)}"
                 )
-                self._notes.error(position, message)
+                self._findings.error(position, message)
 
     def _check_read_at_all(self, read: set[str]) -> None:
         """Warn of what is written or declared and never read."""
@@ -125,10 +127,10 @@ class KeyChecks:
                 self._unread(node, key)
         for name in self._mission.inputs:
             if name not in read:
-                self._notes.warning(self._declared_at(name), f"nothing reads the input {name!r}")
+                self._findings.warning(self._declared_at(name), f"nothing reads the input {name!r}")
         for name in self._mission.keys:
             if name not in read and name not in written:
-                self._notes.warning(self._declared_at(name), f"nothing reads or writes the key {name!r}")
+                self._findings.warning(self._declared_at(name), f"nothing reads or writes the key {name!r}")
 
     def _declared_at(self, name: str) -> Position:
         return self._mission.positions.get(name, Position())
@@ -137,7 +139,7 @@ class KeyChecks:
         given = isinstance(node, model.RunSkill | model.CallMission)
         what = f"output that goes to the key {key.text!r}" if given else f"key {key.text!r}"
         message = f"nothing reads the {what}"
-        self._notes.warning(key.position, message, [f"${key.text} in a later node", "leaving it out"])
+        self._findings.warning(key.position, message, [f"${key.text} in a later node", "leaving it out"])
 
 
 def _outputs_of_nothing(

@@ -25,20 +25,20 @@ class NameChecks:
     Args:
         mission: The mission.
         analysis: Its surroundings.
-        notes: Receives what is wrong.
+        findings: Receives what is wrong.
     """
 
-    def __init__(self, mission: Mission, analysis: Analysis, notes: FindingList) -> None:
+    def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
         self._analysis = analysis
-        self._notes = notes
+        self._findings = findings
         self._kinds = analysis.of(mission).kinds
-        self._values = ValueChecks(mission, analysis, notes)
+        self._values = ValueChecks(mission, analysis, findings)
 
     def check(self) -> None:
         """Check all nodes."""
         for node in self._analysis.of(self._mission).all:
-            if self._notes.full:
+            if self._findings.full:
                 return
             self._check_node(node)
             self._check_conditions(node)
@@ -91,12 +91,12 @@ class NameChecks:
             return
         if declaration.deprecated:
             message = f"{node.skill} is on its way out: use {declaration.deprecated}"
-            self._notes.warning(node.position, message)
+            self._findings.warning(node.position, message)
         if not node.mapping_given:
             first = next((name for name, port in declaration.inputs.items() if port.required), "input")
             about = f"{node.skill}: {{{first}: {node.written or 'value'}}}" if declaration.inputs else ""
             message = f"the inputs of {node.skill} must be a mapping"
-            self._notes.error(node.position, message, [about or f"{node.skill}:"])
+            self._findings.error(node.position, message, [about or f"{node.skill}:"])
             return
         self._check_inputs(node.skill, node, declaration.inputs)
         self._check_outputs(node.skill, declaration.outputs, node.outputs)
@@ -110,7 +110,7 @@ class NameChecks:
             valid = [OTHER_KINDS[node.skill.lower()]]
         elif len(valid) == len(names):
             valid = sorted(self._analysis.declarations) + list(NODE_KINDS)
-        self._notes.error(node.position, f"there is no skill and no kind of node {node.skill!r}", valid)
+        self._findings.error(node.position, f"there is no skill and no kind of node {node.skill!r}", valid)
 
     def _check_call(self, node: model.CallMission) -> None:
         name = node.mission.text
@@ -118,10 +118,10 @@ class NameChecks:
         unreadable = self._analysis.library.unreadable().get(name) if mission is None else None
         if unreadable is not None:
             message = f"the mission {name!r} cannot be read: {unreadable}"
-            self._notes.error(node.mission.position, message)
+            self._findings.error(node.mission.position, message)
             return
         if mission is None:
-            self._notes.unknown(
+            self._findings.unknown(
                 node.mission.position, f"there is no mission {name!r}", name, self._analysis.library.names()
             )
             return
@@ -139,11 +139,11 @@ class NameChecks:
             else:
                 # A misspelt input is not reported as missing too.
                 names.update(close_matches(name.text, ports)[:1])
-                self._notes.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
+                self._findings.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
         for missing in (name for name, port in ports.items() if port.required and name not in names):
             about = f" ({ports[missing].description})" if ports[missing].description else ""
             valid = [_with_input(node, f"{missing}: {example_of(ports[missing].kind)}")]
-            self._notes.error(node.position, f"{owner} needs the input {missing!r}{about}", valid)
+            self._findings.error(node.position, f"{owner} needs the input {missing!r}{about}", valid)
 
     def _check_outputs(
         self, owner: str, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Literal]]
@@ -153,15 +153,15 @@ class NameChecks:
                 continue
             message = f"{owner} has no output {output.text!r}"
             if key.text in ports:
-                self._notes.error(output.position, message, [f"{key.text}: {output.text}"])
+                self._findings.error(output.position, message, [f"{key.text}: {output.text}"])
             else:
-                self._notes.unknown(output.position, message, output.text, ports)
+                self._findings.unknown(output.position, message, output.text, ports)
 
     def _check_writes(self, node: Node) -> None:
         for key, kind in self._analysis.writes(node, self._kinds):
             known = self._kinds.get(key.text)
             if key.text in self._mission.inputs:
-                self._notes.error(
+                self._findings.error(
                     key.position, f"the key {key.text!r} is an input of the mission and cannot be written"
                 )
             elif known is None or fits(kind, known) or kind is None:
@@ -170,11 +170,11 @@ class NameChecks:
                 message = (
                     f"the key {key.text!r} is {with_article(known)} elsewhere and {with_article(kind)} here"
                 )
-                self._notes.error(key.position, message)
+                self._findings.error(key.position, message)
             elif not isinstance(node, model.Set):
                 there, here = with_article(known), with_article(kind)
                 message = f"the key {key.text!r} is declared as {there}, but {here} is written here"
-                self._notes.error(key.position, message)
+                self._findings.error(key.position, message)
 
     # ---- composites -----------------------------------------------------------------------------------
 
@@ -189,11 +189,11 @@ class NameChecks:
             value = (isinstance(literal, bool), literal)  # for Python 1 is True, and 0 is False
             if value in first:
                 message = f"the case {case.text!r} is duplicated (first in line {first[value]})"
-                self._notes.error(case.position, message, ["another value", "one case"])
+                self._findings.error(case.position, message, ["another value", "one case"])
             first.setdefault(value, case.position.line)
         if node.default is not None and {(True, True), (True, False)} <= first.keys():
             message = "the default is never reached: there are cases for true and for false"
-            self._notes.error(node.default.position, message, ["leaving out the default"])
+            self._findings.error(node.default.position, message, ["leaving out the default"])
 
     def _check_policy(self, node: model.Parallel) -> None:
         policy, count = node.policy, len(node.children)
@@ -202,15 +202,15 @@ class NameChecks:
         for name in policy.names:
             if name.text not in titles:
                 message = f"the policy names {name.text!r}, but no branch has this name"
-                self._notes.unknown(name.position, message, name.text, titles)
+                self._findings.unknown(name.position, message, name.text, titles)
             elif titles[name.text] > 1:
                 message = f"the policy names {name.text!r}, but {titles[name.text]} branches have this name"
-                self._notes.error(name.position, message, ["a `name` of its own for each branch"])
+                self._findings.error(name.position, message, ["a `name` of its own for each branch"])
         if policy.kind is PolicyKind.COUNTED:
             for what, number in (("succeed", policy.succeed), ("fail", policy.fail)):
                 if number is not None and not 1 <= number <= count:
                     message = f"{what}: {number} branches are asked for, but there are {count}"
-                    self._notes.error(position, message, [f"{what}: 1 to {count}"])
+                    self._findings.error(position, message, [f"{what}: 1 to {count}"])
 
 
 def _with_input(node: model.RunSkill | model.CallMission, entry: str) -> str:

@@ -35,24 +35,24 @@ class KnownPlaces:
     problem_at: Callable[[float, float], str | None] | None = None
 
 
-def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, notes: FindingList) -> None:
-    """Note the labels and poses of a mission that do not exist.
+def check_places(mission: Mission, analysis: Analysis, places: KnownPlaces, findings: FindingList) -> None:
+    """Report the labels and poses of a mission that do not exist.
 
     Args:
         mission: The mission.
         analysis: Its surroundings.
         places: What exists.
-        notes: Receives what is wrong.
+        findings: Receives what is wrong.
     """
     if places.labels is not None:
         for text, position, what in labels_in(mission, analysis):
             # A key of this name may have lost its dollar sign.
             suggestions = [f"${text}"] if text in analysis.of(mission).kinds else []
-            _check_label(text, position, what, places, notes, suggestions)
+            _check_label(text, position, what, places, findings, suggestions)
     if places.problem_at is not None:
         for node in analysis.of(mission).all:
             for value in model.values_of(node):
-                _check_pose(value, places.problem_at, notes)
+                _check_pose(value, places.problem_at, findings)
 
 
 def labels_in(mission: Mission, analysis: Analysis) -> Iterator[tuple[str, Position, str]]:
@@ -98,7 +98,12 @@ def _compared(term: Term, names: dict[str, str] | Collection[str]) -> Iterator[t
 
 
 def _check_label(
-    text: str, position: Position, what: str, places: KnownPlaces, notes: FindingList, suggestions: list[str]
+    text: str,
+    position: Position,
+    what: str,
+    places: KnownPlaces,
+    findings: FindingList,
+    suggestions: list[str],
 ) -> None:
     labels = places.labels or ()
     rooms = labels if places.rooms is None else places.rooms
@@ -107,13 +112,15 @@ def _check_label(
         wanted = rooms if what == "room" else labels
         noun = "room" if what == "room" and places.rooms is not None else "hotspot"
         message = f"there is no {noun} {text!r}{where}"
-        notes.unknown(position, message, text, wanted, severity=places.severity, suggestions=suggestions)
+        findings.unknown(position, message, text, wanted, severity=places.severity, suggestions=suggestions)
     elif what == "room" and text not in rooms:
         message = f"the hotspot {text!r} is not a room{where}"
-        notes.unknown(position, message, text, rooms, severity=places.severity)
+        findings.unknown(position, message, text, rooms, severity=places.severity)
 
 
-def _check_pose(value: Value, problem_at: Callable[[float, float], str | None], notes: FindingList) -> None:
+def _check_pose(
+    value: Value, problem_at: Callable[[float, float], str | None], findings: FindingList
+) -> None:
     if not isinstance(value, PoseParts):
         return
     if not all(isinstance(part, Literal) for part in (value.x, value.y, value.yaw)):
@@ -121,4 +128,4 @@ def _check_pose(value: Value, problem_at: Callable[[float, float], str | None], 
     pose = tree_value(value, None)
     problem = problem_at(pose.x, pose.y) if isinstance(pose, Pose2) else None
     if problem is not None:
-        notes.error(value.position, f"this pose is {problem}", ["a pose where the robot can stand"])
+        findings.error(value.position, f"this pose is {problem}", ["a pose where the robot can stand"])

@@ -21,14 +21,14 @@ class ReachChecks:
     Args:
         mission: The mission.
         analysis: Its surroundings.
-        notes: Receives what is wrong.
+        findings: Receives what is wrong.
     """
 
-    def __init__(self, mission: Mission, analysis: Analysis, notes: FindingList) -> None:
+    def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
         self._known = analysis.of(mission)
         self._declarations = analysis.declarations
-        self._notes = notes
+        self._findings = findings
 
     def check(self) -> None:
         """Check all nodes."""
@@ -69,7 +69,9 @@ class ReachChecks:
         for before, after in pairwise(children):
             if not self._can_succeed(before):
                 message = f"{after.title!r} is never reached: {before.title!r} before it never succeeds"
-                self._notes.error(after.position, message, [f"{before.title} as the last node of a sequence"])
+                self._findings.error(
+                    after.position, message, [f"{before.title} as the last node of a sequence"]
+                )
                 return
 
     def _check_restarts(self, node: Node) -> None:
@@ -87,7 +89,7 @@ class ReachChecks:
                 valid += (
                     ["every: 10 s, to watch it as a condition"] if isinstance(child, model.RunSkill) else []
                 )
-                self._notes.warning(child.position, message, valid)
+                self._findings.warning(child.position, message, valid)
 
     def _check_watches(self) -> None:
         """A condition that nobody asks again does not guard anything; `every` then has no effect."""
@@ -110,27 +112,29 @@ class ReachChecks:
                     f"{node.title} without {below.default_title}",
                     f"once: {node.title}, to ask only once",
                 ]
-                self._notes.warning(node.position, message, valid)
+                self._findings.warning(node.position, message, valid)
             elif node.every is not None and skills[node.skill].wakes:
                 message = f"'every' has no effect: {node.skill} reports changes and is asked then"
-                self._notes.warning(node.position, message, [f"{node.skill} without every"])
+                self._findings.warning(node.position, message, [f"{node.skill} without every"])
             elif node.every is not None and node in alone and not only_conditions:
                 message = f"'every' has no effect: nobody asks {node.title!r} again here"
                 valid = ["memory: false, and a node that runs behind it", f"{node.skill} without every"]
-                self._notes.warning(node.position, message, valid)
+                self._findings.warning(node.position, message, valid)
 
     def _check_selector(self, children: tuple[Node, ...]) -> None:
         for before, after in pairwise(children):
             if not self._can_fail(before):
                 message = f"{after.title!r} is never tried: {before.title!r} before it never fails"
-                self._notes.error(after.position, message, [f"{before.title} as the last node of a selector"])
+                self._findings.error(
+                    after.position, message, [f"{before.title} as the last node of a selector"]
+                )
                 return
 
     def _check_parallel(self, node: model.Parallel) -> None:
         hopeless = [child for child in node.children if not self._can_succeed(child)]
         if hopeless and not self._can_succeed(node) and node.policy.kind is not PolicyKind.ANY:
             message = f"the parallel never succeeds, because {hopeless[0].title!r} never does"
-            self._notes.warning(hopeless[0].position, message)
+            self._findings.warning(hopeless[0].position, message)
 
     def _check_if(self, node: model.If) -> None:
         if isinstance(node.condition, Expression):
@@ -145,10 +149,10 @@ class ReachChecks:
         never = node.otherwise if fixed else node.then
         always = "always holds" if fixed else "never holds"
         if never is None:
-            self._notes.warning(position, f"if: {shown!r} {always}", ["an expression with a $key"])
+            self._findings.warning(position, f"if: {shown!r} {always}", ["an expression with a $key"])
         else:
             message = f"{never.title!r} is never reached: {shown!r} {always}"
-            self._notes.error(never.position, message, ["an expression with a $key"])
+            self._findings.error(never.position, message, ["an expression with a $key"])
 
     def _check_switch(self, node: model.Switch) -> None:
         """A value that is always the same leads to the same branch every time."""
@@ -161,7 +165,7 @@ class ReachChecks:
         if never is not None:
             message = f"{never.title!r} is never reached: the value is always {text!r}"
             valid = [f"${text}"] if IDENTIFIER.fullmatch(text) else []
-            self._notes.error(never.position, message, [*valid, "an expression with a $key"])
+            self._findings.error(never.position, message, [*valid, "an expression with a $key"])
 
     # ---- decorators -----------------------------------------------------------------------------------
 
@@ -172,25 +176,27 @@ class ReachChecks:
         title = node.child.title
         if not below.outcomes.can_fail:
             message = f"the retry has no effect: {title!r} never fails"
-            self._notes.error(node.position, message, [f"{title} without retry"])
+            self._findings.error(node.position, message, [f"{title} without retry"])
             return
         for code in node.on:
             if code.text not in below.outcomes.codes:
                 message = f"what is retried cannot fail with {code.text!r}"
-                self._notes.error(code.position, message, closest_first(code.text, below.outcomes.codes))
+                self._findings.error(code.position, message, closest_first(code.text, below.outcomes.codes))
         if isinstance(node.child, model.Once):
             message = f"the retry has no effect: {title!r} keeps its first result"
-            self._notes.error(node.position, message, ["once: {retry: ..., do: ...}"])
+            self._findings.error(node.position, message, ["once: {retry: ..., do: ...}"])
 
     def _check_repeat(self, node: model.Repeat) -> None:
         title = node.child.title
         if not self._can_succeed(node.child):
-            self._notes.warning(node.position, f"there is never a second round: {title!r} never succeeds")
+            self._findings.warning(node.position, f"there is never a second round: {title!r} never succeeds")
         elif isinstance(node.child, model.Once):
-            self._notes.warning(node.position, f"the repeat has no effect: {title!r} keeps its first result")
+            self._findings.warning(
+                node.position, f"the repeat has no effect: {title!r} keeps its first result"
+            )
         elif isinstance(node.child, model.Cooldown):
             message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
-            self._notes.warning(node.position, message, ["wait: a pause, after the node"])
+            self._findings.warning(node.position, message, ["wait: a pause, after the node"])
 
     # ---- what every node may have ---------------------------------------------------------------------
 
@@ -204,7 +210,7 @@ class ReachChecks:
         if fixed is not None:
             always = "always holds" if fixed else "never holds"
             message = f"{what}: {expression.text!r} {always}"
-            self._notes.warning(expression.position, message, ["an expression with a $key"])
+            self._findings.warning(expression.position, message, ["an expression with a $key"])
 
     def _check_words(self, node: Node) -> None:
         if node.reasons is None or not self._known.of(node).known:
@@ -214,10 +220,10 @@ class ReachChecks:
             if code not in codes:
                 message = f"because: {node.title!r} cannot fail with {code!r}"
                 place = node.reasons.places.get(code, node.reasons.position)
-                self._notes.warning(place, message, closest_first(code, codes))
+                self._findings.warning(place, message, closest_first(code, codes))
 
     def _check_cleanup(self, node: Node) -> None:
         cleanup = node.cleanup
         if cleanup is not None and not self._can_succeed(cleanup):
             message = f"finally: {cleanup.title!r} never succeeds, and how a clean-up ends changes nothing"
-            self._notes.warning(cleanup.position, message, ["a node that puts something in order"])
+            self._findings.warning(cleanup.position, message, ["a node that puts something in order"])

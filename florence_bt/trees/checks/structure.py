@@ -16,27 +16,27 @@ MAX_CHAIN = 100
 """Through how many missions a mission may call itself for the whole chain to be shown."""
 
 
-def check_structure(mission: Mission, analysis: Analysis, notes: FindingList) -> None:
-    """Note what is wrong with the shape of a mission's tree.
+def check_structure(mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+    """Report what is wrong with the shape of a mission's tree.
 
     Args:
         mission: The mission.
         analysis: Its surroundings.
-        notes: Receives what is wrong.
+        findings: Receives what is wrong.
     """
-    _check_recursion(mission, analysis, notes)
-    _check_size(mission, analysis, notes)
+    _check_recursion(mission, analysis, findings)
+    _check_size(mission, analysis, findings)
     for node in analysis.of(mission).all:
         match node:
             case model.Parallel(children=children):
-                _check_resources(children, mission, analysis, notes, "sequence: one after the other")
+                _check_resources(children, mission, analysis, findings, "sequence: one after the other")
             case model.If(memory=False, condition=Node() as asked):
                 # While a question that takes time is asked again, the branch goes on.
                 for branch in node.parts[1:]:
-                    _check_resources((asked, branch), mission, analysis, notes, _ASK_ONCE)
+                    _check_resources((asked, branch), mission, analysis, findings, _ASK_ONCE)
             case model.Sequence(memory=False) | model.Selector(memory=False):
                 for asked, later in _asked_beside(node, analysis):
-                    _check_resources((asked, later), mission, analysis, notes, _ASK_ONCE)
+                    _check_resources((asked, later), mission, analysis, findings, _ASK_ONCE)
 
 
 def _asked_beside(node: Node, analysis: Analysis) -> Iterator[tuple[Node, Node]]:
@@ -52,28 +52,28 @@ def _asked_beside(node: Node, analysis: Analysis) -> Iterator[tuple[Node, Node]]
                 yield from ((each, later) for later in node.parts[place:])
 
 
-def _check_recursion(mission: Mission, analysis: Analysis, notes: FindingList) -> None:
+def _check_recursion(mission: Mission, analysis: Analysis, findings: FindingList) -> None:
     cycle = analysis.cycle_of(mission)
     if not cycle:
         return
     for call in analysis.of(mission).all:
-        if isinstance(call, model.CallMission) and call.mission.text in cycle and not notes.full:
+        if isinstance(call, model.CallMission) and call.mission.text in cycle and not findings.full:
             rest = [call.mission.text, "...", mission.name]
             if len(cycle) <= MAX_CHAIN:
                 rest = chain_back(call.mission.text, mission.name, cycle, analysis.callees_of)
             chain = " -> ".join([mission.name, *rest])
-            notes.error(call.mission.position, f"the mission calls itself: {chain}")
+            findings.error(call.mission.position, f"the mission calls itself: {chain}")
 
 
-def _check_size(mission: Mission, analysis: Analysis, notes: FindingList) -> None:
+def _check_size(mission: Mission, analysis: Analysis, findings: FindingList) -> None:
     for error in too_large(mission, analysis):
-        notes.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+        findings.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
 
 
 def _check_resources(
-    together: Iterable[Node], mission: Mission, analysis: Analysis, notes: FindingList, instead: str
+    together: Iterable[Node], mission: Mission, analysis: Analysis, findings: FindingList, instead: str
 ) -> None:
-    """Note which of some nodes that can run at the same time want the same resource."""
+    """Report which of some nodes that can run at the same time want the same resource."""
     known = analysis.of(mission)
     users: dict[str, Node] = {}
     for child in together:
@@ -81,7 +81,7 @@ def _check_resources(
             if resource in users:
                 one, other = _named(users[resource], resource, analysis), _named(child, resource, analysis)
                 message = f"{one} and {other} both need the {resource} at the same time"
-                notes.error(child.position, message, [instead])
+                findings.error(child.position, message, [instead])
             users.setdefault(resource, child)
 
 

@@ -24,12 +24,12 @@ class ValueChecks:
     Args:
         mission: The mission in which the values stand.
         analysis: Its surroundings.
-        notes: Receives what is wrong.
+        findings: Receives what is wrong.
     """
 
-    def __init__(self, mission: model.Mission, analysis: Analysis, notes: FindingList) -> None:
+    def __init__(self, mission: model.Mission, analysis: Analysis, findings: FindingList) -> None:
         self._mission = mission
-        self._notes = notes
+        self._findings = findings
         self._kinds = analysis.of(mission).kinds
 
     def check(self, value: model.Value, port: Port | None, what: str) -> None:
@@ -61,7 +61,7 @@ class ValueChecks:
         """Check an expression that must give a kind; says whether it does."""
         problems = check_kinds(expression, self._kinds, wanted).problems
         for problem in problems:
-            self._notes.error(problem.position, f"{what}: {problem.message}", problem.valid)
+            self._findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
         return not problems
 
     def _computed(self, expression: model.Expression, port: Port | None, what: str) -> None:
@@ -74,7 +74,7 @@ class ValueChecks:
             else:
                 port_value(expression, port)
         except ConfigError as error:
-            self._notes.error(expression.position, f"{what}: {error.problem}", error.valid)
+            self._findings.error(expression.position, f"{what}: {error.problem}", error.valid)
 
     def kind(self, value: model.Value) -> Kind | None:
         """The kind of a value, None when it is not known."""
@@ -91,7 +91,7 @@ class ValueChecks:
                 (f"${value.text}",) if isinstance(value, model.Literal) and value.text in self._kinds else ()
             )
             valid = (*suggestions, *error.valid)
-            self._notes.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
+            self._findings.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
         else:
             if not self.text(value, what) and port is None:
                 self.unclear(value, what)
@@ -103,7 +103,7 @@ class ValueChecks:
             # "$first - $last" with two texts is not a sum that lacks its braces.
             if suggestions and not check_kinds(parse_expression(model.show(value)), self._kinds).problems:
                 message = f"{what}: {model.show(value)!r} is a text here, and nothing is computed"
-                self._notes.warning(
+                self._findings.warning(
                     value.position, message, (*suggestions, f'"{model.show(value)}" for a text')
                 )
 
@@ -122,7 +122,7 @@ class ValueChecks:
                 message = f"{what}: {written} is a text here: the whole pose, then {match[0]!r}"
                 alone = [f"${{{written}}}"] if len(parts) == 2 and match[0] == behind else []
                 valid = alone or [f"set: {{part: '${{{written}}}'}} first, and $part in the text"]
-                self._notes.warning(value.position, message, valid)
+                self._findings.warning(value.position, message, valid)
                 warned = True
         return warned
 
@@ -135,7 +135,7 @@ class ValueChecks:
             message = (
                 f"{what}: {with_article(port.kind)} is needed, but ${value.key} is {with_article(given)}"
             )
-            self._notes.error(value.position, message, valid)
+            self._findings.error(value.position, message, valid)
             return
         source = self._mission.inputs.get(value.key)
         if source is None or source.required or source.default is None:
@@ -144,7 +144,9 @@ class ValueChecks:
         if problem is not None:
             default = format_value(source.default, source.kind)
             message = f"{what}: the default of ${value.key} does not fit: {problem}"
-            self._notes.error(value.position, message, [f"a default of {value.key!r} other than {default}"])
+            self._findings.error(
+                value.position, message, [f"a default of {value.key!r} other than {default}"]
+            )
 
 
 def literal_kind(literal: model.Literal, kind: Kind | None) -> object:

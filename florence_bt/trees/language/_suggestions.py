@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from florence_bt.core.errors import closest_first
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
-from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS
+from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS, by_spelling
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _BESIDE_A_KIND = (
@@ -27,33 +27,25 @@ _NO_NODES = ("nothing", "none", "pass", "skip", "true", "false", "yes", "no")
 _CALL = re.compile(r"(?P<name>[a-z][a-z0-9_]*)\s*\(.*|(?P<first>[a-z][a-z0-9]*_[a-z0-9_]*)\s.*", re.DOTALL)
 """A call as in a programming language, or an input behind the name of a mission."""
 _OTHER_WORDS = {"elif": "else", "elseif": "else", "otherwise": "else", "case": "cases", "inputs": "with"}
-OTHER_KINDS = {
-    "fallback": "selector",
-    "priority": "selector",
-    "reactive_sequence": "sequence",
-    "reactivesequence": "sequence",
-    "reactive_fallback": "selector",
-    "reactivefallback": "selector",
-    "inverter": "invert",
-    "not": "invert",
-    "loop": "repeat",
-    "for": "repeat",
-    "retry_until_successful": "retry",
-    "force_success": "succeed",
-    "force_failure": "force",
-    "run_once": "once",
-    "sleep": "wait",
-    "pause": "wait",
-    "call": "run",
-    "subtree": "run",
-    "do_mission": "run",
-    "match": "switch",
-    "check": "condition",
-    "assert": "condition",
-    "abort": "fail",
-    "cool_down": "cooldown",
-    "at_once": "parallel",
-}
+OTHER_KINDS = by_spelling(
+    {
+        "selector": ("fallback", "priority", "reactive_fallback", "reactivefallback"),
+        "sequence": ("reactive_sequence", "reactivesequence"),
+        "invert": ("inverter", "not"),
+        "repeat": ("loop", "for"),
+        "retry": ("retry_until_successful",),
+        "succeed": ("force_success",),
+        "force": ("force_failure",),
+        "once": ("run_once",),
+        "wait": ("sleep", "pause"),
+        "run": ("call", "subtree", "do_mission"),
+        "switch": ("match",),
+        "condition": ("check", "assert"),
+        "fail": ("abort",),
+        "cooldown": ("cool_down",),
+        "parallel": ("at_once",),
+    }
+)
 """What other languages and people call the kinds of nodes."""
 
 

@@ -257,7 +257,7 @@ class RunSkill(Node):
         inputs: Input names and values.
         outputs: Output names and the keys that receive them.
         mapping_given: Whether the inputs were written as a table, or nothing was.
-        unread: Names of inputs whose values could not be read, which was noted there.
+        unread: Names of inputs whose values could not be read, which is a finding there.
         written: What stands there in place of a table.
         every: How often it is asked again where it is watched as a condition, in seconds; None: not given.
     """
@@ -284,7 +284,7 @@ class CallMission(Node):
         mission: Its name.
         inputs: Input names and values.
         outputs: Output names and the keys that receive them.
-        unread: Names of inputs whose values could not be read, which was noted there.
+        unread: Names of inputs whose values could not be read, which is a finding there.
     """
 
     mission: Literal

@@ -13,35 +13,21 @@ from florence_bt.trees.language import quantities
 from florence_bt.trees.language.model import default_of
 from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import tree_value
-from florence_bt.trees.language.vocabulary import KEY_KEYS
+from florence_bt.trees.language.vocabulary import KEY_KEYS, by_spelling
 
-_OTHER_KINDS = {
-    "string": "text",
-    "str": "text",
-    "bool": "boolean",
-    "int": "integer",
-    "float": "number",
-    "double": "number",
-    "distance": "length",
-    "time": "duration",
-    "position": "pose",
-    "velocity": "speed",
-    "meter": "length",
-    "meters": "length",
-    "m": "length",
-    "cm": "length",
-    "second": "duration",
-    "seconds": "duration",
-    "s": "duration",
-    "min": "duration",
-    "degree": "angle",
-    "degrees": "angle",
-    "deg": "angle",
-    "rad": "angle",
-    "label": "text",
-    "room": "text",
-    "hotspot": "text",
-}
+_OTHER_KINDS = by_spelling(
+    {
+        "text": ("string", "str", "label", "room", "hotspot"),
+        "boolean": ("bool",),
+        "integer": ("int",),
+        "number": ("float", "double"),
+        "length": ("distance", "meter", "meters", "m", "cm"),
+        "duration": ("time", "second", "seconds", "s", "min"),
+        "angle": ("degree", "degrees", "deg", "rad"),
+        "speed": ("velocity",),
+        "pose": ("position",),
+    }
+)
 """What other languages call the types."""
 
 

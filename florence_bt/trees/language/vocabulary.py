@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 
 NODE_KINDS: dict[str, str] = {
     "sequence": "does its nodes one after the other, until one fails",
@@ -103,3 +104,8 @@ TREE_CODES: dict[str, str] = {
     "failed": "`fail` without a code",
 }
 """Codes that the tree itself gives -> what they mean."""
+
+
+def by_spelling(spellings: Mapping[str, Iterable[str]]) -> dict[str, str]:
+    """Word -> what others call it, turned round: what others call it -> the word."""
+    return {other: word for word, others in spellings.items() for other in others}

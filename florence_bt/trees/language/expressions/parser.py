@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
@@ -35,6 +35,7 @@ from florence_bt.trees.language.expressions.syntax import (
     print_term,
 )
 from florence_bt.trees.language.quantities import UNITS, guess_value
+from florence_bt.trees.language.vocabulary import by_spelling
 
 _UNIT = "|".join(
     re.escape(unit)
@@ -51,57 +52,41 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE,
 )
-_OTHER_SIGNS: Mapping[str, str] = {
-    "===": "==",
-    "<>": "!=",
-    "=>": ">=",
-    "=<": "<=",
-    "&&": "and",
-    "||": "or",
-    "=": "==",
-    "&": "and",
-    "|": "or",
-    "!": "not",
-    "%": "a number between 0 and 1",
-    "^": "a * a",
-    "≤": "<=",
-    "≥": ">=",
-    "≠": "!=",
-    "×": "*",
-    "·": "*",
-    "÷": "/",
-    "−": "-",
-    "–": "-",
-    "“": '"',
-    "”": '"',
-    "„": '"',
-    "‘": "'",
-    "’": "'",
-    "{{": "$key, without braces",
-}
+_OTHER_SIGNS = by_spelling(
+    {
+        "==": ("===", "="),
+        "!=": ("<>", "≠"),
+        ">=": ("=>", "≥"),
+        "<=": ("=<", "≤"),
+        "and": ("&&", "&"),
+        "or": ("||", "|"),
+        "not": ("!",),
+        "a number between 0 and 1": ("%",),
+        "a * a": ("^",),
+        "*": ("×", "·"),
+        "/": ("÷",),
+        "-": ("−", "–"),
+        '"': ("“", "”", "„"),
+        "'": ("‘", "’"),
+        "$key, without braces": ("{{",),
+    }
+)
 """Signs of other languages -> what is written here."""
 
 _WORD = re.compile(r"\s*((?:[^\W\d]|°)\w*(?:/[^\W\d]\w*)?)")
 _OPERATORS = ("and", "or", "<", "==", "+", "*")
-_LONG = {
-    "meter": "m",
-    "meters": "m",
-    "metre": "m",
-    "metres": "m",
-    "sec": "s",
-    "second": "s",
-    "seconds": "s",
-    "minute": "min",
-    "minutes": "min",
-    "hour": "h",
-    "hours": "h",
-    "degree": "deg",
-    "degrees": "deg",
-    "radian": "rad",
-    "radians": "rad",
-    "kmh": "km/h",
-    "mps": "m/s",
-}
+_LONG_UNITS = by_spelling(
+    {
+        "m": ("meter", "meters", "metre", "metres"),
+        "s": ("sec", "second", "seconds"),
+        "min": ("minute", "minutes"),
+        "h": ("hour", "hours"),
+        "deg": ("degree", "degrees"),
+        "rad": ("radian", "radians"),
+        "km/h": ("kmh",),
+        "m/s": ("mps",),
+    }
+)
 """Units as people also write them -> the unit."""
 
 
@@ -175,13 +160,13 @@ def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> No
     if not number[-1].isdigit() and number[-1] != ".":
         raise problem_at(position, f"{match[1]!r} cannot follow {number!r}", *_OPERATORS)
     units = [unit for known in UNITS.values() for unit in known]
-    long = _LONG.get(match[1].lower())
+    long = _LONG_UNITS.get(match[1].lower())
     valid = (long,) if long else closest_first(match[1], units)
     raise problem_at(position, f"{match[1]!r} is not a unit", *(f"{number} {unit}" for unit in valid))
 
 
 def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
-    for sign, here in _OTHER_SIGNS.items():
+    for sign, here in sorted(_OTHER_SIGNS.items(), key=lambda item: -len(item[0])):
         if text.startswith(sign, offset):
             return problem_at(position, f"{sign!r} is not known here", here)
     if text[offset] in "\"'":
