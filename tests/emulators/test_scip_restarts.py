@@ -17,7 +17,7 @@ ENDING = ["01", "10", "20", "50", "97", "0A", "0I", "0L"]
 
 
 class Noted(Bench):
-    """FindingList when the sensor was told what."""
+    """Notes when the sensor was told what."""
 
     def __init__(self, **how: object) -> None:
         super().__init__(**how)  # type: ignore[arg-type]

@@ -65,15 +65,3 @@ def test_stops_of_children_are_recorded():
         ("b", "INVALID"),
         ("backwards", "INVALID"),
     ]
-
-
-def test_an_incremental_ticker_passes_over_it_while_its_active_child_is_settled():
-    root = Backwards("backwards", [behaviours.Success("a"), behaviours.Running("b")])
-    visited: list[str] = []
-    ticker = Ticker(root, incremental=True, visit=lambda node: visited.append(node.name))
-    for _ in range(3):
-        assert ticker.tick() is Status.RUNNING
-    assert visited == ["b", "backwards"]
-    ticker.touch(root)
-    ticker.tick()
-    assert visited == ["b", "backwards", "backwards"]

@@ -92,7 +92,7 @@ def test_conditions_are_watched_wherever_they_stand(tmp_path, tree, slow):
         is_home=answers,
         work=[takes(100.0)],
     )
-    ticker = Ticker(play.root, incremental=True)
+    ticker = Ticker(play.root)
     play.root.tick_once = ticker.tick
     play.at(20.0)
     assert play.root.status in (Status.FAILURE, Status.SUCCESS)
