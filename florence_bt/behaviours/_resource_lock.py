@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.core.outcome import Result, failure
@@ -20,15 +18,13 @@ class ResourceLock:
     Args:
         context: What the tree shares.
         skill: The skill that wants to start.
-        touch: Called when the resources may have become free, before the tick is asked for.
     """
 
-    def __init__(self, context: TreeContext, skill: str, touch: Callable[[], None]) -> None:
+    def __init__(self, context: TreeContext, skill: str) -> None:
         self.feedback = ""
         self._context = context
         self._skill = skill
-        self._touch = touch
-        self._timer = WakeTimer(context, touch)
+        self._timer = WakeTimer(context)
         self._waiting = False
 
     def acquire(self) -> bool:
@@ -39,7 +35,7 @@ class ResourceLock:
             return True
         if not self._waiting:
             self._waiting = True
-            self._context.waiting.append(self._on_free)
+            self._context.waiting.append(self._context.wake)
             self._timer.start(self._context.declarations[self._skill].deadline_s)
         needs = sorted(holder.resources & self._context.declarations[self._skill].resources)
         self.feedback = f"waits for the {' and the '.join(needs)}, which {holder.skill} at {holder.path} has"
@@ -59,9 +55,5 @@ class ResourceLock:
         """Stop waiting."""
         if self._waiting:
             self._waiting = False
-            self._context.waiting.remove(self._on_free)
+            self._context.waiting.remove(self._context.wake)
         self._timer.cancel()
-
-    def _on_free(self) -> None:
-        self._touch()
-        self._context.wake()

@@ -17,13 +17,13 @@ class WakeTimer:
 
     Args:
         context: The clock, and who is woken.
-        touch: Called before that, so that a ticker looks at the node again.
+        on_fire: Called when it fires, before the tick is asked for.
     """
 
-    def __init__(self, context: TreeContext, touch: Callable[[], None] | None = None) -> None:
+    def __init__(self, context: TreeContext, on_fire: Callable[[], None] | None = None) -> None:
         self.fired = False
         self._context = context
-        self._touch = touch
+        self._on_fire = on_fire
         self._timer: Timer | None = None
 
     def start(self, seconds: float) -> None:
@@ -41,8 +41,8 @@ class WakeTimer:
 
     def _fire(self) -> None:
         self.fired = True
-        if self._touch is not None:
-            self._touch()
+        if self._on_fire is not None:
+            self._on_fire()
         self._context.wake()
 
 

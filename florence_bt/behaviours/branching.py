@@ -53,10 +53,6 @@ class _Branching(Stepping):
         self.halt_running()
         return Status.FAILURE
 
-    def active(self) -> Iterable[Behaviour]:
-        """What is being done."""
-        return () if self.current_child is None else (self.current_child,)
-
 
 class If(_Branching):
     """Does one of two branches.
@@ -113,14 +109,8 @@ class If(_Branching):
                 return self.give_up(problem)
         return (yield from self.branch_steps())
 
-    def active(self) -> Iterable[Behaviour]:
-        """What is being done; without memory the question too."""
-        if self.memory or not isinstance(self._condition, Behaviour):
-            return super().active()
-        return (self._condition, *super().active())
-
     def terminate(self, new_status: Status) -> None:
-        """Watch no more."""
+        """Stop watching."""
         stop_watching(self._watched)
         if self._end_watch is not None:
             self._end_watch()
@@ -153,7 +143,6 @@ class If(_Branching):
 
     def _on_key(self, key: str) -> None:
         assert isinstance(self._condition, CompiledExpression)  # only then keys are watched
-        self.touch()
         try:
             other = self._condition.holds(self._context.keys) is not self._answer
         except ValueProblem:

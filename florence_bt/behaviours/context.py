@@ -41,11 +41,10 @@ class OpenRun:
         run: The run itself; another one after a pause.
         wake: Asks for a tick of the tree that the node belongs to.
         inputs: What the skill was started with; None for a run that was started elsewhere.
-        left: Whether the node that started it looks at it no more; the context then notes its end by itself.
+        left: Whether the node that started it was left; the context then records its end by itself.
         late: Whether the skill took longer than its declaration allows.
         suspended: Whether it was cancelled for a pause and will be started again.
         end_reported: Whether the end of the cancelled run was reported already.
-        touched: Called when the node should look at the run again, before the tick is asked for.
         deadline: The timer behind ``late``.
         resources: What no other skill may use until this run has ended.
     """
@@ -59,7 +58,6 @@ class OpenRun:
     late: bool = False
     suspended: bool = False
     end_reported: bool = False
-    touched: Callable[[], None] = _ignore
     deadline: Timer | None = None
     resources: frozenset[str] = frozenset()
 
@@ -149,13 +147,13 @@ class TreeContext:
         """The run that uses what a skill needs for itself; None when nothing keeps it from starting."""
         needed = self.declarations[skill].resources
         for entry in tuple(self.runs) if needed else ():
-            # A run that nobody looks at any more may have ended without notice.
+            # A run whose node was left may have ended without notice.
             if entry.resources & needed and not (entry.left and self.poll(entry) is not None):
                 return entry
         return None
 
     def leave(self, entry: OpenRun) -> None:
-        """Cancel a run that no node will look at any more, and wait for its end in the background."""
+        """Cancel the run of a node that is left, and wait for its end in the background."""
         entry.left = True
         _end_limit(entry)
         if entry.suspended and entry.end_reported:
@@ -166,7 +164,7 @@ class TreeContext:
         self.poll(entry)
 
     def drop(self, entry: OpenRun) -> None:
-        """Keep a run no longer."""
+        """Forget a run."""
         self.runs.remove(entry)
         _end_limit(entry)
         self._call_waiting()
@@ -195,7 +193,7 @@ class TreeContext:
                 run = entry.run = self._begin(entry.path, entry.skill, entry.inputs)
                 run.on_change(partial(self._on_change, entry, run))
                 self._limit(entry)
-                _notify(entry)
+                entry.wake()
         for call in tuple(self.watching):
             call()
 
@@ -225,7 +223,6 @@ class TreeContext:
             self._look_at_suspended(entry)
         elif entry.left:
             self.poll(entry)
-        entry.touched()
         entry.wake()
 
     def _look_at_suspended(self, entry: OpenRun) -> None:
@@ -238,7 +235,7 @@ class TreeContext:
             entry.suspended = False
             self.drop(entry)
         self.on_skill_ended(entry.path, entry.skill, result)
-        _notify(entry)
+        entry.wake()
 
 
 def _result_of(entry: OpenRun) -> Result | None:
@@ -250,15 +247,10 @@ def _result_of(entry: OpenRun) -> Result | None:
     return result
 
 
-def _notify(entry: OpenRun) -> None:
-    entry.touched()
-    entry.wake()
-
-
 def _on_deadline(entry: OpenRun) -> None:
     entry.deadline = None
     entry.late = True
-    _notify(entry)
+    entry.wake()
 
 
 def _end_limit(entry: OpenRun) -> None:

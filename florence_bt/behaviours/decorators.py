@@ -13,7 +13,6 @@ from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, ValueProblem, resolve
-from florence_bt.behaviours.reactive import AlwaysSettled, Reactive
 from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import Port
 from florence_bt.core.outcome import Outcome, Result, failure
@@ -57,11 +56,6 @@ class PreparedDecorator(Decorator):
         self.settle(self.result)
         return False
 
-    @property
-    def refused(self) -> bool:
-        """Whether the node has ended with a result of its own and without its child."""
-        return self.result is not None and self.decorated.status is Status.INVALID
-
     def settle(self, result: Result) -> None:
         """End with a result that the child has no part in."""
         self.feedback_message = result.reason
@@ -73,7 +67,7 @@ class PreparedDecorator(Decorator):
         self.stop(Status.SUCCESS if result.succeeded else Status.FAILURE)
 
 
-class Invert(AlwaysSettled, PreparedDecorator):
+class Invert(PreparedDecorator):
     """Turns success into failure and failure into success."""
 
     def update(self) -> Status:
@@ -87,7 +81,7 @@ class Invert(AlwaysSettled, PreparedDecorator):
         return self.decorated.status
 
 
-class ForceSuccess(AlwaysSettled, Decorator):
+class ForceSuccess(Decorator):
     """Succeeds when its child is done, whichever way."""
 
     def update(self) -> Status:
@@ -95,7 +89,7 @@ class ForceSuccess(AlwaysSettled, Decorator):
         return Status.RUNNING if self.decorated.status is Status.RUNNING else Status.SUCCESS
 
 
-class ForceFailure(AlwaysSettled, PreparedDecorator):
+class ForceFailure(PreparedDecorator):
     """Fails when its child is done, whichever way; a failure of the child stands as it is."""
 
     def update(self) -> Status:
@@ -108,7 +102,7 @@ class ForceFailure(AlwaysSettled, PreparedDecorator):
         return Status.FAILURE
 
 
-class CallMission(Reactive, PreparedDecorator):
+class CallMission(PreparedDecorator):
     """Runs the tree of another mission with keys of its own.
 
     Args:
@@ -176,7 +170,7 @@ class CallMission(Reactive, PreparedDecorator):
 SKIPPED = "skipped"
 
 
-class StartGuard(Reactive, PreparedDecorator):
+class StartGuard(PreparedDecorator):
     """Looks at conditions before its child starts, and at nothing afterwards.
 
     ``unless`` and ``when`` come first: when one of them is not met the child is skipped, which counts as
@@ -209,13 +203,6 @@ class StartGuard(Reactive, PreparedDecorator):
         self._unless = unless
         self._holds = holds
         self._skipped_fails = skipped_fails
-        for formula in (when, unless, holds):
-            if formula is not None:
-                context.keys.watch(formula.keys, lambda key: self.touch())
-
-    def settled(self) -> bool:
-        """Also when it has refused its child: it would again, until a key changes."""
-        return self.refused or super().settled()
 
     def prepare(self) -> Result | None:
         """Look at the conditions."""
@@ -237,7 +224,7 @@ class StartGuard(Reactive, PreparedDecorator):
         return failure(SKIPPED, reason) if self._skipped_fails else Result(Outcome.SUCCEEDED, reason=reason)
 
 
-class While(Reactive, PreparedDecorator):
+class While(PreparedDecorator):
     """Stops its child and fails with ``guard_failed`` as soon as a condition does not hold any more.
 
     A child that succeeds with the same step that ends the condition has succeeded.
@@ -285,7 +272,7 @@ class While(Reactive, PreparedDecorator):
         return self.decorated.status
 
     def terminate(self, new_status: Status) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._end_watch is not None:
             self._end_watch()
             self._end_watch = None
@@ -300,7 +287,6 @@ class While(Reactive, PreparedDecorator):
         return _guard_failed(self._condition, self._context)
 
     def _on_key(self, key: str) -> None:
-        self.touch()
         if self.problem() is not None:
             self._context.wake()
 
@@ -312,7 +298,7 @@ def _guard_failed(condition: CompiledExpression, context: TreeContext) -> Result
 COOLING_DOWN = "cooling_down"
 
 
-class Cooldown(Reactive, PreparedDecorator):
+class Cooldown(PreparedDecorator):
     """Fails with ``cooling_down`` when it is started again too soon after its child has succeeded.
 
     The time is counted from the end of the child, for as long as the run of the mission lasts. When it is
@@ -330,13 +316,8 @@ class Cooldown(Reactive, PreparedDecorator):
         self._context = context
         self._duration = duration
         self._seconds = 0.0
-        self._timer = WakeTimer(context, self.touch)
+        self._timer = WakeTimer(context)
         self._last_success: float | None = None
-
-    def settled(self) -> bool:
-        """Also while it cools down: the end of that time touches it."""
-        cooling = self.refused and self.result is not None and self.result.code == COOLING_DOWN
-        return cooling or super().settled()
 
     def prepare(self) -> Result | None:
         """See whether enough time has passed."""
@@ -358,12 +339,12 @@ class Cooldown(Reactive, PreparedDecorator):
         return self.decorated.status
 
     def terminate(self, new_status: Status) -> None:
-        """Wake nobody any more when the node is reset."""
+        """Cancel the timer when the node is reset."""
         if new_status is Status.INVALID:
             self._timer.cancel()
 
 
-class Once(Reactive, PreparedDecorator):
+class Once(PreparedDecorator):
     """Does its child once; from then on it has the same result at once, success or failure alike.
 
     A child that was stopped before it was done is done again. The memory lasts as long as the run of the
@@ -379,10 +360,6 @@ class Once(Reactive, PreparedDecorator):
     def kept(self) -> Why | None:
         """Why the child failed that time."""
         return self._why
-
-    def settled(self) -> bool:
-        """Also once it has been done: from then on the result stays."""
-        return (self.refused and self._remembered is not None) or super().settled()
 
     def prepare(self) -> Result | None:
         """The result of the first time."""

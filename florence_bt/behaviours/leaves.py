@@ -11,7 +11,6 @@ from py_trees.common import Status
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
-from florence_bt.behaviours.reactive import AlwaysSettled
 from florence_bt.core.outcome import Result, failure
 
 
@@ -75,7 +74,7 @@ class SetKey(Behaviour):
         return Status.SUCCESS
 
 
-class Condition(AlwaysSettled, Behaviour):
+class Condition(Behaviour):
     """Succeeds when an expression holds, fails with ``not_so`` when it does not.
 
     A key that changes the answer wakes the executor, so that a composite without memory looks again.
@@ -109,7 +108,6 @@ class Condition(AlwaysSettled, Behaviour):
         return Status.FAILURE
 
     def _on_key(self, key: str) -> None:
-        self.touch()
         if self.status is not Status.INVALID and self._answer() is not self.status:
             self._context.wake()
 

@@ -18,12 +18,11 @@ from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.keys import ValueProblem, resolve
-from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.outcome import Result, failure
 
 
-class Wait(Reactive, Behaviour):
+class Wait(Behaviour):
     """Succeeds after a pause.
 
     Args:
@@ -37,7 +36,7 @@ class Wait(Reactive, Behaviour):
         self.result: Result | None = None
         self._context = context
         self._duration = duration
-        self._timer = WakeTimer(context, self.touch)
+        self._timer = WakeTimer(context)
 
     def initialise(self) -> None:
         """Begin the pause."""
@@ -77,7 +76,7 @@ class Delay(Sequence):
         super().__init__(name, True, [pause, child])
 
 
-class Timeout(Reactive, PreparedDecorator):
+class Timeout(PreparedDecorator):
     """Stops its child and fails when the child takes too long.
 
     Args:
@@ -92,7 +91,7 @@ class Timeout(Reactive, PreparedDecorator):
         self._context = context
         self._duration = duration
         self._seconds = 0.0
-        self._timer = WakeTimer(context, self.touch)
+        self._timer = WakeTimer(context)
 
     def prepare(self) -> Result | None:
         """Look up the duration."""
@@ -161,7 +160,7 @@ class _Counting(PreparedDecorator):
         return Status.RUNNING
 
 
-class Retry(Reactive, _Counting):
+class Retry(_Counting):
     """Starts its child again when it fails.
 
     Args:
@@ -216,7 +215,7 @@ class Retry(Reactive, _Counting):
         return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
 
 
-class Repeat(Reactive, _Counting):
+class Repeat(_Counting):
     """Starts its child again when it succeeds, until it has succeeded a number of times.
 
     Args:

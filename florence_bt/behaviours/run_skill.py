@@ -11,13 +11,12 @@ from py_trees.common import Status
 from florence_bt.behaviours._resource_lock import ResourceLock
 from florence_bt.behaviours.context import OpenRun, TreeContext
 from florence_bt.behaviours.keys import ValueProblem, is_source, resolve
-from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.errors import closest_first
 from florence_bt.core.outcome import Outcome, Result, failure
 
 
-class RunSkill(Reactive, Behaviour):
+class RunSkill(Behaviour):
     """Runs a skill.
 
     RUNNING while the run goes on, SUCCESS with its outputs written to keys, FAILURE with the result in
@@ -50,7 +49,7 @@ class RunSkill(Reactive, Behaviour):
         self._declaration = context.declarations[skill]
         self._entry: OpenRun | None = None
         needs = self._declaration.resources
-        self._lock = ResourceLock(context, skill, self.touch) if needs else None
+        self._lock = ResourceLock(context, skill) if needs else None
         self._waiting: dict[str, Any] | None = None
         self._literals: dict[str, Any] | None = None
         self._path = ""
@@ -100,7 +99,6 @@ class RunSkill(Reactive, Behaviour):
         inputs, self._waiting = self._waiting, None
         self._path = self._path or path_of(self)
         self._entry = self._context.start(self._path, self.skill, inputs)
-        self._entry.touched = self.touch
 
     def _complete_inputs(self) -> dict[str, Any] | None:
         """What the skill is started with; None when it cannot be started, with the reason in the result."""

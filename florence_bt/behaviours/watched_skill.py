@@ -65,16 +65,9 @@ class WatchedSkill(RunSkill):
         self._end_source: Callable[[], None] | None = None
         self._end_keys: Callable[[], None] | None = None
 
-    def settled(self) -> bool:
-        """Also while an answer is kept: what may change it touches the node."""
-        if self._answer is None:
-            return super().settled()
-        return self._asking or not self._due
-
     def ask_again(self) -> None:
         """Ask with the next tick; the answer of before stands until the new one is there."""
         self._due = True
-        self.touch()
 
     def initialise(self) -> None:
         """Start the skill, unless an answer is kept."""
@@ -110,7 +103,7 @@ class WatchedSkill(RunSkill):
             super().terminate(new_status)
 
     def stop_watching(self) -> None:
-        """Forget the answer and ask no more, until the node starts again."""
+        """Forget the answer and stop asking, until the node starts again."""
         if self._answer is None:
             return
         self._answer, self._asking = None, False
@@ -150,7 +143,7 @@ class WatchedSkill(RunSkill):
 
     def _begin_watch(self) -> None:
         context = self._context
-        self._end_keys = context.keys.watch((*self._keys, *self.outputs.values()), self._on_key)
+        self._end_keys = context.keys.watch(self._keys, lambda key: self._on_source())
         context.watching.append(self.ask_again)
 
     def _end_source_watch(self) -> None:
@@ -162,9 +155,3 @@ class WatchedSkill(RunSkill):
     def _on_source(self) -> None:
         self.ask_again()
         self._context.wake()
-
-    def _on_key(self, key: str) -> None:
-        if key in self._keys:
-            self._on_source()
-        elif key not in self._context.keys:
-            self.touch()

@@ -92,7 +92,7 @@ class ManualTimer:
 
 
 class ManualClock:
-    """A clock that stands still until somebody advances it. Same calls, same order, every time."""
+    """A clock that stands still until it is advanced. Same calls, same order, every time."""
 
     def __init__(self, now: float = 0.0) -> None:
         self._now = now

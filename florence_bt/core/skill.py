@@ -42,7 +42,7 @@ class Skill(Protocol):
 
 
 class WakingSkill(Skill, Protocol):
-    """A condition that reports changes of its answer, so that nobody has to ask it again and again."""
+    """A condition that reports changes of its answer, so that it needs no polling."""
 
     def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
         """Call back whenever a run with these inputs may end differently than the last one.

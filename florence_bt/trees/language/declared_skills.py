@@ -1,4 +1,4 @@
-"""Files that declare skills which nobody has written yet: ``NAME.skills.yaml`` beside missions.
+"""Files that declare skills without an implementation: ``NAME.skills.yaml`` beside missions.
 
 An import of other people's trees writes one. The missions can then be checked and drawn, and tested with
 mocks; ``florence check`` says which of their skills this installation lacks.

@@ -233,7 +233,7 @@ class Reader(FindingList):
 
 
 def _as_name(written: str) -> str | None:
-    """The name that somebody wrote in another way: ``My-Mission.yaml`` or ``$my_mission``."""
+    """The name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
     last = (
         re.split(r"[/\\]", written)[-1].strip().removeprefix("$").removesuffix(".yaml").removesuffix(".yml")
     )

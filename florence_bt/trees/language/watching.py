@@ -37,7 +37,7 @@ def is_condition(node: model.RunSkill, declaration: SkillDeclaration) -> bool:
 def unwatched(
     node: Node, *, watched: bool = False, below: Node | None = None
 ) -> Iterator[tuple[model.RunSkill, Node | None]]:
-    """Every skill of a tree that nobody asks again.
+    """Every skill of a tree that is not asked again.
 
     Args:
         node: The root.

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from py_trees import behaviours
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.stepping import Stepping, Steps
@@ -26,9 +23,6 @@ class Backwards(Stepping):
             if child.status is not Status.SUCCESS:
                 return child.status
         return Status.SUCCESS
-
-    def active(self) -> Iterable[Behaviour]:
-        return () if self.current_child is None else (self.current_child,)
 
 
 def tree() -> Backwards:
