@@ -12,7 +12,7 @@ from florence_bt.btcpp.port_models import NodeModel, read_models
 from florence_bt.btcpp.vocabulary import CATEGORIES, MARK, V3_NAMES, category_of
 from florence_bt.btcpp.xml_source import MAX_ELEMENTS, Element, read_xml
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.language.source import Position
+from florence_bt.core.plain_yaml import Position
 
 MAX_FILES = 100
 """Most files that one import reads."""

@@ -24,7 +24,7 @@ from florence_bt.btcpp.xml_writer import write_xml
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language import model
-from florence_bt.trees.language._facts import chain_back, cycles
+from florence_bt.trees.language.analysis import chain_back, cycles
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.findings import ERROR, Finding
 from florence_bt.trees.language.loader import MissionLibrary
@@ -78,7 +78,7 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
     callees: dict[str, list[str]] = {}
     for caller in (waiting := [name]):
         mission = found[caller]
-        calls = [node for node in mission.nodes() if isinstance(node, model.Call)]
+        calls = [node for node in mission.nodes() if isinstance(node, model.CallMission)]
         callees[caller] = [call.mission.text for call in calls]
         for call in calls:
             called = call.mission.text
@@ -93,7 +93,9 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
         chain = [caller, *chain_back(called, caller, cycle, callees.__getitem__)]
         mission = found[caller]
         call = next(
-            node for node in mission.nodes() if isinstance(node, model.Call) and node.mission.text == called
+            node
+            for node in mission.nodes()
+            if isinstance(node, model.CallMission) and node.mission.text == called
         )
         raise _error(mission, call, f"the mission {caller!r} calls itself: {' -> '.join(chain)}")
     return list(found.values())
@@ -104,7 +106,7 @@ def _check(mission: Mission, declarations: Mapping[str, SkillDeclaration]) -> No
         if finding.severity == ERROR:
             raise finding.as_error()
     for node in mission.nodes():
-        if isinstance(node, model.Use) and node.skill not in declarations:
+        if isinstance(node, model.RunSkill) and node.skill not in declarations:
             raise _error(
                 mission, node, f"unknown skill {node.skill!r}", closest_first(node.skill, declarations)
             )

@@ -265,9 +265,9 @@ class NodeWriter:
                 return Element("AlwaysFailure", attributes)
             case model.Set():
                 return self._set(node)
-            case model.Use():
+            case model.RunSkill():
                 return self._use(node)
-            case model.Call():
+            case model.CallMission():
                 return self._call(node)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
@@ -282,7 +282,7 @@ class NodeWriter:
             attributes[f"{MARK}_set"] = text
         return Element("Script", attributes)
 
-    def _use(self, node: model.Use) -> Element:
+    def _use(self, node: model.RunSkill) -> Element:
         declaration = self._declarations[node.skill]
         attributes = {"ID": node.skill, **self._given(node, node.inputs, declaration.inputs)}
         for output, key in node.outputs:
@@ -294,7 +294,7 @@ class NodeWriter:
             "Condition" if declaration.instant and not declaration.outputs else "Action", attributes
         )
 
-    def _call(self, node: model.Call) -> Element:
+    def _call(self, node: model.CallMission) -> Element:
         called = self._library.get(node.mission.text)
         attributes = {"ID": called.name, **self._given(node, node.inputs, called.inputs)}
         for name in computed_inputs(called):

@@ -8,11 +8,10 @@ from florence_bt.btcpp.script import Assignment, Binary, Choice, Code, Name, Num
 from florence_bt.btcpp.si_values import quantity_text, script_number, si_text
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions import syntax
-from florence_bt.trees.language.expressions.printing import print_term
-from florence_bt.trees.language.expressions.syntax import Term
+from florence_bt.trees.language.expressions.syntax import Term, print_term
 from florence_bt.trees.language.quantities import UNITS
-from florence_bt.trees.language.source import Position
 
 _HERE = Position()
 _LOGICAL = {"&&": "and", "||": "or"}

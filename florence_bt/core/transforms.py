@@ -131,11 +131,11 @@ class TransformBuffer:
         self._moving: dict[str, tuple[str, deque[tuple[float, Pose2]]]] = {}
 
     def set_static(self, parent: str, child: str, transform: Transform3) -> None:
-        """Tell where a child frame sits for ever."""
+        """Set where a child frame always is."""
         self._static[child] = (parent, transform)
 
     def set_moving(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
-        """Tell where a child frame was at a moment. Samples that come late are sorted in."""
+        """Set where a child frame was at a moment. Samples that come late are sorted in."""
         known = self._moving.get(child)
         if known is None or known[0] != parent:
             known = self._moving[child] = (parent, deque())

@@ -25,10 +25,9 @@ from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.outcomes import Prospects, prospects_of
 from florence_bt.trees.language import model
-from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.compile import Origin, compile_mission, origin_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.origin import Origin, origin_of
 
 MAX_SHOWN = 5
 """How many paths an error lists."""
@@ -107,7 +106,7 @@ class MissionMap:
             title = node.skill.replace("_", " ")
             if node.name.startswith(title):
                 shown = node.skill + node.name[len(title) :]
-        elif origin is not None and isinstance(origin.node, model.Call):
+        elif origin is not None and isinstance(origin.node, model.CallMission):
             names += [origin.node.mission.text, origin.node.default_title]
             shown = origin.node.mission.text
         segments = (*above, frozenset(_plain(name) for name in names))
@@ -130,7 +129,7 @@ class MissionMap:
 
     def _shorten(self) -> None:
         called = [place.origin.node for place in self.places.values() if place.origin is not None]
-        missions = {node.mission.text for node in called if isinstance(node, model.Call)}
+        missions = {node.mission.text for node in called if isinstance(node, model.CallMission)}
         wanted = {path: _shorter(place.shown, missions) for path, place in self.places.items()}
         count = Counter(text for texts in wanted.values() for text in texts)
         for path, texts in wanted.items():

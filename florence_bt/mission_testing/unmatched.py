@@ -30,7 +30,7 @@ def unmatched(
     others = matching(text, places.places.values()) if skills_only else []
     if others:
         origin = others[0].origin
-        called = isinstance(origin.node, model.Call) if origin is not None else False
+        called = isinstance(origin.node, model.CallMission) if origin is not None else False
         inside = [use for use in candidates if any(use.path.startswith(f"{o.path}/") for o in others)]
         kind = "a mission that is called" if called else "a node of the tree"
         return ConfigError(
@@ -46,5 +46,5 @@ def unmatched(
 def _called_like(text: str, places: MissionMap) -> list[str]:
     """The called mission whose name looks like this; it may be mocked whole."""
     nodes = [place.origin.node for place in places.places.values() if place.origin is not None]
-    names = dict.fromkeys(node.mission.text for node in nodes if isinstance(node, model.Call))
+    names = dict.fromkeys(node.mission.text for node in nodes if isinstance(node, model.CallMission))
     return get_close_matches(text, names, n=1, cutoff=0.8)

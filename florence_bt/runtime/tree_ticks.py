@@ -29,7 +29,7 @@ class TreeTicks:
     """
 
     def __init__(self, root: Behaviour, clock: Clock) -> None:
-        self._ticker = Ticker(root, record=True, incremental=True)
+        self._ticker = Ticker(root, record=True)
         self.tick = self._ticker.tick
         self._clock = clock
         self._times: dict[Behaviour, tuple[float, float | None]] = {}

@@ -14,7 +14,6 @@ from florence_bt.trees.checks.report import FORMATS, Excerpts, report_full
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding, has_errors
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.neighbours import add_neighbours
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ def mission_name(given: str, library: MissionLibrary) -> str:
             raise ConfigError(f"there is no file {given!r}", valid=["a mission file", *library.names()])
         mission = library.add_file(file)
         if mission is not None:
-            add_neighbours([mission], library)
+            library.add_neighbours([mission])
         return file.stem
     return given
 

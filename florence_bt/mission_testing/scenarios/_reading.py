@@ -11,15 +11,14 @@ from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text
-from florence_bt.core.torn_texts import torn_texts
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.mission_testing.known import MissionMaps
 from florence_bt.mission_testing.paths import MissionMap, Place, matching
 from florence_bt.mission_testing.unmatched import unmatched
 from florence_bt.mission_testing.values import read_duration, read_port
 from florence_bt.trees.language.findings import ERROR, Finding
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.neighbours import add_neighbours
 
 _WORD = re.compile(r"\w+")
 _PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
@@ -62,10 +61,10 @@ class Reading:
         self.problem(position, error.problem, error.valid)
 
     def entries(
-        self, source: Source | None, what: str, keys: Collection[str]
-    ) -> dict[str, tuple[Text, Source]]:
+        self, source: YamlNode | None, what: str, keys: Collection[str]
+    ) -> dict[str, tuple[YamlScalar, YamlNode]]:
         """The entries of a table that has only these keys."""
-        found: dict[str, tuple[Text, Source]] = {}
+        found: dict[str, tuple[YamlScalar, YamlNode]] = {}
         for key, value in self.table(source, what, keys):
             if key.text in keys:
                 found[key.text] = (key, value)
@@ -74,18 +73,18 @@ class Reading:
         return found
 
     def table(
-        self, source: Source | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
-    ) -> Iterator[tuple[Text, Source]]:
+        self, source: YamlNode | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
+    ) -> Iterator[tuple[YamlScalar, YamlNode]]:
         """The entries of a table, none when nothing was written.
 
         A text that fell apart at its commas, because it needs quotes there, is noted and put together. (A
         single word behind a comma may be a key without its colon, and so may one of the ``keys``.) What is
         no table is noted, with ``valid`` as what would have worked.
         """
-        if isinstance(source, Table):
+        if isinstance(source, YamlMapping):
             torn = {
                 text.key: text
-                for text in torn_texts(source)
+                for text in unquoted_commas(source)
                 if text.pieces[0].text not in keys and not _WORD.fullmatch(text.pieces[0].text)
             }
             pieces = {piece for text in torn.values() for piece in text.pieces}
@@ -97,23 +96,23 @@ class Reading:
                     yield key, replace(text.first, text=text.whole)
                 elif key not in pieces:
                     yield key, value
-        elif source is not None and not (isinstance(source, Text) and source.empty):
+        elif source is not None and not (isinstance(source, YamlScalar) and source.empty):
             self.problem(source.position, f"{what} must be a table (key: value)", valid)
 
-    def items(self, source: Source | None) -> tuple[Source, ...]:
+    def items(self, source: YamlNode | None) -> tuple[YamlNode, ...]:
         """The items of a list; a single thing counts as a list of one, nothing as none."""
-        if source is None or (isinstance(source, Text) and source.empty):
+        if source is None or (isinstance(source, YamlScalar) and source.empty):
             return ()
-        return source.items if isinstance(source, Listing) else (source,)
+        return source.items if isinstance(source, YamlSequence) else (source,)
 
-    def text(self, source: Source, what: str) -> str | None:
+    def text(self, source: YamlNode, what: str) -> str | None:
         """A text."""
-        if isinstance(source, Text) and (source.quoted or not source.empty):
+        if isinstance(source, YamlScalar) and (source.quoted or not source.empty):
             return source.text
         self.problem(source.position, f"{what} must be a text")
         return None
 
-    def duration(self, source: Source, what: str) -> float | None:
+    def duration(self, source: YamlNode, what: str) -> float | None:
         """A duration in seconds."""
         text = self.text(source, what)
         if text is None:
@@ -124,7 +123,7 @@ class Reading:
             self.wrong(source.position, error)
             return None
 
-    def whole(self, source: Source, what: str, least: int) -> int | None:
+    def whole(self, source: YamlNode, what: str, least: int) -> int | None:
         """A whole number."""
         text = self.text(source, what)
         if text is not None and re.fullmatch(r"\d{1,9}", text) and int(text) >= least:
@@ -135,15 +134,15 @@ class Reading:
             )
         return None
 
-    def flag(self, source: Source, what: str) -> bool:
+    def flag(self, source: YamlNode, what: str) -> bool:
         """True or false."""
-        if isinstance(source, Text) and source.text in ("true", "false"):
+        if isinstance(source, YamlScalar) and source.text in ("true", "false"):
             return source.text == "true"
         self.problem(source.position, f"{what} must be true or false", ["true", "false"])
         return False
 
     def pattern(
-        self, key: Text, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
+        self, key: YamlScalar, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
     ) -> list[Place] | None:
         """The nodes that a pattern means, None (noted) when it is wrong.
 
@@ -180,7 +179,7 @@ class Reading:
         if text is not None:
             read_port(text, ports[name])
 
-    def mission(self, source: Source, what: str) -> str | None:
+    def mission(self, source: YamlNode, what: str) -> str | None:
         """The name of a mission that can run."""
         name = self.text(source, what)
         if name is None:
@@ -200,7 +199,7 @@ class Reading:
             known = self.library.find(name)
             if known is None or known.file != path:
                 added = self.library.add_file(path)
-                add_neighbours([added] if added is not None else [], self.library)
+                self.library.add_neighbours([added] if added is not None else [])
         try:
             mission = self.library.get(name)
             self.maps.of(mission, self.library, self.declarations)
@@ -214,29 +213,29 @@ class Reading:
         return name
 
 
-def plain(source: Source) -> Any:
+def plain(source: YamlNode) -> Any:
     """A source as plain texts, lists and tables."""
     match source:
-        case Text():
+        case YamlScalar():
             return source.text
-        case Listing():
+        case YamlSequence():
             return [plain(item) for item in source.items]
-        case Table():
+        case YamlMapping():
             return {key.text: plain(value) for key, value in source.entries}
 
 
-def input_text(source: Source) -> str:
+def input_text(source: YamlNode) -> str:
     """An input of a mission as a caller would write it, on one line."""
     match source:
-        case Text():
+        case YamlScalar():
             return source.text
-        case Listing():
+        case YamlSequence():
             return f"({', '.join(input_text(item) for item in source.items)})"
-        case Table():
+        case YamlMapping():
             return f"{{{', '.join(f'{key.text}: {input_text(value)}' for key, value in source.entries)}}}"
 
 
-def fill_in(source: Source, values: Mapping[str, Source], unknown: Any) -> Source:
+def fill_in(source: YamlNode, values: Mapping[str, YamlNode], unknown: Any) -> YamlNode:
     """Put the values of an example where ``<name>`` stands.
 
     Args:
@@ -245,19 +244,23 @@ def fill_in(source: Source, values: Mapping[str, Source], unknown: Any) -> Sourc
         unknown: Called with the position and the name of each that has no value.
     """
     match source:
-        case Text():
+        case YamlScalar():
             return _fill_in_text(source, values, unknown)
-        case Listing():
-            return Listing(tuple(fill_in(item, values, unknown) for item in source.items), source.position)
-        case Table():
+        case YamlSequence():
+            return YamlSequence(
+                tuple(fill_in(item, values, unknown) for item in source.items), source.position
+            )
+        case YamlMapping():
             filled = []
             for key, value in source.entries:
                 name = _fill_in_text(key, values, unknown)
-                filled.append((name if isinstance(name, Text) else key, fill_in(value, values, unknown)))
-            return Table(tuple(filled), source.position)
+                filled.append(
+                    (name if isinstance(name, YamlScalar) else key, fill_in(value, values, unknown))
+                )
+            return YamlMapping(tuple(filled), source.position)
 
 
-def _fill_in_text(source: Text, values: Mapping[str, Source], unknown: Any) -> Source:
+def _fill_in_text(source: YamlScalar, values: Mapping[str, YamlNode], unknown: Any) -> YamlNode:
     names = _PARAMETER.findall(source.text)
     if not names:
         return source
@@ -268,6 +271,8 @@ def _fill_in_text(source: Text, values: Mapping[str, Source], unknown: Any) -> S
     alone = _PARAMETER.fullmatch(source.text)
     if alone is not None:
         value = values[alone[1]]
-        return Text(value.text, value.quoted, source.position) if isinstance(value, Text) else value
+        return (
+            YamlScalar(value.text, value.quoted, source.position) if isinstance(value, YamlScalar) else value
+        )
     text = _PARAMETER.sub(lambda match: input_text(values[match[1]]), source.text)
-    return Text(text, True, source.position)
+    return YamlScalar(text, True, source.position)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Listing, Source, Table, Text
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
 from florence_bt.mission_testing.paths import MissionMap, Place, matching
 from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import INVALID, STATUSES
@@ -36,7 +36,7 @@ Assertion = Callable[[Play], object]
 
 def read_expectation(
     reading: Reading,
-    source: Source | None,
+    source: YamlNode | None,
     places: MissionMap | None,
     what: str,
     happens: Collection[str] | None = None,
@@ -50,7 +50,7 @@ def read_expectation(
         what: What the table is called, for messages.
         happens: What happens before; None when that is not known.
     """
-    if isinstance(source, Text) and source.text.lower() in STATUS_WORDS:
+    if isinstance(source, YamlScalar) and source.text.lower() in STATUS_WORDS:
         valid = [f"{what}: {{status: {source.text}}}"]
         reading.problem(source.position, f"{what} must be a table (key: value)", valid)
         source = None
@@ -73,7 +73,7 @@ def read_expectation(
     return Expectation(tuple(checks), status in GO_ON)
 
 
-def _status(reading: Reading, value: Source) -> RunStatus | None:
+def _status(reading: Reading, value: YamlNode) -> RunStatus | None:
     word = reading.text(value, "status")
     if word is None:
         return None
@@ -85,24 +85,24 @@ def _status(reading: Reading, value: Source) -> RunStatus | None:
     return STATUS_WORDS[word.lower()]
 
 
-def _code(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _code(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     text = reading.text(value, "code")
     return [partial(Play.assert_why, code=text)] if text is not None else []
 
 
-def _reason(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _reason(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     text = reading.text(value, "reason")
     return [partial(Play.assert_why, reason=text)] if text is not None else []
 
 
-def _leaf(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _leaf(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     text = reading.text(value, "leaf")
-    if text is None or not isinstance(value, Text) or reading.pattern(value, places) is None:
+    if text is None or not isinstance(value, YamlScalar) or reading.pattern(value, places) is None:
         return []
     return [partial(Play.assert_why, leaf=text)]
 
 
-def _outputs(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _outputs(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     """Outputs by name; an empty table stands for none at all."""
     if places is None:
         return [lambda play: play]
@@ -117,7 +117,7 @@ def _outputs(reading: Reading, value: Source, places: MissionMap | None) -> list
             wanted[key.text] = read_kind(plain(item), port.kind)
         except ConfigError as error:
             reading.wrong(item.position, error)
-    if isinstance(value, Table) and not value.entries:
+    if isinstance(value, YamlMapping) and not value.entries:
         return [_assert_no_outputs]
     return [partial(Play.assert_outputs, outputs=wanted)] if wanted else []
 
@@ -127,7 +127,7 @@ def _assert_no_outputs(play: Play) -> None:
         play.fail(f"{play.run.mission} gave the outputs {', '.join(play.outputs)}, not none")
 
 
-def _keys(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _keys(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     wanted: dict[str, Any] = {}
     for key, item in reading.table(value, "keys"):
         wanted[key.text] = plain(item)
@@ -146,7 +146,7 @@ def _keys(reading: Reading, value: Source, places: MissionMap | None) -> list[As
 
 
 def _duration(
-    reading: Reading, value: Source, places: MissionMap | None, *, at_most: bool = False
+    reading: Reading, value: YamlNode, places: MissionMap | None, *, at_most: bool = False
 ) -> list[Assertion]:
     seconds = reading.duration(value, "a duration")
     if seconds is None:
@@ -155,14 +155,14 @@ def _duration(
 
 
 def _calls(
-    reading: Reading, value: Source, places: MissionMap | None, *, only: bool = False
+    reading: Reading, value: YamlNode, places: MissionMap | None, *, only: bool = False
 ) -> list[Assertion]:
     """Calls in their order: patterns, or tables of a pattern and inputs."""
     wanted: list[tuple[str, Mapping[str, Any]]] = []
     for item in reading.items(value):
-        if isinstance(item, Text):
-            pairs: tuple[tuple[Text, Source | None], ...] = ((item, None),)
-        elif isinstance(item, Table) and len(item.entries) == 1:
+        if isinstance(item, YamlScalar):
+            pairs: tuple[tuple[YamlScalar, YamlNode | None], ...] = ((item, None),)
+        elif isinstance(item, YamlMapping) and len(item.entries) == 1:
             pairs = item.entries
         else:
             reading.problem(
@@ -176,11 +176,13 @@ def _calls(
     return [lambda play: play.assert_calls(wanted, only=only)] if wanted or only else []
 
 
-def _inputs(reading: Reading, source: Source | None, users: list[Place]) -> dict[str, Any]:
+def _inputs(reading: Reading, source: YamlNode | None, users: list[Place]) -> dict[str, Any]:
     """The inputs that a call must have, in SI units."""
     wanted: dict[str, Any] = {}
-    count = isinstance(source, Text) and source.text.isdigit() and users
-    valid = [f"called: {{{users[0].skill}: {source.text}}}"] if count and isinstance(source, Text) else []
+    count = isinstance(source, YamlScalar) and source.text.isdigit() and users
+    valid = (
+        [f"called: {{{users[0].skill}: {source.text}}}"] if count and isinstance(source, YamlScalar) else []
+    )
     for key, item in reading.table(source, "the inputs of a call", valid=valid):
         for skill in dict.fromkeys(place.skill for place in users if place.skill):
             ports = reading.declarations[skill].inputs
@@ -199,12 +201,12 @@ def _inputs(reading: Reading, source: Source | None, users: list[Place]) -> dict
     return wanted
 
 
-def _called(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _called(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     """Numbers of calls by pattern; or a list of patterns that were called at least once."""
     assertions: list[Assertion] = []
-    if not isinstance(value, Table):
+    if not isinstance(value, YamlMapping):
         for item in reading.items(value):
-            if isinstance(item, Text) and reading.pattern(item, places, skills_only=True) is not None:
+            if isinstance(item, YamlScalar) and reading.pattern(item, places, skills_only=True) is not None:
                 assertions.append(partial(_assert_called, pattern=item.text, times=None, inputs={}))
         return assertions
     for key, item in value.entries:
@@ -212,11 +214,11 @@ def _called(reading: Reading, value: Source, places: MissionMap | None) -> list[
         if users is None:
             continue
         inputs: dict[str, Any] = {}
-        times_source = item.get("times") if isinstance(item, Table) else item
+        times_source = item.get("times") if isinstance(item, YamlMapping) else item
         times = reading.whole(times_source, "a number of calls", 0) if times_source is not None else None
-        if isinstance(item, Table):
+        if isinstance(item, YamlMapping):
             rest = tuple((k, v) for k, v in item.entries if k.text != "times")
-            inputs = _inputs(reading, Table(rest, item.position), users)
+            inputs = _inputs(reading, YamlMapping(rest, item.position), users)
         assertions.append(partial(_assert_called, pattern=key.text, times=times, inputs=inputs))
     return assertions
 
@@ -225,18 +227,18 @@ def _assert_called(play: Play, pattern: str, times: int | None, inputs: Mapping[
     play.assert_called(pattern, times=times, inputs=inputs)
 
 
-def _not_called(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _not_called(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     assertions: list[Assertion] = []
     for item in reading.items(value):
         name = reading.text(item, "a skill")
-        if name is None or not isinstance(item, Text):
+        if name is None or not isinstance(item, YamlScalar):
             continue
         if reading.pattern(item, places, skills_only=True, unused=True) is not None:
             assertions.append(partial(_assert_called, pattern=name, times=0, inputs={}))
     return assertions
 
 
-def _nodes(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _nodes(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     """Statuses by pattern: every node that it means has the status."""
     assertions: list[Assertion] = []
     for key, item in reading.table(value, "nodes"):
@@ -255,14 +257,14 @@ def _assert_nodes(play: Play, pattern: str, status: str) -> None:
             play.fail(f"{place.short} is {now}, not {status}")
 
 
-def _trace(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _trace(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     """The lines of a trace, or a table of ``of`` (a pattern), ``inner`` and ``lines``."""
     pattern, inner = "**", False
-    if isinstance(value, Table):
+    if isinstance(value, YamlMapping):
         entries = reading.entries(value, "trace", ("of", "inner", "lines"))
         if "of" in entries:
             pattern = reading.text(entries["of"][1], "of") or pattern
-            if reading.pattern(Text(pattern, True, entries["of"][1].position), places) is None:
+            if reading.pattern(YamlScalar(pattern, True, entries["of"][1].position), places) is None:
                 return []
         inner = "inner" in entries and reading.flag(entries["inner"][1], "inner")
         if "lines" not in entries:
@@ -270,12 +272,12 @@ def _trace(reading: Reading, value: Source, places: MissionMap | None) -> list[A
             return []
         value = entries["lines"][1]
     lines = [line for item in reading.items(value) for line in _trace_lines(reading, item, places)]
-    if not lines and not isinstance(value, Listing):
+    if not lines and not isinstance(value, YamlSequence):
         return []
     return [lambda play: play.assert_trace("\n".join(lines), pattern, inner=inner)]
 
 
-def _trace_lines(reading: Reading, item: Source, places: MissionMap | None) -> Iterator[str]:
+def _trace_lines(reading: Reading, item: YamlNode, places: MissionMap | None) -> Iterator[str]:
     """The lines in one item of a list: one, or those of a block of text."""
     for text in (reading.text(item, "a line of a trace") or "").splitlines():
         try:
@@ -283,16 +285,16 @@ def _trace_lines(reading: Reading, item: Source, places: MissionMap | None) -> I
         except ConfigError as error:
             reading.wrong(item.position, error)
             continue
-        if reading.pattern(Text(line.node, True, item.position), places) is not None:
+        if reading.pattern(YamlScalar(line.node, True, item.position), places) is not None:
             yield text
 
 
-def _tree(reading: Reading, value: Source, places: MissionMap | None) -> list[Assertion]:
+def _tree(reading: Reading, value: YamlNode, places: MissionMap | None) -> list[Assertion]:
     text = reading.text(value, "tree")
     return [partial(Play.assert_tree, expected=text)] if text is not None else []
 
 
-_READERS: dict[str, Callable[[Reading, Source, MissionMap | None], list[Assertion]]] = {
+_READERS: dict[str, Callable[[Reading, YamlNode, MissionMap | None], list[Assertion]]] = {
     "code": _code,
     "reason": _reason,
     "leaf": _leaf,

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from florence_bt.core.errors import ConfigError, FlorenceError, closest_first
-from florence_bt.core.plain_yaml import Position, Source, Table, Text
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
 from florence_bt.mission_testing.paths import MissionMap
 from florence_bt.mission_testing.play import Unmet
 from florence_bt.mission_testing.record import RUNNING, STATUSES
@@ -36,7 +36,7 @@ Act = Callable[[Scene], None]
 
 
 def read_happenings(
-    reading: Reading, source: Source | None, places: MissionMap | None
+    reading: Reading, source: YamlNode | None, places: MissionMap | None
 ) -> tuple[tuple[Happening, ...], dict[str, MissionMap]]:
     """Read the list under ``when``.
 
@@ -52,11 +52,11 @@ def read_happenings(
     others: dict[str, MissionMap] = {}
     for item in reading.items(source):
         table = item
-        if isinstance(item, Text):
+        if isinstance(item, YamlScalar):
             word, _, rest = item.text.strip().partition(" ")
-            value = Text(rest.strip(), False, _position_of(item, rest.strip()))
-            table = Table(((Text(word, False, item.position), value),), item.position)
-        if not isinstance(table, Table):
+            value = YamlScalar(rest.strip(), False, _position_of(item, rest.strip()))
+            table = YamlMapping(((YamlScalar(word, False, item.position), value),), item.position)
+        if not isinstance(table, YamlMapping):
             reading.problem(
                 item.position, "something that happens is a word or a table", ["advance: 3 s", "stop"]
             )
@@ -68,7 +68,7 @@ def read_happenings(
     return tuple(happenings), others
 
 
-def _position_of(item: Text, rest: str) -> Position:
+def _position_of(item: YamlScalar, rest: str) -> Position:
     """Where the text behind the first word begins."""
     if item.first_column is None or not rest:
         return item.position
@@ -76,7 +76,7 @@ def _position_of(item: Text, rest: str) -> Position:
 
 
 def _happening(
-    reading: Reading, table: Table, places: MissionMap | None, others: dict[str, MissionMap]
+    reading: Reading, table: YamlMapping, places: MissionMap | None, others: dict[str, MissionMap]
 ) -> Act | None:
     kinds = [key for key, _ in table.entries if key.text in KINDS]
     if len(kinds) > 1:
@@ -121,7 +121,7 @@ def _nothing(scene: Scene) -> None:
     """Only the time passes."""
 
 
-Entries = Mapping[str, Source]
+Entries = Mapping[str, YamlNode]
 Others = dict[str, MissionMap]
 
 
@@ -137,7 +137,7 @@ def _until(reading: Reading, entries: Entries, places: MissionMap | None, others
     if status not in STATUSES:
         reading.problem(entries["is"].position, f"a node has no status {status!r}", STATUSES)
         return None
-    if name is None or not isinstance(pattern, Text) or reading.pattern(pattern, places) is None:
+    if name is None or not isinstance(pattern, YamlScalar) or reading.pattern(pattern, places) is None:
         return None
 
     def act(scene: Scene) -> None:
@@ -172,7 +172,9 @@ def _release(reading: Reading, entries: Entries, places: MissionMap | None, othe
 def _expect(reading: Reading, entries: Entries, places: MissionMap | None, others: Others) -> Act | None:
     source = entries["expect"]
     expectation = read_expectation(reading, source, places, "expect")
-    if (isinstance(source, Text) and source.empty) or (isinstance(source, Table) and not source.entries):
+    if (isinstance(source, YamlScalar) and source.empty) or (
+        isinstance(source, YamlMapping) and not source.entries
+    ):
         reading.problem(source.position, "nothing is expected here", ["expect: {status: RUNNING}"])
 
     def act(scene: Scene) -> None:
@@ -201,7 +203,7 @@ def _start(reading: Reading, entries: Entries, places: MissionMap | None, others
     return lambda scene: start(scene, trigger, name)
 
 
-def read_trigger(reading: Reading, mission: Source, entries: Entries, what: str) -> Trigger | None:
+def read_trigger(reading: Reading, mission: YamlNode, entries: Entries, what: str) -> Trigger | None:
     """Read how a mission is started.
 
     Args:
@@ -215,7 +217,7 @@ def read_trigger(reading: Reading, mission: Source, entries: Entries, what: str)
     inputs = {
         key.text: input_text(value)
         for key, value in reading.table(entries.get("inputs"), "inputs")
-        if not (isinstance(value, Text) and value.empty)
+        if not (isinstance(value, YamlScalar) and value.empty)
     }
     options: dict[str, Any] = {}
     if "policy" in entries:
@@ -237,7 +239,7 @@ def read_trigger(reading: Reading, mission: Source, entries: Entries, what: str)
 
 
 def _check_inputs(
-    reading: Reading, name: str, source: Source | None, mission: Source, inputs: Mapping[str, str]
+    reading: Reading, name: str, source: YamlNode | None, mission: YamlNode, inputs: Mapping[str, str]
 ) -> None:
     ports = reading.library.get(name).inputs
     for key, value in reading.table(source, "inputs"):
@@ -251,8 +253,8 @@ def _check_inputs(
         reading.problem(place, f"{name} needs the input {' and '.join(missing)}", [f"{missing[0]}: ..."])
 
 
-def _reason(reading: Reading, source: Source) -> str:
-    if isinstance(source, Text) and source.empty:
+def _reason(reading: Reading, source: YamlNode) -> str:
+    if isinstance(source, YamlScalar) and source.empty:
         return REASON
     return reading.text(source, "a reason") or REASON
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Position, Source, Table, Text
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
 from florence_bt.core.skill import Inputs
 from florence_bt.mission_testing.mocks._script_text import ScriptError, parse_script
 from florence_bt.mission_testing.mocks.board import MockError, check_outputs
@@ -31,7 +31,7 @@ Users = list[tuple[SkillDeclaration, Place | None]]
 
 
 def read_mocks(
-    reading: Reading, source: Source | None, places: MissionMap | None, *, default: bool
+    reading: Reading, source: YamlNode | None, places: MissionMap | None, *, default: bool
 ) -> list[MockEntry]:
     """Read the mocks under ``skills``.
 
@@ -54,20 +54,22 @@ def read_mocks(
     return entries
 
 
-def _script(reading: Reading, key: Text, value: Source, places: list[Place]) -> Callable[[], Script] | None:
+def _script(
+    reading: Reading, key: YamlScalar, value: YamlNode, places: list[Place]
+) -> Callable[[], Script] | None:
     """What makes the script of a mock."""
     users: Users = [(reading.declarations[place.skill], place) for place in places if place.skill]
     if "*" in key.text.split("/")[-1]:
         users = []  # other mocks may answer for some of them; the start of the mission tells
     if not users and key.text in reading.declarations:
         users = [(reading.declarations[key.text], None)]
-    if isinstance(value, Table) and value.get("switch") is not None:
+    if isinstance(value, YamlMapping) and value.get("switch") is not None:
         return _switch(reading, key, value, users)
     replies = read_replies(reading, value, users)
     return (lambda: replies) if replies else None
 
 
-def read_replies(reading: Reading, value: Source, users: Users) -> Replies:
+def read_replies(reading: Reading, value: YamlNode, users: Users) -> Replies:
     """Read a script: a text, a step as a table, or a list of both; empty (noted) when it is wrong.
 
     Args:
@@ -83,15 +85,15 @@ def read_replies(reading: Reading, value: Source, users: Users) -> Replies:
     for part in parts:
         if replies and endless(replies[-1]):
             reading.problem(part.position, "nothing can follow a step that is for always or begins anew")
-        read = _from_table(reading, part) if isinstance(part, Table) else _from_text(reading, part)
+        read = _from_table(reading, part) if isinstance(part, YamlMapping) else _from_text(reading, part)
         _hold_against(reading, read, part, users)
         replies += read
     return tuple(replies) if len(reading.findings) == before else ()
 
 
-def _from_text(reading: Reading, source: Source) -> Replies:
+def _from_text(reading: Reading, source: YamlNode) -> Replies:
     text = reading.text(source, "a script")
-    if text is None or not isinstance(source, Text):
+    if text is None or not isinstance(source, YamlScalar):
         return ()
     try:
         return parse_script(text)
@@ -103,7 +105,7 @@ def _from_text(reading: Reading, source: Source) -> Replies:
         return ()
 
 
-def _from_table(reading: Reading, table: Table) -> Replies:
+def _from_table(reading: Reading, table: YamlMapping) -> Replies:
     entries = reading.entries(table, "a step of a script", STEP_KEYS)
     named = [name for name in ENDINGS if name in entries]
     if len(named) != 1:
@@ -119,12 +121,12 @@ def _from_table(reading: Reading, table: Table) -> Replies:
     return (reply,)
 
 
-def _field(reading: Reading, name: str, value: Source) -> dict[str, Any]:
+def _field(reading: Reading, name: str, value: YamlNode) -> dict[str, Any]:
     """The fields of a reply that one key of a step gives."""
     match name:
         case "success":
             return {"outputs": {key.text: plain(item) for key, item in reading.table(value, "success")}}
-        case "failure" if isinstance(value, Text) and value.empty:
+        case "failure" if isinstance(value, YamlScalar) and value.empty:
             return {}
         case "failure":
             code = reading.text(value, "failure") or ""
@@ -144,10 +146,10 @@ def _field(reading: Reading, name: str, value: Source) -> dict[str, Any]:
     return {}
 
 
-def _phases(reading: Reading, value: Source) -> Iterator[Phase]:
+def _phases(reading: Reading, value: YamlNode) -> Iterator[Phase]:
     """``3 s``, or a list of ``3 s`` and ``{for: 3 s, saying: text}``."""
     for part in reading.items(value):
-        if isinstance(part, Table):
+        if isinstance(part, YamlMapping):
             entries = reading.entries(part, "a phase", ("for", "saying"))
             if "for" not in entries:
                 reading.problem(part.position, "a phase needs a duration", ["{for: 3 s, saying: on the way}"])
@@ -158,7 +160,7 @@ def _phases(reading: Reading, value: Source) -> Iterator[Phase]:
             yield Phase(reading.duration(part, "running") or 0.0)
 
 
-def _hold_against(reading: Reading, replies: Replies, source: Source, users: Users) -> None:
+def _hold_against(reading: Reading, replies: Replies, source: YamlNode, users: Users) -> None:
     """Note what the skills that a script is for cannot do; each problem once."""
     told: set[str] = set()
     for reply in replies:
@@ -173,16 +175,18 @@ def _hold_against(reading: Reading, replies: Replies, source: Source, users: Use
                     reading.wrong(_place_of(source, error.problem), error)
 
 
-def _place_of(source: Source, problem: str) -> Position:
+def _place_of(source: YamlNode, problem: str) -> Position:
     """Where the word that a problem quotes stands in a script; its beginning when it is not there."""
     quoted = re.search(r"'([^']+)'", problem)
-    if not isinstance(source, Text) or source.first_column is None or quoted is None:
+    if not isinstance(source, YamlScalar) or source.first_column is None or quoted is None:
         return source.position
     at = source.text.find(quoted[1])
     return replace(source.position, column=source.first_column + at) if at >= 0 else source.position
 
 
-def _switch(reading: Reading, key: Text, table: Table, users: Users) -> Callable[[], Script] | None:
+def _switch(
+    reading: Reading, key: YamlScalar, table: YamlMapping, users: Users
+) -> Callable[[], Script] | None:
     """A mock that looks at an input: ``{switch: label, cases: {kitchen: ...}, default: ...}``."""
     entries = reading.entries(table, "a mock with switch", SWITCH_KEYS)
     name = reading.text(entries["switch"][1], "switch")
@@ -205,7 +209,7 @@ def _switch(reading: Reading, key: Text, table: Table, users: Users) -> Callable
     return lambda: _choice(name, cases, default)
 
 
-def _port_of(reading: Reading, source: Source, name: str, users: Users) -> Port | None:
+def _port_of(reading: Reading, source: YamlNode, name: str, users: Users) -> Port | None:
     declarations: list[SkillDeclaration] = [declaration for declaration, _ in users]
     for declaration in declarations:
         if name not in declaration.inputs:

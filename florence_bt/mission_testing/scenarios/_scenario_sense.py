@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from florence_bt.core.errors import closest_first
-from florence_bt.core.plain_yaml import Position, Source, Table, Text
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
 from florence_bt.mission_testing.paths import MissionMap
 from florence_bt.mission_testing.scenarios._reading import Reading
 from florence_bt.runtime.run import RunStatus
 
-Entries = Mapping[str, tuple[Text, Source]]
+Entries = Mapping[str, tuple[YamlScalar, YamlNode]]
 
 RUN_CODES = frozenset({"internal_error", "timed_out", "spinning", "failed", "cancelled"})
 """Codes with which the executor itself ends a run, whatever its mission is."""
@@ -47,7 +47,7 @@ def _check_code(
     reading: Reading, entries: Entries, status: RunStatus | None, places: MissionMap | None
 ) -> None:
     source = entries["code"][1] if "code" in entries else None
-    if not isinstance(source, Text) or places is None or not source.text:
+    if not isinstance(source, YamlScalar) or places is None or not source.text:
         return
     code = source.text
     fails = places.prospects.codes | RUN_CODES
@@ -88,8 +88,10 @@ def _check_ending(
             reading.problem(key.position, f"{name} can never hold: {why}", ["leaving it out"])
 
 
-def _nothing(value: Source) -> bool:
-    return (isinstance(value, Table) and not value.entries) or (isinstance(value, Text) and not value.text)
+def _nothing(value: YamlNode) -> bool:
+    return (isinstance(value, YamlMapping) and not value.entries) or (
+        isinstance(value, YamlScalar) and not value.text
+    )
 
 
 def _check_times(reading: Reading, entries: Entries) -> None:
@@ -108,25 +110,25 @@ def _check_calls(reading: Reading, entries: Entries) -> None:
     """A skill that is called and not called."""
     called = {text.text: text.position for text in _called(reading, entries)}
     for item in reading.items(entries["not_called"][1]) if "not_called" in entries else ():
-        if isinstance(item, Text) and item.text in called:
+        if isinstance(item, YamlScalar) and item.text in called:
             message = f"{item.text!r} cannot be called (line {called[item.text].line}) and not called"
             reading.problem(item.position, message, ["one of the two"])
 
 
-def _called(reading: Reading, entries: Entries) -> Iterator[Text]:
+def _called(reading: Reading, entries: Entries) -> Iterator[YamlScalar]:
     """The patterns that are called at least once."""
     for name in ("calls", "only_calls", "called"):
         value = entries[name][1] if name in entries else None
-        if isinstance(value, Table) and name == "called":
+        if isinstance(value, YamlMapping) and name == "called":
             for key, times in value.entries:
-                count = times.get("times") if isinstance(times, Table) else times
-                if not isinstance(count, Text) or count.text != "0":
+                count = times.get("times") if isinstance(times, YamlMapping) else times
+                if not isinstance(count, YamlScalar) or count.text != "0":
                     yield key
             continue
         for item in reading.items(value):
-            if isinstance(item, Text):
+            if isinstance(item, YamlScalar):
                 yield item
-            elif isinstance(item, Table):
+            elif isinstance(item, YamlMapping):
                 yield from (key for key, _ in item.entries)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.plain_yaml import read_bytes
+from florence_bt.core.text_files import read_bytes
 
 SUFFIXES = (".yaml", ".yml")
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Position, Source, Table, Text, read_source
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, read_yaml
 from florence_bt.mission_testing.known import MissionMaps, all_declarations
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
 from florence_bt.mission_testing.paths import MissionMap, Pattern, read_pattern
@@ -89,7 +89,7 @@ class Libraries:
 def read_scenarios(file: Path, libraries: Libraries) -> ScenarioFile:
     """Read a scenario file. Nothing is raised: what is wrong is in the findings."""
     try:
-        source = read_source(file)
+        source = read_yaml(file)
     except ConfigError as error:
         return ScenarioFile(file, (), (finding_from_error(error),))
     reading = Reading(file, MissionLibrary(), libraries.maps, libraries.declarations)
@@ -113,8 +113,8 @@ class _FileReader:
     def __init__(self, reading: Reading, libraries: Libraries) -> None:
         self._reading = reading
         self._libraries = libraries
-        self._mission: Source | None = None
-        self._given: dict[str, Source] = {}
+        self._mission: YamlNode | None = None
+        self._given: dict[str, YamlNode] = {}
         self._names: dict[str, int] = {}
         self._mocks: dict[tuple[str, tuple[str, ...]], list[MockEntry]] = {}
         self._not_playable: set[tuple[str, tuple[str, ...]]] = set()
@@ -122,9 +122,9 @@ class _FileReader:
         self._plain: _Surroundings | None = None
         self._stubbed: dict[tuple[str, ...], _Surroundings] = {}
 
-    def scenarios(self, source: Source) -> Iterator[Scenario]:
+    def scenarios(self, source: YamlNode) -> Iterator[Scenario]:
         reading = self._reading
-        if not isinstance(source, Table):
+        if not isinstance(source, YamlMapping):
             reading.problem(source.position, "a scenario file must be a table", FILE_KEYS)
             return
         top = reading.entries(source, "a scenario file", FILE_KEYS)
@@ -145,7 +145,7 @@ class _FileReader:
                     return
                 yield from self._scenario(filled, values)
 
-    def _load_missions(self, source: Source | None) -> None:
+    def _load_missions(self, source: YamlNode | None) -> None:
         reading = self._reading
         folders = []
         for item in reading.items(source):
@@ -159,18 +159,18 @@ class _FileReader:
         # Skills that are only declared, beside missions that were imported, are mocked like any other.
         reading.declarations = reading.library.with_declared(self._libraries.declarations)
 
-    def _given_of(self, source: Source | None) -> dict[str, Source]:
+    def _given_of(self, source: YamlNode | None) -> dict[str, YamlNode]:
         entries = self._reading.entries(source, "given", GIVEN_KEYS)
         return {name: value for name, (_, value) in entries.items()}
 
-    def _examples(self, item: Source) -> Iterator[tuple[dict[str, Source], Source]]:
+    def _examples(self, item: YamlNode) -> Iterator[tuple[dict[str, YamlNode], YamlNode]]:
         """A scenario once for each of its examples, filled in."""
         reading = self._reading
-        source = item.get("examples") if isinstance(item, Table) else None
-        if source is None or not isinstance(item, Table):
+        source = item.get("examples") if isinstance(item, YamlMapping) else None
+        if source is None or not isinstance(item, YamlMapping):
             yield {}, item
             return
-        rest = Table(tuple(e for e in item.entries if e[0].text != "examples"), item.position)
+        rest = YamlMapping(tuple(e for e in item.entries if e[0].text != "examples"), item.position)
         examples = list(_example_rows(reading, source))
         if not examples:
             reading.problem(source.position, "there are no examples", ["[{room: kitchen}, {room: hall}]"])
@@ -178,7 +178,10 @@ class _FileReader:
             told: set[Position] = set()
 
             def unknown(
-                position: Position, name: str, values: dict[str, Source] = values, told: set[Position] = told
+                position: Position,
+                name: str,
+                values: dict[str, YamlNode] = values,
+                told: set[Position] = told,
             ) -> None:
                 if position not in told:
                     told.add(position)
@@ -188,18 +191,18 @@ class _FileReader:
             if not told:
                 yield values, filled
 
-    def _scenario(self, item: Source, values: dict[str, Source]) -> Iterator[Scenario]:
+    def _scenario(self, item: YamlNode, values: dict[str, YamlNode]) -> Iterator[Scenario]:
         reading = self._reading
         before = len(reading.findings)
         entries = {
             name: value for name, (_, value) in reading.entries(item, "a scenario", SCENARIO_KEYS).items()
         }
-        if not isinstance(item, Table):
+        if not isinstance(item, YamlMapping):
             return
         name = self._name(item, entries.get("name"), values)
         own = self._given_of(entries.get("given"))
         then, refused, others_source = _split_then(entries.get("then"))
-        if isinstance(then, Text) and then.empty:
+        if isinstance(then, YamlScalar) and then.empty:
             then = None
         mission = entries.get("mission", self._mission)
         if mission is None:
@@ -231,7 +234,7 @@ class _FileReader:
             reading.library, reading.maps,
         )  # fmt: skip
 
-    def _runs(self, source: Source | None, others: Mapping[str, MissionMap]) -> dict[str, Expectation]:
+    def _runs(self, source: YamlNode | None, others: Mapping[str, MissionMap]) -> dict[str, Expectation]:
         """What must hold of the missions that the scenario starts beside its own."""
         reading = self._reading
         runs: dict[str, Expectation] = {}
@@ -241,18 +244,18 @@ class _FileReader:
                 reading.problem(key.position, message, closest_first(key.text, others))
                 continue
             runs[key.text] = read_expectation(reading, value, others[key.text], "then")
-            if isinstance(value, Text) and value.empty:
+            if isinstance(value, YamlScalar) and value.empty:
                 reading.problem(key.position, f"nothing is expected of the run {key.text!r}", _THEN)
         return runs
 
-    def _check_expecting(self, item: Table, then: Source | None, runs: bool, refused: bool) -> None:
+    def _check_expecting(self, item: YamlMapping, then: YamlNode | None, runs: bool, refused: bool) -> None:
         """See that something is expected, and nothing of a mission that does not run."""
-        entries = then.entries if isinstance(then, Table) else ()
+        entries = then.entries if isinstance(then, YamlMapping) else ()
         if refused and entries:
             key = entries[0][0]
             message = f"{key.text} can never hold: a mission that is refused does not run"
             self._reading.problem(key.position, message, ["leaving it out"])
-        empty = isinstance(then, Table) and not entries and not runs and not refused
+        empty = isinstance(then, YamlMapping) and not entries and not runs and not refused
         unknown = [key.text for key, _ in item.entries if key.text not in SCENARIO_KEYS]
         if empty or (then is None and not get_close_matches("then", unknown)):
             self._reading.problem(item.position, "the scenario expects nothing", _THEN)
@@ -267,7 +270,7 @@ class _FileReader:
                 self._not_playable.add(key)
         return self._mocks[key]
 
-    def _use_stubs(self, mission: str | None, own: Source | None) -> None:
+    def _use_stubs(self, mission: str | None, own: YamlNode | None) -> None:
         """Let stubs stand for the called missions that the mocks of the next scenario name."""
         reading, self._stubs = self._reading, ()
         if self._plain is None:
@@ -291,7 +294,7 @@ class _FileReader:
         reading = self._reading
         return reading.maps.of(reading.library.get(mission), reading.library, reading.declarations)
 
-    def _name(self, item: Table, source: Source | None, values: Mapping[str, Source]) -> str:
+    def _name(self, item: YamlMapping, source: YamlNode | None, values: Mapping[str, YamlNode]) -> str:
         name = self._reading.text(source, "name") if source is not None else None
         if not name:
             self._reading.problem(item.position, "the scenario has no name", ["name: the room is unknown"])
@@ -308,9 +311,9 @@ class _FileReader:
         return name
 
 
-def _example_rows(reading: Reading, source: Source) -> Iterator[dict[str, Source]]:
+def _example_rows(reading: Reading, source: YamlNode) -> Iterator[dict[str, YamlNode]]:
     """A list of tables; or a table of columns, each a list of the same length."""
-    if isinstance(source, Table):
+    if isinstance(source, YamlMapping):
         columns = {key.text: reading.items(value) for key, value in source.entries}
         lengths = {len(column) for column in columns.values()}
         if len(lengths) > 1:
@@ -325,8 +328,8 @@ def _example_rows(reading: Reading, source: Source) -> Iterator[dict[str, Source
             yield row
 
 
-def _keys(source: Source | None) -> Iterator[Text]:
-    if isinstance(source, Table):
+def _keys(source: YamlNode | None) -> Iterator[YamlScalar]:
+    if isinstance(source, YamlMapping):
         yield from (key for key, _ in source.entries)
 
 
@@ -337,17 +340,17 @@ def _readable_patterns(texts: Iterable[str]) -> Iterator[Pattern]:
             yield read_pattern(text)
 
 
-def _merged(common: Source | None, own: Source | None) -> Source | None:
+def _merged(common: YamlNode | None, own: YamlNode | None) -> YamlNode | None:
     """Two tables as one; what the second says counts."""
-    if not isinstance(common, Table) or not isinstance(own, Table):
+    if not isinstance(common, YamlMapping) or not isinstance(own, YamlMapping):
         return own if own is not None else common
     kept = tuple(entry for entry in common.entries if own.key(entry[0].text) is None)
-    return Table((*kept, *own.entries), own.position)
+    return YamlMapping((*kept, *own.entries), own.position)
 
 
-def _split_then(source: Source | None) -> tuple[Source | None, Source | None, Source | None]:
+def _split_then(source: YamlNode | None) -> tuple[YamlNode | None, YamlNode | None, YamlNode | None]:
     """``then`` without ``refused`` and ``runs``, and these two."""
-    if not isinstance(source, Table):
+    if not isinstance(source, YamlMapping):
         return source, None, None
     rest = tuple(entry for entry in source.entries if entry[0].text not in ("refused", "runs"))
-    return Table(rest, source.position), source.get("refused"), source.get("runs")
+    return YamlMapping(rest, source.position), source.get("refused"), source.get("runs")

@@ -22,8 +22,8 @@ from florence_bt.runtime.missions import ReloadReport
 from florence_bt.runtime.past_requests import same_again
 from florence_bt.runtime.requests import request_from_texts
 from florence_bt.runtime.run import MissionRun, Policy, RunStatus
-from florence_bt.trees.language.kinds import IDENTIFIER
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 
 class Triggers:

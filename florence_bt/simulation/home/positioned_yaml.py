@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text, read_source
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 
 Model = TypeVar("Model", bound=BaseModel)
 Location = Sequence[str | int]
@@ -28,8 +28,8 @@ class PositionedYaml:
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        root = read_source(file)
-        if not isinstance(root, Table):
+        root = read_yaml(file)
+        if not isinstance(root, YamlMapping):
             raise ConfigError("the file holds no mapping (`key: value` lines)", file=file, line=1)
         self._root = root
 
@@ -67,12 +67,12 @@ class PositionedYaml:
 
     def _place_of(self, location: Location) -> Position:
         """Where the deepest value on the way to the location begins; its key, when that is a line above."""
-        node: Source = self._root
+        node: YamlNode = self._root
         place = node.position
         for step in location:
-            if isinstance(node, Table) and (key := node.key(str(step))) is not None:
+            if isinstance(node, YamlMapping) and (key := node.key(str(step))) is not None:
                 begin, value = key.position, node.get(str(step))
-            elif isinstance(node, Listing) and isinstance(step, int) and step < len(node.items):
+            elif isinstance(node, YamlSequence) and isinstance(step, int) and step < len(node.items):
                 begin, value = node.items[step].position, node.items[step]
             else:
                 break
@@ -83,13 +83,13 @@ class PositionedYaml:
         return place
 
 
-def _plain(source: Source) -> Any:
+def _plain(source: YamlNode) -> Any:
     match source:
-        case Text():
+        case YamlScalar():
             return None if source.empty else source.text
-        case Listing():
+        case YamlSequence():
             return [_plain(item) for item in source.items]
-        case Table():
+        case YamlMapping():
             return {key.text: _plain(value) for key, value in source.entries}
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.core.plain_yaml import parse_yaml
 from florence_bt.mission_testing.coverage import Coverage
 from florence_bt.mission_testing.known import all_declarations
 from florence_bt.mission_testing.mocks._script_text import parse_script
@@ -19,7 +20,6 @@ from florence_bt.mission_testing.scenarios._scenario_mocks import STEP_KEYS, rea
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.source import parse_source
 
 PAGE = (Path(__file__).parents[3] / "docs" / "testing.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```([a-z ]+)\n(.*?)```", PAGE, re.DOTALL)
@@ -52,7 +52,7 @@ def test_the_mocks_can_be_read(text):
     library = MissionLibrary.load()
     reading = Reading(Path("page"), library, None, all_declarations())
     places = map_mission(library.get("goto_room"), library, all_declarations())
-    assert read_mocks(reading, parse_source(text.encode(), Path("page")), places, default=False)
+    assert read_mocks(reading, parse_yaml(text.encode(), Path("page")), places, default=False)
     assert reading.findings == []
 
 
