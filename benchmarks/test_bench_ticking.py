@@ -26,7 +26,7 @@ from florence_bt.core.skill import Event, RunState
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.mission_testing.ticking import make_context
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.run import Request, RunIds
+from florence_bt.runtime.run import MissionRequest, RunIds
 from florence_bt.runtime.ticking import Ticker
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import collect_declarations
@@ -287,7 +287,7 @@ def test_a_large_reactive_tree(benchmark, figures, composite):
 def test_tick_of_the_executor(benchmark, figures, tmp_path):
     """Ticks in which nothing is new: what the executor adds to the tree."""
     executor, _skill, clock = executor_with(tmp_path, mission_body())
-    run = executor.trigger(Request("bench"))
+    run = executor.trigger(MissionRequest("bench"))
     clock.advance(0.0)
 
     def tick():
@@ -312,7 +312,7 @@ def test_reaction_in_process(benchmark, figures, tmp_path):
     executor, skill, clock = executor_with(
         tmp_path, "  repeat: 1000000\n  do:\n    sequence:\n      - work:\n"
     )
-    executor.trigger(Request("bench"))
+    executor.trigger(MissionRequest("bench"))
     clock.advance(0.0)
     reactions = []
 

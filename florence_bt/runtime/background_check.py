@@ -163,17 +163,17 @@ class _Slices:
 
     def read(self, count: int) -> bytes:
         """The next bytes."""
-        self._let_others_run()
+        self._yield_cpu()
         begin, self.position = self.position, self.position + count
         return self._data[begin : self.position]
 
     def readline(self) -> bytes:
         """The next line."""
-        self._let_others_run()
+        self._yield_cpu()
         begin, self.position = self.position, self._data.index(b"\n", self.position) + 1
         return self._data[begin : self.position]
 
-    def _let_others_run(self) -> None:
+    def _yield_cpu(self) -> None:
         if time.perf_counter() >= self._until:
             time.sleep(SLICE_S)
             self._until = time.perf_counter() + SLICE_S

@@ -18,19 +18,18 @@ from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.tf import TransformListener
 from florence_bt.runtime.background_check import BackgroundCheck
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.runtime.node._controls import Controls
-from florence_bt.runtime.node._questions import Questions
+from florence_bt.runtime.node._queries import Queries
 from florence_bt.runtime.node._robot_goals import RobotGoals, exclusive_actions
 from florence_bt.runtime.node._topics import RunTopics
 from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
-from florence_bt.runtime.recovery.recovery import FRESH_S, Recovery
-from florence_bt.runtime.recovery.safety import Safety
+from florence_bt.runtime.recovery.recovery import FRESH_S, Recovery, Safety
 from florence_bt.runtime.run import MissionRun, RunIds, utc_stamp
 
 
@@ -101,7 +100,7 @@ class MissionNode(FlorenceNode):
             call_soon=self.call_soon,
             log=self._journal,
             stopwatch=time.perf_counter,
-            let_others_run=os.sched_yield,
+            yield_cpu=os.sched_yield,
             reload_at_trigger=False,
         )
         self._edits = BackgroundCheck(missions, self._missions.adopt, self.call_soon, self.steady)
@@ -116,15 +115,15 @@ class MissionNode(FlorenceNode):
         )
         self.on_close(recorder.close)
         self._triggers = Triggers(self, self._missions, self._edits, runs_folder)
-        self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
+        self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
-        self._questions = Questions(
+        self._queries = Queries(
             self, self._missions, declarations, self._skills, runs_folder, self._robot_goals
         )
         self._missions.add_listener(self._on_event)
         self._missions.on_tick = self._after_tick
-        self._questions.tell_findings()
+        self._queries.log_findings()
         self._recovery = Recovery(
             self._missions,
             self._journal,
@@ -175,7 +174,7 @@ class MissionNode(FlorenceNode):
         self._watching.after_tick(run, duration)
         self._topics.after_tick(run)
 
-    def _on_event(self, run: MissionRun, event: Event) -> None:
+    def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         if event.kind is EventKind.NODE:
             return
         self._topics.on_event(run, event)

@@ -14,7 +14,7 @@ from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalReader
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
-from florence_bt.runtime.run import Request, RunIds
+from florence_bt.runtime.run import MissionRequest, RunIds
 
 DRIVE = SkillDeclaration(
     "drive",
@@ -83,7 +83,7 @@ THERE = {"there": "{x: 1 m, y: 2 m, yaw: 0 deg}"}
 
 
 def trip(**options):
-    return Request("round_trip", options.pop("inputs", THERE), **options)
+    return MissionRequest("round_trip", options.pop("inputs", THERE), **options)
 
 
 DATE = datetime(2024, 5, 1, 10, 15, tzinfo=UTC)

@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus
 from tests.unit.runtime.recovery_bench import THERE, Process
 
 HEAD = "mission: NAME\ninputs:\n  there: {type: pose}\non_restart: resume\n"
@@ -46,7 +46,7 @@ def begun(folder, name, cleans, brakes_s, *, seconds, late=None):
     folder.mkdir(exist_ok=True)
     write(folder, name, cleans)
     process = Process(folder, drive=[Step(None, cancel_takes=brakes_s), ARRIVES], late=late)
-    run = process.executor.trigger(Request(name, THERE))
+    run = process.executor.trigger(MissionRequest(name, THERE))
     process.clock.advance(seconds)
     return process, run
 

@@ -13,7 +13,7 @@ from florence_bt.app.runs.journal_view import run_text, runs_table
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JOURNAL_FILE, JournalReader
 from florence_bt.runtime.journal.schema import OWN_FILE, VERSION
-from florence_bt.runtime.run import Policy, RunStatus
+from florence_bt.runtime.run import RunStatus, TriggerPolicy
 from tests.unit.runtime.recovery_bench import Process, missions, trip
 
 TRIES = 40
@@ -47,7 +47,7 @@ def wreck(tmp_path_factory):
     first.executor.trigger(trip())
     first.clock.advance(60.0)
     first.executor.trigger(trip())
-    first.executor.trigger(trip(policy=Policy.QUEUE))
+    first.executor.trigger(trip(policy=TriggerPolicy.QUEUE))
     first.clock.advance(6.0)
     files = {path.name: path.read_bytes() for path in (folder / "runs").glob(f"{JOURNAL_FILE}*")}
     assert files[f"{JOURNAL_FILE}-wal"]
@@ -144,7 +144,7 @@ def test_a_damaged_journal_stops_no_start_and_nothing_is_lost_in_silence(tmp_pat
         with suppress(ConfigError):
             shown(runs)
         second = Process(folder, name="B")
-        run = second.executor.trigger(trip(policy=Policy.QUEUE))
+        run = second.executor.trigger(trip(policy=TriggerPolicy.QUEUE))
         second.clock.advance(200.0)
         assert run.status is RunStatus.SUCCEEDED, (seed, run.reason)
         second.journal.close()
