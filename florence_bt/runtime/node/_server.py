@@ -75,13 +75,20 @@ class MissionNode(FlorenceNode):
     ) -> None:
         super().__init__("florence_bt", parameters=parameters)
         self._settings = self.read_parameters(MissionNodeParameters)
-        self._tf: TransformListener | None = None
+        self._declarations = declarations
         self._on_recorded = on_recorded
+        self._tf: TransformListener | None = None
         self._skills = make_skills(self)
         actions = exclusive_actions(self._skills, declarations)
         goals = OpenGoals(self, {skill.action for skill in actions})
-        self._robot_goals = RobotGoals(goals, actions)
         safety = make_safety(self, goals) if make_safety is not None else None
+        self._robot_goals = RobotGoals(goals, actions)
+        self._build_executor()
+        self._serve()
+        self._recover(safety)
+
+    def _build_executor(self) -> None:
+        """What runs missions and keeps a record of them."""
         runs_folder = Path(self._settings.runs_folder)
         self._journal = Journal(
             runs_folder,
@@ -90,11 +97,12 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(self._journal.close)
-        missions = self._load_missions(declarations)
+        folders = [Path(folder) for folder in self._settings.mission_folders]
+        missions = MissionFolders.of(folders, self._declarations)
         self._missions = Executor(
             missions,
             self._skills,
-            declarations,
+            self._declarations,
             self.timebase,
             RunIds(utc_stamp),
             call_soon=self.call_soon,
@@ -114,20 +122,27 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(recorder.close)
+
+    def _serve(self) -> None:
+        """The services, the action and the topics."""
+        runs_folder = Path(self._settings.runs_folder)
         self._triggers = Triggers(self, self._missions, self._edits, runs_folder)
         self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
         self._queries = Queries(
-            self, self._missions, declarations, self._skills, runs_folder, self._robot_goals
+            self, self._missions, self._declarations, self._skills, runs_folder, self._robot_goals
         )
         self._missions.add_listener(self._on_event)
         self._missions.on_tick = self._after_tick
         self._queries.log_findings()
+
+    def _recover(self, safety: Safety | None) -> None:
+        """Take up what a dead process left."""
         self._recovery = Recovery(
             self._missions,
             self._journal,
-            declarations,
+            self._declarations,
             self.timebase,
             self.get_logger().warning,
             steady=self.steady,
@@ -137,10 +152,6 @@ class MissionNode(FlorenceNode):
             self._recovery.begin()
         else:
             self._recovery.begin(safety.make_safe, self._still_booting)
-
-    def _load_missions(self, declarations: Mapping[str, SkillDeclaration]) -> MissionFolders:
-        folders = [Path(folder) for folder in self._settings.mission_folders]
-        return MissionFolders.of(folders, declarations)
 
     def missing(self) -> list[str]:
         """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""

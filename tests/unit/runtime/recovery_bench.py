@@ -114,7 +114,17 @@ class Process:
     """A process with an executor; it dies when nobody drives its clock any more."""
 
     def __init__(
-        self, folder, *, start=0.0, name="A", make_safe=None, drive=None, late=None, missing=tuple, **options
+        self,
+        folder,
+        *,
+        start=0.0,
+        name="A",
+        make_safe=None,
+        drive=None,
+        speak=None,
+        late=None,
+        missing=tuple,
+        **options,
     ):
         self.clock = ManualClock(start)
         scripts = {
@@ -124,7 +134,7 @@ class Process:
                 Step(success(pose=Pose2(1.0, 2.0, 0.0)), after=3.0),
                 Step(success(pose=Pose2(0.5, 0.0, 0.0)), after=3.0),
             ],
-            "speak": [Step(after=0.5)],
+            "speak": speak or [Step(after=0.5)],
             "look": [Step(success(count=2), after=1.0)],
         }
         declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}
