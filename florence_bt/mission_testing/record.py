@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from florence_bt.mission_testing.paths import MissionMap, Place
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 
 SUCCESS, FAILURE, RUNNING, INVALID = "SUCCESS", "FAILURE", "RUNNING", "INVALID"
 STOPPED = "STOPPED"
@@ -61,7 +61,7 @@ class Record:
         self._tick = (0, 0.0)
         self._open: dict[str, tuple[str, str]] = {}
 
-    def note(self, event: Event, tick: int) -> None:
+    def note(self, event: RunEvent, tick: int) -> None:
         """Take an event of the run.
 
         Args:
@@ -93,7 +93,7 @@ class Record:
         found = (self._places.find(path) for path, now in self.statuses.items() if now == status)
         return sorted(found, key=lambda place: place.index)
 
-    def _note_node(self, event: Event, tick: int) -> None:
+    def _note_node(self, event: RunEvent, tick: int) -> None:
         path, old, new = (str(event.data[name]) for name in ("node", "old", "new"))
         if self._tick[0] != tick:
             self._close_tick()

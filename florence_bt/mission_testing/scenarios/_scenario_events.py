@@ -15,7 +15,7 @@ from florence_bt.mission_testing.scenarios._reading import Reading, input_text
 from florence_bt.mission_testing.scenarios._scenario_checks import read_expectation
 from florence_bt.mission_testing.scenarios.scenario import Check, Happening, Scene, Trigger
 from florence_bt.mission_testing.stage import Stage
-from florence_bt.runtime.run import Policy
+from florence_bt.runtime.run import TriggerPolicy
 
 KINDS: dict[str, tuple[str, ...]] = {
     "advance": (),
@@ -221,7 +221,7 @@ def read_trigger(reading: Reading, mission: YamlNode, entries: Entries, what: st
     }
     options: dict[str, Any] = {}
     if "policy" in entries:
-        policies = [policy.value for policy in Policy]
+        policies = [policy.value for policy in TriggerPolicy]
         options["policy"] = reading.text(entries["policy"], "policy")
         if options["policy"] not in policies:
             reading.problem(entries["policy"].position, f"there is no policy {options['policy']!r}", policies)

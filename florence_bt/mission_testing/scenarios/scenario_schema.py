@@ -14,7 +14,7 @@ from florence_bt.mission_testing.record import STATUSES
 from florence_bt.mission_testing.scenarios._scenario_checks import STATUS_WORDS, THEN_KEYS
 from florence_bt.mission_testing.scenarios._scenario_events import KINDS
 from florence_bt.mission_testing.scenarios._scenario_mocks import ENDINGS
-from florence_bt.runtime.run import Policy
+from florence_bt.runtime.run import TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.schema import DRAFT
 
@@ -79,7 +79,7 @@ def _given() -> Schema:
         {
             "inputs": {"$ref": "#/definitions/inputs"},
             "skills": {"$ref": "#/definitions/skills"},
-            "policy": {"enum": [policy.value for policy in Policy]},
+            "policy": {"enum": [policy.value for policy in TriggerPolicy]},
             "priority": _COUNT,
             "caller": _TEXT,
         },
@@ -180,7 +180,7 @@ def _happening() -> Schema:
         **dict.fromkeys(("stop", "pause", "resume", "override", "release"), _ANYTHING_OR_NOTHING),
         "start": {"$ref": "#/definitions/mission"},
         "inputs": {"$ref": "#/definitions/inputs"},
-        "policy": {"enum": [policy.value for policy in Policy]},
+        "policy": {"enum": [policy.value for policy in TriggerPolicy]},
         "priority": _COUNT,
         "caller": _TEXT,
         "refused": _TEXT,

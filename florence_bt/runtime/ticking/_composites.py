@@ -9,10 +9,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
-from florence_bt.runtime.ticking._table import FAILURE, INVALID, RUNNING, SUCCESS, Halt, Table, Tick
+from florence_bt.runtime.ticking._table import FAILURE, INVALID, RUNNING, SUCCESS, Halt, Tick, TickTable
 
 
-def make_stop(table: Table) -> Callable[[Any, Status], None]:
+def make_stop(table: TickTable) -> Callable[[Any, Status], None]:
     """``Composite.stop``: with INVALID the children are stopped first, otherwise only the node ends."""
     change, halt_from = table.change, table.halt_from
 
@@ -27,14 +27,14 @@ def make_stop(table: Table) -> Callable[[Any, Status], None]:
     return stop
 
 
-def make_initialise(table: Table, cls: Any) -> Callable[[Any], None]:
+def make_initialise(table: TickTable, cls: Any) -> Callable[[Any], None]:
     """``initialise`` of a class of composites; one that is overridden may stop children itself."""
     if cls.initialise is Behaviour.initialise:
         return cls.initialise
     return lambda node: table.watch(node.children, node.initialise)
 
 
-def make_sequence(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_sequence(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """``py_trees.composites.Sequence``, and subclasses that tick and stop as it does."""
     initialise, stop = make_initialise(table, cls), make_stop(table)
     ticks, change, halt_from = table.ticks, table.change, table.halt_from
@@ -68,7 +68,7 @@ def make_sequence(table: Table, cls: Any) -> tuple[Tick, Halt]:
     return tick, lambda node: stop(node, INVALID)
 
 
-def make_selector(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_selector(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """``py_trees.composites.Selector``, and subclasses that tick and stop as it does."""
     initialise, stop = make_initialise(table, cls), make_stop(table)
     ticks, change, halt_from = table.ticks, table.change, table.halt_from
@@ -114,7 +114,7 @@ def make_selector(table: Table, cls: Any) -> tuple[Tick, Halt]:
     return tick, lambda node: stop(node, INVALID)
 
 
-def make_parallel(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_parallel(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """``py_trees.composites.Parallel``, and subclasses that tick and stop as it does."""
     initialise, stop_alone = make_initialise(table, cls), make_stop(table)
     ticks, halts, change, halt_from = table.ticks, table.halts, table.change, table.halt_from
@@ -177,7 +177,7 @@ def _decision(node: Parallel) -> tuple[Status, Behaviour]:
     return RUNNING, children[-1]
 
 
-def make_stepping(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """``behaviours.stepping.Stepping``: ticks the children that the node names; any ``stop``."""
     ticks = table.ticks
 

@@ -13,7 +13,7 @@ from py_trees import decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.runtime.ticking._table import INVALID, RUNNING, Halt, Table, Tick
+from florence_bt.runtime.ticking._table import INVALID, RUNNING, Halt, Tick, TickTable
 
 
 def checked(node: Behaviour, answer: object) -> Status:
@@ -25,7 +25,7 @@ def checked(node: Behaviour, answer: object) -> Status:
     return INVALID
 
 
-def make_leaf(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_leaf(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """A leaf that keeps ``Behaviour.tick`` and ``stop``."""
     change = table.change
 
@@ -49,7 +49,7 @@ def make_leaf(table: Table, cls: Any) -> tuple[Tick, Halt]:
     return tick, halt
 
 
-def make_decorator(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """A decorator that keeps ``Decorator.tick`` and ``stop``."""
     ticks, halts, change = table.ticks, table.halts, table.change
     watched = table.record and _may_stop_its_child(cls)
@@ -88,7 +88,7 @@ def _may_stop_its_child(cls: Any) -> bool:
     return not known or issubclass(cls, decorators.Timeout)
 
 
-def make_prepared_decorator(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_prepared_decorator(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """``behaviours.decorators.PreparedDecorator``: its gate may end it before the child is ticked."""
     tick_child, halt = make_decorator(table, cls)
 
@@ -112,7 +112,7 @@ def make_prepared_decorator(table: Table, cls: Any) -> tuple[Tick, Halt]:
     return tick, halt
 
 
-def make_own(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def make_own(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """A class with a ``tick`` or ``stop`` of its own: these run, for the node and everything below it."""
 
     def run(node: Behaviour) -> None:

@@ -23,7 +23,7 @@ StatusChange = tuple[Behaviour, Status, Status]
 Visit = Callable[[Behaviour], None]
 
 
-class Table:
+class TickTable:
     """The functions for the nodes of one tree, and the changes of their statuses.
 
     Args:
@@ -38,7 +38,7 @@ class Table:
     """
 
     def __init__(
-        self, make: Callable[[Table, type], tuple[Tick, Halt]], record: bool, visit: Visit | None
+        self, make: Callable[[TickTable, type], tuple[Tick, Halt]], record: bool, visit: Visit | None
     ) -> None:
         self.record = record
         self.visit = visit

@@ -23,7 +23,7 @@ from florence_bt.runtime.ticking._nodes import (
     make_prepared_decorator,
     visited,
 )
-from florence_bt.runtime.ticking._table import Halt, StatusChange, Table, Tick, Visit
+from florence_bt.runtime.ticking._table import Halt, StatusChange, Tick, TickTable, Visit
 
 INFO = logging.Level.INFO
 MAKERS = {
@@ -53,7 +53,7 @@ class Ticker:
     def __init__(self, root: Behaviour, *, record: bool = False, visit: Visit | None = None) -> None:
         self.root = root
         self.count = 0
-        self._table = Table(_functions_of, record, visit)
+        self._table = TickTable(_functions_of, record, visit)
         self._py_trees_tick, _ = make_own(self._table, type(root))
 
     @property
@@ -83,7 +83,7 @@ class Ticker:
         self._table.halts[self.root.__class__](self.root)
 
 
-def _functions_of(table: Table, cls: Any) -> tuple[Tick, Halt]:
+def _functions_of(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
     """How nodes of a class are ticked and stopped."""
     if cls.tick is Stepping.tick:
         make = make_stepping

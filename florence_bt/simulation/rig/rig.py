@@ -19,7 +19,7 @@ from florence_bt.core.transforms import TransformBuffer
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
-from florence_bt.runtime.run import MissionRun, Request, RunIds
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
@@ -143,7 +143,7 @@ class Rig:
         Returns:
             The finished run.
         """
-        run = self.executor.trigger(Request(mission, inputs or {}, caller="rig"))
+        run = self.executor.trigger(MissionRequest(mission, inputs or {}, caller="rig"))
         end = self.clock.now() + limit_s
         while not run.status.final and self.clock.now() < end:
             self.clock.run_next()

@@ -10,7 +10,7 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure
 from florence_bt.core.skill import FinishedRun, Inputs, Skill
-from florence_bt.runtime.announcer import Announcer
+from florence_bt.runtime.event_bus import EventBus
 from florence_bt.trees.language.loader import MissionLibrary
 
 BASE = "base"
@@ -22,7 +22,7 @@ def _nothing() -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class RunEnvironment:
     """What every run works with.
 
     Attributes:
@@ -31,8 +31,8 @@ class World:
         declarations: What the skills say about themselves.
         clock: Drives everything.
         wake: Asks for :meth:`TreeRun.step` soon.
-        announcer: Tells what happens.
-        let_others_run: Called when what is urgent is done, before the rest: those who were told may begin.
+        event_bus: Tells what happens.
+        yield_cpu: Called when what is urgent is done, before the rest: those who were told may begin.
     """
 
     library: MissionLibrary
@@ -40,11 +40,11 @@ class World:
     declarations: Mapping[str, SkillDeclaration]
     clock: Clock
     wake: Callable[[], None]
-    announcer: Announcer
-    let_others_run: Callable[[], None] = _nothing
+    event_bus: EventBus
+    yield_cpu: Callable[[], None] = _nothing
 
 
-class Refusing:
+class RejectingSkill:
     """A skill that does not start: somebody drives the robot by hand.
 
     Args:
@@ -64,7 +64,7 @@ def keep_off_the_base(
     declarations: Mapping[str, SkillDeclaration],
     runs: Iterable[OpenRun],
     reason: str,
-    tell_broken: Callable[[Exception], None],
+    on_error: Callable[[Exception], None],
 ) -> None:
     """Let nothing of a run drive any more, its clean-ups included; what does not drive goes on.
 
@@ -73,14 +73,14 @@ def keep_off_the_base(
         declarations: What the skills say about themselves.
         runs: The runs of skills that have not reported their end; those that drive are cancelled.
         reason: Why, for people.
-        tell_broken: Told of a skill that breaks when it is cancelled; the others are cancelled all the same.
+        on_error: Called when a skill breaks while it is cancelled; the others are cancelled anyway.
     """
     for name, declaration in declarations.items():
         if BASE in declaration.resources and name in skills:
-            skills[name] = Refusing(reason)
+            skills[name] = RejectingSkill(reason)
     for entry in tuple(runs):
         if BASE in entry.resources:
             try:
                 entry.run.cancel()
             except Exception as error:
-                tell_broken(error)
+                on_error(error)

@@ -24,7 +24,7 @@ from florence_bt.trees.language.findings import ERROR, has_errors
 from florence_bt.trees.language.model import Mission
 
 
-class Questions:
+class Queries:
     """Serves ``florence_bt/status``, ``list_missions`` and ``check_mission``.
 
     Args:
@@ -55,7 +55,7 @@ class Questions:
         node.create_service(ListMissions, "florence_bt/list_missions", self._on_list)
         node.create_service(CheckMission, "florence_bt/check_mission", self._on_check)
 
-    def tell_findings(self) -> None:
+    def log_findings(self) -> None:
         """Say in the log which missions cannot run, what shadows what, and which packages are broken."""
         log = self._node.get_logger()
         for finding in (*self._missions.library.findings, *getattr(self._declarations, "findings", ())):

@@ -9,13 +9,13 @@ from typing import Any
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.runtime.journal.schema import JournalBroken, is_damage
-from florence_bt.runtime.journal.store import Change, Happened, Job, NewRun, Note, Store
+from florence_bt.runtime.journal.store import EventRow, Job, LastEntry, NewRun, RunUpdate, Store
 
 _NOT_TO_BE_KEPT = (sqlite3.IntegrityError, sqlite3.DataError, sqlite3.ProgrammingError)
 """One of the jobs is wrong, not the disk."""
 
 
-class Keeper:
+class WriterGuard:
     """Writes to a store.
 
     Args:
@@ -25,13 +25,13 @@ class Keeper:
 
     Attributes:
         trouble: What is wrong with the disk, empty when all is well.
-        untidy: Why old runs cannot be dropped, empty when all is well; what is new is kept all the same.
+        prune_error: Why old runs cannot be dropped, empty when all is well; what is new is kept all the same.
         done: How many jobs were taken so far, written or not.
     """
 
     def __init__(self, store: Store, max_waiting: int) -> None:
         self.trouble = ""
-        self.untidy = ""
+        self.prune_error = ""
         self.done = 0
         self._store = store
         self._max_waiting = max_waiting
@@ -80,7 +80,7 @@ class Keeper:
         else:
             self._written()
             self.trouble = ""
-            self._tidy()
+            self._prune()
 
     def _write_one_by_one(self, problem: Exception) -> None:
         """One of the jobs cannot be kept: keep the others."""
@@ -102,16 +102,16 @@ class Keeper:
 
     def _written(self) -> None:
         for job in self._waiting:
-            if isinstance(job, Change) and job.final:
+            if isinstance(job, RunUpdate) and job.final:
                 self._open.pop(job.run_id, None)
         self._waiting.clear()
 
-    def _tidy(self) -> None:
+    def _prune(self) -> None:
         try:
-            if self._store.drop_old():
-                self.untidy = ""
+            if self._store.prune():
+                self.prune_error = ""
         except (OSError, sqlite3.Error) as error:
-            self.untidy = f"old runs cannot be dropped from {self._store.folder}: {error}"
+            self.prune_error = f"old runs cannot be dropped from {self._store.folder}: {error}"
 
     def begin_again(self, broken: str) -> None:
         """Move a damaged file out of the way and begin a new one; says so in :attr:`trouble`.
@@ -131,16 +131,16 @@ class Keeper:
             self.trouble = f"the journal was broken ({broken}); it was moved to {aside}, a new one began"
 
     def _make_room(self) -> None:
-        """Keep of each run that it was and where it stands, of the notes the last; the latest runs of all."""
+        """Keep of each run that it was and where it stands, the last date; the latest runs of all."""
         last: dict[Any, Job] = {}
         for job in self._waiting:
             match job:
-                case Happened(run_id=run_id):
+                case EventRow(run_id=run_id):
                     self._lost[run_id] += 1
-                case Change(run_id=run_id):
+                case RunUpdate(run_id=run_id):
                     last[run_id] = job
-                case Note(name=name):
-                    last[Note, name] = job
+                case LastEntry():
+                    last[LastEntry] = job
                 case _:
                     last[id(job)] = job
         self._waiting = list(last.values())[-self._max_waiting :]
@@ -151,7 +151,7 @@ class Keeper:
             return self._waiting
         return [
             replace(job, values=(*job.values[:-1], job.values[-1] + self._lost[job.run_id]))
-            if isinstance(job, Change)
+            if isinstance(job, RunUpdate)
             else job
             for job in self._waiting
         ]

@@ -11,10 +11,10 @@ from contextlib import contextmanager
 from typing import Any, Protocol
 
 from florence_bt.core.clock import Clock
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.run import MissionRun
 
-Listener = Callable[[MissionRun, Event], None]
+Listener = Callable[[MissionRun, RunEvent], None]
 
 ACKNOWLEDGED = frozenset(
     {
@@ -37,7 +37,7 @@ class EventLog(Protocol):
     def trouble(self) -> str:
         """Why events cannot be kept at the moment, empty when all is well."""
 
-    def write(self, run: MissionRun, event: Event) -> None:
+    def write(self, run: MissionRun, event: RunEvent) -> None:
         """Take an event; it may be kept in memory until :meth:`commit`."""
 
     def commit(self) -> None:
@@ -45,9 +45,6 @@ class EventLog(Protocol):
 
     def flush(self) -> None:
         """As :meth:`commit`, and return when it is there."""
-
-    def note(self, name: str, value: str) -> None:
-        """Remember a value under a name for the next process."""
 
     def knows(self, run_id: str) -> bool:
         """Whether an older process used this name for a run."""
@@ -58,7 +55,7 @@ class NoLog:
 
     trouble = ""
 
-    def write(self, run: MissionRun, event: Event) -> None:
+    def write(self, run: MissionRun, event: RunEvent) -> None:
         """Forget the event."""
 
     def commit(self) -> None:
@@ -67,15 +64,12 @@ class NoLog:
     def flush(self) -> None:
         """Nothing to keep."""
 
-    def note(self, name: str, value: str) -> None:
-        """Forget the note."""
-
     def knows(self, run_id: str) -> bool:
         """No."""
         return False
 
 
-class Announcer:
+class EventBus:
     """Tells events.
 
     Args:
@@ -93,25 +87,25 @@ class Announcer:
         """Call back with the run at every event."""
         self._listeners.append(listener)
 
-    def tell(self, run: MissionRun, kind: EventKind, **data: Any) -> None:
+    def publish(self, run: MissionRun, kind: EventKind, **data: Any) -> None:
         """Tell an event of a run."""
         if run.status.final and kind is not EventKind.ENDED:
             return  # a skill that reports its end after its run was closed without it
-        event = Event(self._clock.now(), run.run_id, kind, data, run.ticks)
+        event = RunEvent(self._clock.now(), run.run_id, kind, data, run.ticks)
         self.log.write(run, event)
-        self._publish(run, event)
+        self._notify(run, event)
 
     @contextmanager
-    def telling(self, run: MissionRun, kind: EventKind, **data: Any) -> Iterator[None]:
+    def publishing(self, run: MissionRun, kind: EventKind, **data: Any) -> Iterator[None]:
         """Tell an event around what is urgent: the log has it first, the listeners hear of it afterwards."""
-        event = Event(self._clock.now(), run.run_id, kind, data, run.ticks)
+        event = RunEvent(self._clock.now(), run.run_id, kind, data, run.ticks)
         self.log.write(run, event)
         yield
-        self._publish(run, event)
+        self._notify(run, event)
 
-    def tell_broken(self, run: MissionRun, error: Exception) -> None:
+    def publish_error(self, run: MissionRun, error: Exception) -> None:
         """Tell that something raised which must not take the executor away."""
-        self.tell(run, EventKind.BROKEN, detail="".join(traceback.format_exception(error)))
+        self.publish(run, EventKind.BROKEN, detail="".join(traceback.format_exception(error)))
 
     def call(self, run: MissionRun, callback: Callable[..., None], *arguments: Any) -> None:
         """Call somebody who only listens; an error is told once per run and listener."""
@@ -121,17 +115,19 @@ class Announcer:
             run_id, told = self._broken if self._broken[0] == run.run_id else (run.run_id, [])
             if callback not in told:
                 self._broken = (run_id, [*told, callback])
-                self._tell_listener_broken(run, callback, error)
+                self._publish_listener_error(run, callback, error)
 
-    def _publish(self, run: MissionRun, event: Event) -> None:
+    def _notify(self, run: MissionRun, event: RunEvent) -> None:
         if event.kind in ACKNOWLEDGED:
             self.log.flush()
         for listener in tuple(self._listeners):
             self.call(run, listener, event)
 
-    def _tell_listener_broken(self, run: MissionRun, callback: Callable[..., None], error: Exception) -> None:
+    def _publish_listener_error(
+        self, run: MissionRun, callback: Callable[..., None], error: Exception
+    ) -> None:
         detail = "".join(traceback.format_exception(error))
-        event = Event(self._clock.now(), run.run_id, EventKind.BROKEN, {"detail": detail}, run.ticks)
+        event = RunEvent(self._clock.now(), run.run_id, EventKind.BROKEN, {"detail": detail}, run.ticks)
         self.log.write(run, event)
         for listener in tuple(self._listeners):
             if listener != callback:
