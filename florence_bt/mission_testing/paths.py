@@ -11,9 +11,9 @@ from __future__ import annotations
 import difflib
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from py_trees.behaviour import Behaviour
 
@@ -22,10 +22,11 @@ from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.checks.outcomes import Prospects, prospects_of
 from florence_bt.trees.language import model
 from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.origin import Origin, origin_of
@@ -169,6 +170,32 @@ def map_mission(
     return MissionMap(mission, root, prospects_of(mission, library, declarations))
 
 
+@cache
+def all_declarations() -> Mapping[str, SkillDeclaration]:
+    """Every declared skill; read once."""
+    return collect_declarations()
+
+
+class MissionMaps:
+    """The maps of missions, made once for each."""
+
+    def __init__(self) -> None:
+        self._maps: dict[str, tuple[Mission, MissionMap]] = {}
+
+    def of(
+        self, mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+    ) -> MissionMap:
+        """The map of a mission.
+
+        Raises:
+            ConfigError: The mission has errors.
+        """
+        known = self._maps.get(mission.name)
+        if known is None or known[0] is not mission:
+            known = self._maps[mission.name] = (mission, map_mission(mission, library, declarations))
+        return known[1]
+
+
 @dataclass(frozen=True, slots=True)
 class Pattern:
     """A pattern of paths.
@@ -210,7 +237,7 @@ def read_pattern(text: str) -> Pattern:
     names = text.strip().removeprefix("/").split("/")
     if not all(name.strip() for name in names):
         raise ConfigError(
-            f"{text!r} is no pattern of paths", valid=["navigate_to", "approach_user/**/navigate_to", "*"]
+            f"{text!r} is not a pattern of paths", valid=["navigate_to", "approach_user/**/navigate_to", "*"]
         )
     parts: list[re.Pattern[str] | None] = [None if name == "**" else _name_pattern(name) for name in names]
     if not text.strip().startswith("/"):
@@ -225,9 +252,7 @@ def matching(pattern: str, places: Iterable[Place]) -> list[Place]:
 
 
 def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
-    """What may have been meant by a pattern that matches no place: the pattern with its misspelled names put
-    right, then paths that look like it, in their short form, the closest first.
-    """
+    """The paths that look like a pattern that matches no place, in their short form, the closest first."""
     places = list(places)
     wanted = [_plain(name) for name in pattern.strip("/").split("/") if "*" not in name] or [""]
 
@@ -236,24 +261,7 @@ def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
         return 2.0 * _alike(wanted[-1], place.segments[-1]) + sum(names) / len(names)
 
     ordered = sorted(places, key=lambda place: (-likeness(place), place.index))
-    repaired = _repaired(pattern, places)
-    return list(dict.fromkeys([*repaired, *(place.short for place in ordered)]))[:MAX_SHOWN]
-
-
-def _repaired(pattern: str, places: Sequence[Place]) -> list[str]:
-    """The pattern with the closest names that there are; none when that matches no place either."""
-    known: dict[str, str] = {}
-    for place in places:
-        for written in (*place.shown.split("/"), *([place.skill] if place.skill else ())):
-            known.setdefault(_plain(written), written)
-    names = pattern.split("/")
-    for number, name in enumerate(names):
-        if name and "*" not in name and _plain(name) not in known:
-            close = difflib.get_close_matches(_plain(name), known, n=1, cutoff=0.7)
-            names[number] = known[close[0]] if close else name
-    # A node without a name of its own stands between: not `goto_room/turn` but `goto_room/**/turn`.
-    ways = ["/".join(names), "/**/".join(name for name in names if name != "**")]
-    return [way for way in ways if way != pattern and all(way.split("/")) and matching(way, places)][:1]
+    return list(dict.fromkeys(place.short for place in ordered))[:MAX_SHOWN]
 
 
 def _alike(name: str, written: frozenset[str]) -> float:
@@ -282,3 +290,44 @@ def _name_pattern(name: str) -> re.Pattern[str]:
 def _plain(name: str) -> str:
     """A name as it is compared: lower case, underscores and slashes as spaces."""
     return " ".join(name.replace("_", " ").replace("/", " ").lower().split())
+
+
+def unmatched(
+    text: str, places: MissionMap, skills: Collection[str], *, skills_only: bool, what: str = ""
+) -> ConfigError:
+    """The error for a pattern that matches nothing.
+
+    Args:
+        text: The pattern.
+        places: The nodes of the mission.
+        skills: The names of all skills.
+        skills_only: Whether only nodes that run a skill count.
+        what: What the pattern is for, such as ``the mock ``; for messages.
+    """
+    candidates = places.uses() if skills_only else list(places.places.values())
+    if text in skills:
+        used = dict.fromkeys(place.skill for place in places.uses() if place.skill)
+        valid = closest_first(text, used) or ("no skills",)
+        return ConfigError(f"{what}{text!r} is a skill that {places.mission} does not use", valid=valid)
+    others = matching(text, places.places.values()) if skills_only else []
+    if others:
+        origin = others[0].origin
+        called = isinstance(origin.node, model.Call) if origin is not None else False
+        inside = [use for use in candidates if any(use.path.startswith(f"{o.path}/") for o in others)]
+        kind = "a mission that is called" if called else "a node of the tree"
+        return ConfigError(
+            f"{what}{text!r} is not a skill but {kind}",
+            valid=list(dict.fromkeys(use.short for use in inside))[:MAX_SHOWN],
+        )
+    kind = "skill" if skills_only else "node"
+    close = dict.fromkeys([*_named_like(text, places), *closest_paths(text, candidates)])
+    message = f"{what}{text!r} matches no {kind} of {places.mission}"
+    return ConfigError(message, valid=list(close)[:MAX_SHOWN])
+
+
+def _named_like(text: str, places: MissionMap) -> list[str]:
+    """The skill, or the called mission, whose name looks like this; either may be mocked."""
+    nodes = [place.origin.node for place in places.places.values() if place.origin is not None]
+    missions = [node.mission.text for node in nodes if isinstance(node, model.Call)]
+    names = dict.fromkeys([*missions, *(place.skill for place in places.uses() if place.skill)])
+    return difflib.get_close_matches(text, names, n=1, cutoff=0.8)

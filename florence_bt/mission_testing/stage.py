@@ -11,11 +11,10 @@ from typing import Any
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing.known import MissionMaps, all_declarations
-from florence_bt.mission_testing.mocks.board import Call, Mock, MockBoard, MockError
+from florence_bt.mission_testing.mocks.board import Mock, MockBoard, MockError, SkillCall
 from florence_bt.mission_testing.mocks.scripts import Script
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
-from florence_bt.mission_testing.paths import MissionMap, Place, made_up_place
+from florence_bt.mission_testing.paths import MissionMap, MissionMaps, Place, all_declarations, made_up_place
 from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import STATUSES, seconds_text
 from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
@@ -67,9 +66,7 @@ class Stage:
         self.plays: list[Play] = []
         self._maps = maps or MissionMaps()
         self._scratch = scratch
-        self._board = MockBoard(self.clock, self.declarations)
-        self._board.find_place = self._find_place
-        self._board.run_id = self._run_id
+        self._board = MockBoard(self.clock, self.declarations, self._find_place, self._run_id)
         self._by_id: dict[str, Play] = {}
         self._early: list[tuple[MissionRun, Event]] = []
         self.executor = Executor(
@@ -164,8 +161,9 @@ class Stage:
         self._board.check_patterns(places)
         given = self._readable(name, {**(inputs or {}), **more})
         run = self.executor.trigger(Request(name, given, caller, wanted, priority))
-        play = Play(run, places, self.declarations, self._board.calls, self.executor.render)
-        play.unused = self._board.unused
+        play = Play(
+            run, places, self.declarations, self._board.calls, self.executor.render, self._board.unused
+        )
         self.plays.append(play)
         self._by_id[run.run_id] = play
         early, self._early = self._early, []
@@ -192,7 +190,7 @@ class Stage:
         return self.plays[-1]
 
     @property
-    def calls(self) -> list[Call]:
+    def calls(self) -> list[SkillCall]:
         """Every start of a mocked skill in any run, in order."""
         return list(self._board.calls)
 
@@ -252,7 +250,7 @@ class Stage:
             self._wait(lambda: bool(what()), wanted, "did not come to what was waited for", limit)
             return wanted
         if status.upper() not in STATUSES:
-            raise ConfigError(f"{status!r} is no status of a node", valid=STATUSES)
+            raise ConfigError(f"{status!r} is not a status of a node", valid=STATUSES)
         paths = [place.path for place in wanted.check_pattern(what)]
         statuses = wanted.record.statuses
 
@@ -305,10 +303,9 @@ class Stage:
         Raises:
             MockError: One did.
         """
-        if self._board.complaints:
-            complaint = self._board.complaints[0]
+        if self._board.problems:
             tree = self.plays[-1].report() if self.plays else ""
-            raise MockError(f"{complaint}\n\n{tree}".rstrip())
+            raise MockError(f"{self._board.problems[0]}\n\n{tree}".rstrip())
 
     def _mock_missions(self, mission: str) -> None:
         """Put stubs for the called missions that mocks name."""

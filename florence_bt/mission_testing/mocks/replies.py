@@ -32,7 +32,7 @@ class Ending(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Phase:
+class ReplyPhase:
     """A part of a run.
 
     Attributes:
@@ -67,7 +67,7 @@ class Reply:
     code: str | int | None = None
     reason: str = ""
     outputs: Mapping[str, Any] = field(default_factory=dict)
-    phases: tuple[Phase, ...] = ()
+    phases: tuple[ReplyPhase, ...] = ()
     accept_after: float = 0.0
     cancel_takes: float = 0.0
     error: Exception | None = None
@@ -140,7 +140,7 @@ def raises(error: Exception | str, *, after: float | str = 0.0) -> Reply:
 def _times(after: float | str, accept_after: float | str, cancel_takes: float | str) -> dict[str, Any]:
     seconds = read_duration(after, "after")
     return {
-        "phases": (Phase(seconds),) if seconds > 0.0 else (),
+        "phases": (ReplyPhase(seconds),) if seconds > 0.0 else (),
         "accept_after": read_duration(accept_after, "accept_after"),
         "cancel_takes": read_duration(cancel_takes, "cancel_takes"),
     }

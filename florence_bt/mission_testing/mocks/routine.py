@@ -28,7 +28,7 @@ class RoutineRun:
         clock: Drives the run.
         routine: The generator.
         settle: Turns what it returns into a step; raises an AssertionError when the skill cannot do that.
-        complaints: Where misuse is noted.
+        problems: Where misuse is noted.
         caller: The node that started the skill, for messages.
     """
 
@@ -37,7 +37,7 @@ class RoutineRun:
         clock: Clock,
         routine: Routine,
         settle: Callable[[Any], Step],
-        complaints: list[str],
+        problems: list[str],
         caller: str,
     ) -> None:
         self._caller = caller
@@ -45,7 +45,7 @@ class RoutineRun:
         self._clock = clock
         self._routine = routine
         self._settle = settle
-        self._complaints = complaints
+        self._problems = problems
         self._state = RunState()
         self._state.handle(Event.ACCEPTED)
         self._timer: Timer | None = None
@@ -91,10 +91,10 @@ class RoutineRun:
         except StopIteration as end:
             self._end(end.value)
         except ConfigError as error:
-            self._complaints.append(f"a mock yielded what is no duration: {error}")
+            self._problems.append(f"a mock yielded what is not a duration: {error}")
             self._break(error)
         except Exception as error:
-            self._complaints.append(broken_function(self._caller, error))
+            self._problems.append(broken_function(self._caller, error))
             self._break(error)
         else:
             if says:
@@ -105,7 +105,7 @@ class RoutineRun:
         try:
             step = self._settle(answer)
         except AssertionError as error:
-            self._complaints.append(str(error))
+            self._problems.append(str(error))
             self._break(error)
             return
         if step.error is not None:
