@@ -291,6 +291,8 @@ def test_what_breaks_the_rules_of_the_format_is_an_error(exchange, nodes, line, 
 
 def test_more_errors_of_the_format(told):
     assert told(f"{ROOT}</root>")[0][::2] == ("error", "the file has no tree")
+    models = '<TreeNodesModel><Action ID="A"/></TreeNodesModel>'
+    assert told(f"{ROOT.split(' main_')[0]}>{models}</root>")[0][::2] == ("error", "the file has no tree")
     twice = '<BehaviorTree ID="MainTree"><A/></BehaviorTree>'
     assert told(f"{ROOT}{twice}{twice}</root>")[0][2].startswith("the tree 'MainTree' stands twice (first in")
     assert (

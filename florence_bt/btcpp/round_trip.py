@@ -1,4 +1,4 @@
-"""What our own export wrote beside a script, and whether it still says the same as the script.
+"""What our own export wrote beside a script, and the check that it still says the same as the script.
 
 An editor may have changed the script. Then the script counts, and our own words beside it are left aside.
 """
@@ -9,12 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from florence_bt.btcpp.script import parse_script
-from florence_bt.btcpp.script_terms import script_of
-from florence_bt.btcpp.scripts_out import set_script
-from florence_bt.btcpp.values_out import case_text
+from florence_bt.btcpp.mission_text import read_flow
+from florence_bt.btcpp.script import parse_script, script_of, set_script
+from florence_bt.btcpp.values import case_text
 from florence_bt.btcpp.vocabulary import MARK
-from florence_bt.btcpp.written import read_flow
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.expressions.parser import parse_expression

@@ -1,4 +1,4 @@
-"""What flows through the keys of all trees: inputs and outputs of each tree, and the kind of every key.
+"""What flows through the blackboard of all trees: uses of keys, inputs and outputs of trees, kinds of keys.
 
 A mission has keys of its own, and gets and gives values at its start and end. A tree of BehaviorTree.CPP
 shares entries of the blackboard with its caller. So for each tree it is found out what it reads before it
@@ -7,19 +7,364 @@ writes it (inputs), and what it writes that its caller sees (outputs).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from florence_bt.btcpp._places import Places
-from florence_bt.btcpp._union import Classes
 from florence_bt.btcpp.document import Document, Tree
-from florence_bt.btcpp.key_uses import READ, UNKNOWN, WRITE, Ports, Use, pointer, uses_of
+from florence_bt.btcpp.mission_text import read_flow
 from florence_bt.btcpp.names import Names
-from florence_bt.btcpp.si_values import guess_kind
+from florence_bt.btcpp.node_models import (
+    NodeModel,
+    PortModel,
+    category_of,
+    known_nodes,
+    nav2_nodes,
+    nav2_port,
+)
+from florence_bt.btcpp.script import AssignmentExpr, hints_in, literal_kind, names_in, parse_script
+from florence_bt.btcpp.values import guess_kind
+from florence_bt.btcpp.vocabulary import (
+    CATEGORIES,
+    LOOP_KINDS,
+    POST_CONDITIONS,
+    PRE_CONDITIONS,
+    PREFIX,
+    private_key,
+)
 from florence_bt.btcpp.xml_source import Element
-from florence_bt.core.declaration import Kind
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
+
+READ, WRITE, UNKNOWN = "read", "write", "unknown"
+
+_BUILTIN_KINDS = {
+    "num_attempts": Kind.INTEGER,
+    "num_cycles": Kind.INTEGER,
+    "msec": Kind.INTEGER,
+    "delay_msec": Kind.INTEGER,
+}
+_REFERENCE = re.compile(r"\$(?:([a-z][a-z0-9_]*)|\{([a-z][a-z0-9_]*)\})")
+_NO_PORTS = ("ID", "name", "_autoremap")
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """One use of a key.
+
+    Attributes:
+        key: The key as written, without braces.
+        access: ``read``, ``write`` or ``unknown``.
+        kind: The kind that the place asks for or gives, None when it is not known.
+        port: The node and port that it stands in, when the kind must be guessed from all its uses.
+        element: The element.
+        pointed: Whether a port points to it; else it is a name in a script.
+        hint: The kind of what it is compared with, which counts when nothing else tells the kind.
+    """
+
+    key: str
+    access: str
+    kind: Kind | None
+    port: tuple[str, str] | None
+    element: Element
+    pointed: bool = True
+    hint: Kind | None = None
+
+
+def pointer(value: str, attribute: str) -> str | None:
+    """The key that a value of a port points to: ``{key}``, ``{=}``; None when it is a literal."""
+    text = value.strip()
+    if len(text) < 3 or not (text.startswith("{") and text.endswith("}")):
+        return None
+    inner = text[1:-1].strip()
+    return attribute if inner == "=" else inner or None
+
+
+def registration(element: Element) -> str:
+    """The ID of the node that an element makes."""
+    return element.get("ID") if element.tag in CATEGORIES else element.tag
+
+
+@dataclass(frozen=True)
+class Ports:
+    """What is known about the ports of nodes.
+
+    Attributes:
+        declarations: The skills of this installation, by name.
+        skill_of: Registration ID -> name of the skill.
+        models: What the files declare, by registration ID.
+    """
+
+    declarations: Mapping[str, SkillDeclaration]
+    skill_of: Mapping[str, str]
+    models: Mapping[str, NodeModel]
+
+    def model(self, name: str) -> NodeModel | None:
+        """What is declared about a node, by its registration ID."""
+        return self.models.get(name) or nav2_nodes().get(name)
+
+    def skill(self, name: str) -> SkillDeclaration | None:
+        """The skill of this installation that a node is, by its registration ID."""
+        return self.declarations.get(self.skill_of.get(name, name))
+
+    def mapped_by_default(self, tree: str) -> dict[str, str]:
+        """The ports of a tree that go to a key, in the words of its model, where a call does not say."""
+        model = self.models.get(tree)
+        if model is None or model.category != "SubTree":
+            return {}
+        return {
+            name: port.default
+            for name, port in model.ports.items()
+            if port.default and pointer(port.default, name) not in (None, private_key(tree, name))
+        }
+
+    def port(self, name: str, port: str) -> PortModel | None:
+        """What is known about a port; the skills of this installation know best."""
+        skill = self.skill(name)
+        if skill is not None:
+            found, direction = port_of_skill(skill, port)
+            return PortModel(direction, found.kind, found.description) if found is not None else None
+        model = self.models.get(name)
+        if model is not None:
+            return model.ports.get(port)
+        return nav2_port(name, port)
+
+
+def port_of_skill(skill: SkillDeclaration, port: str) -> tuple[Port | None, str]:
+    """The input or output that an attribute stands for, and its direction.
+
+    An output that is called like an input is written with ``out_`` before its name.
+    """
+    if port in skill.inputs:
+        return skill.inputs[port], "in"
+    bare = port.removeprefix("out_")
+    if port in skill.outputs:
+        return skill.outputs[port], "out"
+    return (skill.outputs[bare], "out") if bare in skill.outputs and bare in skill.inputs else (None, "in")
+
+
+def uses_of(element: Element, ports: Ports) -> Iterator[Use]:
+    """The keys that one element uses by itself, in the order of time; calls of subtrees are left out."""
+    for name in PRE_CONDITIONS:
+        yield from script_uses(element.get(name), element)
+    yield from _own(element, ports)
+    for name in POST_CONDITIONS:
+        yield from script_uses(element.get(name), element)
+
+
+def _own(element: Element, ports: Ports) -> Iterator[Use]:
+    match element.tag:
+        case "Script" | "ScriptCondition":
+            yield from script_uses(element.get("code"), element)
+        case "Precondition":
+            yield from script_uses(element.get("if"), element)
+        case "SetBlackboard":
+            yield from _set_blackboard(element)
+        case "SubTree":
+            return
+        case tag if tag.startswith("Florence"):
+            yield from _florence(element)
+        case _:
+            found = list(_ports(element, ports))
+            yield from (use for use in found if use.access != WRITE)
+            yield from (use for use in found if use.access == WRITE)
+
+
+def _set_blackboard(element: Element) -> Iterator[Use]:
+    value, target = element.get("value"), element.get("output_key")
+    source = pointer(value, "value")
+    if source is not None:
+        yield Use(source, READ, None, None, element)
+    name = pointer(target, "output_key") or target
+    if name:
+        yield Use(name, WRITE, None, ("SetBlackboard", f"{id(element)}"), element)
+
+
+def _florence(element: Element) -> Iterator[Use]:
+    for name, value in element.attributes.items():
+        key = pointer(value, name)
+        if name.startswith("_") or name in _NO_PORTS:
+            continue
+        if key is not None:
+            written = _is_output(element.tag, name)
+            yield Use(key, WRITE if written else READ, Kind.INTEGER if written else None, None, element)
+        elif name in ("when", "unless", "while", "code", "values") or value.startswith(PREFIX):
+            yield from own_references(value, element)
+        if name == "values":
+            yield from (Use(key, WRITE, None, None, element) for key in _set_keys(value))
+
+
+def _is_output(tag: str, port: str) -> bool:
+    model = known_nodes().get(tag)
+    return model is not None and port in model.ports and model.ports[port].direction == "out"
+
+
+def _set_keys(text: str) -> list[str]:
+    try:
+        values = read_flow(f"{{{text}}}")
+    except ConfigError:
+        return []  # converting it reports the problem
+    return list(values) if isinstance(values, dict) else []
+
+
+def own_references(text: str, element: Element) -> Iterator[Use]:
+    """The keys in a text of the mission language."""
+    for plain, braced in _REFERENCE.findall(text.replace("$$", "")):
+        yield Use(plain or braced, READ, None, None, element)
+
+
+def _ports(element: Element, ports: Ports) -> Iterator[Use]:
+    name, builtin = registration(element), category_of(element.tag) is not None
+    for attribute, value in element.attributes.items():
+        if attribute in _NO_PORTS or attribute.startswith("_"):
+            continue
+        if value.startswith(PREFIX):
+            yield from own_references(value, element)
+            continue
+        key = pointer(value, attribute)
+        if key is None:
+            continue
+        if builtin:
+            if attribute == "value" and element.tag in LOOP_KINDS:
+                yield Use(key, WRITE, LOOP_KINDS[element.tag], None, element)
+            else:
+                yield Use(key, READ, _BUILTIN_KINDS.get(attribute), None, element)
+            continue
+        model = ports.port(name, attribute)
+        kind = model.kind if model else None
+        guessed = None if kind is not None else (name, attribute)
+        if model is None:
+            yield Use(key, UNKNOWN, kind, guessed, element)
+        if model is not None and model.direction in ("in", "inout"):
+            yield Use(key, READ, kind, guessed, element)
+        if model is not None and model.direction in ("out", "inout"):
+            yield Use(key, WRITE, kind, guessed, element)
+
+
+def script_uses(text: str, element: Element) -> Iterator[Use]:
+    """The keys of a script; a script that cannot be read uses none (converting it reports the problem)."""
+    try:
+        statements = parse_script(text)
+    except ConfigError:
+        return
+    for code in statements:
+        hints = dict(hints_in(code))
+        kinds = {code.name: literal_kind(code.value)} if isinstance(code, AssignmentExpr) else {}
+        for name, written in names_in(code):
+            kind = kinds.get(name) if written else None
+            hint = None if written else hints.get(name)
+            yield Use(name, WRITE if written else READ, kind, None, element, False, hint)
+
+
+CONCURRENT = frozenset(
+    {
+        "FlorenceParallel",
+        "Parallel",
+        "ParallelAll",
+        "PipelineSequence",
+        "ReactiveFallback",
+        "ReactiveSequence",
+        "WhileDoElse",
+    }
+)
+"""Controls that go on with several of their nodes, or come back to earlier ones."""
+
+
+class Places:
+    """The numbers of all elements in the order of the file, and where the part below each ends.
+
+    Args:
+        root: The root of the tree.
+    """
+
+    def __init__(self, root: Element) -> None:
+        self._spans: dict[int, tuple[int, int]] = {}
+        self._outer: dict[int, Element | None] = {}
+        waiting: list[tuple[Element, Element | None, bool]] = [(root, None, False)]
+        begun: dict[int, int] = {}
+        count = 0
+        while waiting:
+            element, outer, is_done = waiting.pop()
+            if is_done:
+                self._spans[id(element)] = begun[id(element)], count
+                continue
+            begun[id(element)] = count
+            count += 1
+            self._outer[id(element)] = outer
+            inner = outer or (element if element.tag in CONCURRENT else None)
+            waiting.append((element, outer, True))
+            waiting.extend((child, inner, False) for child in reversed(element.children))
+
+    def numbers(self, elements: Iterable[Element]) -> list[int]:
+        """The numbers of some elements, in order."""
+        return sorted(self._spans[id(element)][0] for element in elements)
+
+    def any_below(self, numbers: list[int], element: Element) -> bool:
+        """Whether one of the numbered elements is an element or stands below it."""
+        first, end = self._spans[id(element)]
+        at = bisect_left(numbers, first)
+        return at < len(numbers) and numbers[at] < end
+
+    def concurrent_above(self, element: Element) -> Element | None:
+        """The outermost control above an element that goes on with several of its nodes."""
+        return self._outer[id(element)]
+
+
+Member = tuple[str, str, str]
+"""``("key", tree, key)`` or ``("port", node, port)``."""
+
+_PLAIN = (Kind.INTEGER, Kind.NUMBER)
+
+
+class Classes:
+    """A union-find structure."""
+
+    def __init__(self) -> None:
+        self._parents: dict[Member, Member] = {}
+        self._kinds: dict[Member, dict[Kind, None]] = {}
+        self._hints: dict[Member, dict[Kind, None]] = {}
+
+    def join(self, one: Member, other: Member) -> None:
+        """Say that two hold the same values."""
+        first, second = self._root(one), self._root(other)
+        if first != second:
+            self._parents[second] = first
+            self._kinds.setdefault(first, {}).update(self._kinds.pop(second, {}))
+            self._hints.setdefault(first, {}).update(self._hints.pop(second, {}))
+
+    def add(self, member: Member, kind: Kind) -> None:
+        """Note that a value of this kind was seen."""
+        self._kinds.setdefault(self._root(member), {})[kind] = None
+
+    def hint(self, member: Member, kind: Kind) -> None:
+        """Note a kind that counts when no value was seen: that of what it is compared with."""
+        self._hints.setdefault(self._root(member), {})[kind] = None
+
+    def kind(self, member: Member) -> Kind | None:
+        """The kind that fits what was seen, None when nothing was.
+
+        A quantity stands above plain numbers, which have no unit in the XML; what does not fit together is a
+        text.
+        """
+        root = self._root(member)
+        seen = self._kinds.get(root) or self._hints.get(root, {})
+        special = [kind for kind in seen if kind not in _PLAIN]
+        if len(special) == 1 and (special[0] not in (Kind.TEXT, Kind.BOOLEAN, Kind.POSE) or len(seen) == 1):
+            return special[0]
+        if special:
+            return Kind.TEXT
+        return Kind.NUMBER if Kind.NUMBER in seen else Kind.INTEGER if seen else None
+
+    def _root(self, member: Member) -> Member:
+        root = member
+        while self._parents.get(root, root) != root:
+            root = self._parents[root]
+        while self._parents.get(member, member) != root and member != root:
+            self._parents[member], member = root, self._parents[member]
+        return root
+
 
 MAX_SHARED = 20_000
 """Most keys that all calls of trees together share."""

@@ -1,4 +1,4 @@
-"""Mission files as they are written: nodes as plain tables and lists, and their YAML text."""
+"""Mission files as text: nodes as plain tables and lists, and their YAML."""
 
 from __future__ import annotations
 
