@@ -24,7 +24,7 @@ from florence_bt.btcpp.mission_text import Quoted, read_flow
 from florence_bt.btcpp.names import identifier
 from florence_bt.btcpp.node_models import NAV2_ERROR_PORTS, nav2_nodes
 from florence_bt.btcpp.notes import LossNotes
-from florence_bt.btcpp.round_trip import trusted, trusted_cases, trusted_guards, trusted_values
+from florence_bt.btcpp.round_trip import matching_cases, matching_expression, matching_guards, matching_values
 from florence_bt.btcpp.script import (
     AssignmentExpr,
     BinaryExpr,
@@ -87,7 +87,7 @@ def with_guards_above(element: Element, node: Node) -> tuple[Node, str]:
         node: What it has become.
 
     Returns:
-        The node, and what is different all the same (empty when nothing is).
+        The node, and what differs anyway (empty when nothing is).
     """
     if MARK in element.attributes or not element.children:
         return node, ""
@@ -131,7 +131,7 @@ def _can_skip(element: Element) -> bool:
     while waiting:
         one = waiting.pop()
         if one.tag != "FlorenceGuard" and any(name in one.attributes for name in _SKIPS):
-            if trusted_guards(one) is None:
+            if matching_guards(one) is None:
                 return True
         elif one.tag in GATHERING:
             if MARK not in one.attributes and all(map(_can_skip, one.children)):
@@ -143,7 +143,7 @@ def _can_skip(element: Element) -> bool:
 
 def _is_guarded(element: Element, node: Node) -> bool:
     """Whether a node can be skipped by a guard that is not one of our own exports."""
-    own = element.tag == "FlorenceGuard" or trusted_guards(element) is not None
+    own = element.tag == "FlorenceGuard" or matching_guards(element) is not None
     return not own and bool({"when", "unless"} & set(node))
 
 
@@ -254,8 +254,8 @@ class Converter:
         return value
 
     def condition(self, element: Element, script: str, mark: str = MARK) -> str | None:
-        """A script that is asked whether it holds, as an expression; None (noted) without equivalent."""
-        own = trusted(element, mark, script)
+        """A script that is a condition, as an expression; None (noted) without equivalent."""
+        own = matching_expression(element, mark, script)
         if own is not None:
             return own
         try:
@@ -265,7 +265,7 @@ class Converter:
             self.lost(element, f"the condition {script!r}: {error.problem}")
             return None
 
-    def own_words(self, element: Element, text: str) -> Any:
+    def mark_value(self, element: Element, text: str) -> Any:
         """A value of one of our own marks."""
         try:
             return read_flow(text)
@@ -282,20 +282,20 @@ class Converter:
         number = read_number(element.get(attribute))
         if number is None or number < 0:
             self.lost(
-                element, f"{attribute}={element.get(attribute)!r} is no number of milliseconds; 0 is taken"
+                element, f"{attribute}={element.get(attribute)!r} is not a number of milliseconds; 0 is taken"
             )
             number = 0
         return quantity_text(number / 1000, Kind.DURATION)
 
     def count(self, element: Element, attribute: str, default: int) -> tuple[str, bool]:
-        """A number of rounds, and whether it means for ever."""
+        """A number of rounds, and whether the loop is endless."""
         text = element.get(attribute, str(default))
         key = pointer(text, attribute)
         if key is not None:
             return f"${self.key_name(key)}", False
         number = read_number(text)
         if not isinstance(number, int) or number < -1:
-            self.lost(element, f"{attribute}={text!r} is no number of rounds; {default} is taken")
+            self.lost(element, f"{attribute}={text!r} is not a number of rounds; {default} is taken")
             number = default
         return (str(FOREVER), True) if number == -1 else (str(max(number, 1)), False)
 
@@ -312,10 +312,6 @@ class Converter:
         if written not in ("", registration(element), node.get("name")):
             node = put(node, "name", written)
         return arranged(self._with_conditions(element, node))
-
-    def trusted_set(self, element: Element) -> Any:
-        """The values of our own mark on a ``Script``, None when it does not say what the script says."""
-        return trusted_values(element)
 
     def direction(self, element: Element, attribute: str) -> str:
         """Whether a port that no model describes is read or written here."""
@@ -346,13 +342,13 @@ class Converter:
 
     def stand_in(self, element: Element, message: str) -> Node:
         """What stands for a node without an equivalent: it fails and says so."""
-        self.lost(element, f"{message}; in its place stands a node that fails")
+        self.lost(element, f"{message}; replaced by a node that fails")
         reason = f"{registration(element)} (line {element.position.line}) has no equivalent"
         return {"fail": reason, "code": NOT_IMPORTED}
 
     def _note_order(self, element: Element, script: str) -> None:
         if order_matters(script):
-            message = f"{script!r} is computed from the left, as since version 4.9; from the right before"
+            message = f"{script!r} is computed from the left, as since version 4.9; before, from the right"
             self.notice(element, message)
 
     def scripts(self, element: Element, text: str) -> list[Node]:
@@ -393,7 +389,7 @@ class Converter:
 
     def _with_skip(self, element: Element, node: Node, before: list[str]) -> Node:
         if "_skipIf" in element.attributes:
-            own = trusted_guards(element)
+            own = matching_guards(element)
             if own is not None:
                 for guard, text in own.items():
                     node = put(node, guard, text)
@@ -435,28 +431,25 @@ class Converter:
         if halted and halted == post:
             node = put(node, "finally", _one(self.scripts(element, halted)))
             post, halted = "", ""
-        on_success = [
-            name for name in ("_onSuccess", "_post") if element.get(name) and (name != "_post" or post)
-        ]
-        on_failure = [
-            name for name in ("_onFailure", "_post") if element.get(name) and (name != "_post" or post)
-        ]
+        on_failure = self._all_scripts(element, element.get("_onFailure"), post)
         if on_failure:
-            done = [each for name in on_failure for each in self.scripts(element, element.get(name))]
             fail = {"fail": f"{element.get('name') or registration(element)} failed"}
-            node = {"selector": [node, {"sequence": [*done, fail]}]}
+            node = {"selector": [node, {"sequence": [*on_failure, fail]}]}
+        on_success = self._all_scripts(element, element.get("_onSuccess"), post)
         if on_success:
-            done = [each for name in on_success for each in self.scripts(element, element.get(name))]
-            node = {"sequence": [node, *done]}
+            node = {"sequence": [node, *on_success]}
         if halted:
             self.lost(element, f"_onHalted={halted!r}: nothing runs only when a node is stopped")
         return node
+
+    def _all_scripts(self, element: Element, *texts: str) -> list[Node]:
+        return [node for text in texts if text for node in self.scripts(element, text)]
 
     def _with_because(self, element: Element, node: Node) -> Node:
         text = element.get(f"{MARK}_because")
         if not text:
             return node
-        return put(node, "because", self.own_words(element, text))
+        return put(node, "because", self.mark_value(element, text))
 
 
 def put(node: Node, modifier: str, value: Any) -> Node:
@@ -492,7 +485,7 @@ _FIRST = ("name", "when", "unless", "while", "because")
 
 
 def paced(node: Node) -> Node:
-    """A node that is tried for ever, with BehaviorTree.CPP's pause before each trial."""
+    """The body of an endless loop, with BehaviorTree.CPP's pause before each round."""
     return {"delay": POLL, "do": node}
 
 
@@ -582,7 +575,7 @@ def always_failure(c: Converter, e: Element) -> Node:
     """``AlwaysFailure``; our own marks say why."""
     if not e.get(f"{MARK}_reason"):
         return {"fail": e.get("name") or "AlwaysFailure"}
-    reason = c.own_words(e, e.get(f"{MARK}_reason"))
+    reason = c.mark_value(e, e.get(f"{MARK}_reason"))
     code = e.get(f"{MARK}_code")
     return {"fail": reason, "code": code} if code else {"fail": reason}
 
@@ -590,7 +583,7 @@ def always_failure(c: Converter, e: Element) -> Node:
 @_converts("Script")
 def script(c: Converter, e: Element) -> Node:
     """``Script``."""
-    own = c.trusted_set(e)
+    own = matching_values(e)
     if own is not None:
         return {"set": own}
     nodes = c.scripts(e, e.get("code"))
@@ -631,7 +624,7 @@ def unset_blackboard(c: Converter, e: Element) -> Node:
 @_converts("SubTree")
 def subtree(c: Converter, e: Element) -> Node:
     """``SubTree``: a call of another mission."""
-    call = c.tree.calls_by_element[id(e)]
+    call = c.tree.calls_by_element[e]
     called = c.facts.trees.get(call.tree)
     node: Node = {"run": c.missions.get(call.tree) or identifier(call.tree, "mission")}
     shared = c.facts.mapping(c.tree.tree.name, call)
@@ -716,17 +709,17 @@ def _skill_port(
                 c.lost(e, f"{attribute} is written when the node succeeds; there also when it fails")
 
 
-# ---- our own ------------------------------------------------------------------------------------------
+# ---- Florence nodes ------------------------------------------------------------------------------------
 
 
 @_converts("FlorenceWait")
-def own_wait(c: Converter, e: Element) -> Node:
+def florence_wait(c: Converter, e: Element) -> Node:
     """``FlorenceWait``."""
     return {"wait": c.value(e, "seconds", Kind.DURATION)}
 
 
 @_converts("FlorenceSet")
-def own_set(c: Converter, e: Element) -> Node:
+def florence_set(c: Converter, e: Element) -> Node:
     """``FlorenceSet``."""
     try:
         values = read_flow(f"{{{e.get('values')}}}")
@@ -736,7 +729,7 @@ def own_set(c: Converter, e: Element) -> Node:
 
 
 @_converts("FlorenceCondition")
-def own_condition(c: Converter, e: Element) -> Node:
+def florence_condition(c: Converter, e: Element) -> Node:
     """``FlorenceCondition``."""
     return {"condition": e.get("code")}
 
@@ -830,7 +823,7 @@ def if_then_else(c: Converter, e: Element) -> Node:
 
 @_converts("WhileDoElse")
 def while_do_else(c: Converter, e: Element) -> Node:
-    """``WhileDoElse``: decided anew with every tick."""
+    """``WhileDoElse``: decided again with every tick."""
     node = _branches(c, e)
     return {**node, "memory": "false"} if "if" in node else node
 
@@ -866,11 +859,11 @@ def switch(c: Converter, e: Element) -> Node:
         return c.stand_in(e, f"it needs a variable and {cases + 1} nodes below it")
     kind = c.kind(key)
     written = [e.get(f"case_{number}") for number in range(1, cases + 1)]
-    values = trusted_cases(e, written) or [_case_value(text, kind) for text in written]
+    values = matching_cases(e, written) or [_case_value(text, kind) for text in written]
     nodes = c.children(e)
     default = e.children[-1]
     if e.get(MARK) != "once" and c.changes_below(e, key):
-        return _looked_at_anew(c.key_name(key), values, kind, nodes)
+        return _reactive_switch(c.key_name(key), values, kind, nodes)
     node: Node = {"switch": f"${c.key_name(key)}", "cases": dict(zip(values, nodes, strict=False))}
     if len(node["cases"]) < cases:
         return c.stand_in(e, "two of its cases are equal")
@@ -884,7 +877,7 @@ def _case_value(text: str, kind: Kind | None) -> str:
     return value if isinstance(value, str) else text
 
 
-def _looked_at_anew(key: str, values: list[str], kind: Kind | None, nodes: list[Node]) -> Node:
+def _reactive_switch(key: str, values: list[str], kind: Kind | None, nodes: list[Node]) -> Node:
     """A switch whose variable may change while a branch runs: a chain of ``if`` without memory."""
     chain = nodes[-1]
     for value, node in reversed(list(zip(values, nodes, strict=False))):
@@ -1003,7 +996,7 @@ def _shortest_pace(c: Converter, earlier: list[Element]) -> str:
 def _started_again(c: Converter, earlier: list[Element], last: Element) -> Node:
     """The last node of a pipeline; it starts again when a key that it reads is given another value.
 
-    There a running node looks at its ports with every tick.
+    There a running node reads its ports with every tick.
     """
     written = {use.key for use in c.tree.uses_below(earlier) if use.access == WRITE}
     read = dict.fromkeys(use.key for use in c.tree.uses_below([last]) if use.access == READ)
@@ -1033,8 +1026,8 @@ def paced_child(c: Converter, e: Element) -> Node:
 
 @_converts("GoalUpdater")
 def goal_updater(c: Converter, e: Element) -> Node:
-    """Nav2's ``GoalUpdater``: hands a goal on, or a newer one that comes by a topic."""
-    c.lost(e, "newer goals that come by its topic are not heard; the goal is handed on as it is")
+    """Nav2's ``GoalUpdater``: passes a goal on, or a newer one that comes by a topic."""
+    c.lost(e, "newer goals that come by its topic are not received; the goal is passed on as it is")
     handed = {
         c.key_name(target): c.value(e, f"input_{what}", None)
         for what in ("goal", "goals")
@@ -1059,11 +1052,11 @@ def _ports_in_words(e: Element) -> str:
     return f"{' '.join(given)} left out" if given else "imported as a sequence"
 
 
-# ---- our own ------------------------------------------------------------------------------------------
+# ---- Florence nodes ------------------------------------------------------------------------------------
 
 
 @_converts("FlorenceFinally")
-def own_finally(c: Converter, e: Element) -> Node:
+def florence_finally(c: Converter, e: Element) -> Node:
     """``FlorenceFinally``."""
     if len(e.children) != 2:
         return c.stand_in(e, "it needs exactly 2 nodes below it")
@@ -1072,13 +1065,13 @@ def own_finally(c: Converter, e: Element) -> Node:
 
 
 @_converts("FlorenceParallel")
-def own_parallel(c: Converter, e: Element) -> Node:
+def florence_parallel(c: Converter, e: Element) -> Node:
     """``FlorenceParallel``."""
     return {"parallel": c.children(e), "policy": [name.strip() for name in e.get("names").split(";")]}
 
 
 @_converts("FlorenceSwitch")
-def own_switch(c: Converter, e: Element) -> Node:
+def florence_switch(c: Converter, e: Element) -> Node:
     """``FlorenceSwitch``."""
     try:
         cases = read_flow(f"[{e.get('cases')}]")
@@ -1158,7 +1151,7 @@ def run_once(c: Converter, e: Element) -> Node:
 
 @_converts("Precondition")
 def precondition(c: Converter, e: Element) -> Node:
-    """``Precondition``: asked before the child starts, not while it runs."""
+    """``Precondition``: evaluated before the child starts, not while it runs."""
     text = c.condition(e, e.get("if"))
     child = c.only_child(e)
     if text is None:
@@ -1173,7 +1166,7 @@ def precondition(c: Converter, e: Element) -> Node:
             return {"sequence": [waiting, child]}
         case "FAILURE":
             return {"if": text, "then": child, "else": {"fail": f"{text} does not hold"}}
-    return c.stand_in(e, f"else={e.get('else')!r} is no status")
+    return c.stand_in(e, f"else={e.get('else')!r} is not a status")
 
 
 @_converts("LoopInt", "LoopDouble", "LoopString", "LoopBool")
@@ -1210,11 +1203,11 @@ def without_equivalent(c: Converter, e: Element) -> Node:
     return c.stand_in(e, "no node of a mission does this")
 
 
-# ---- our own ------------------------------------------------------------------------------------------
+# ---- Florence nodes ------------------------------------------------------------------------------------
 
 
 @_converts("FlorenceRetry")
-def own_retry(c: Converter, e: Element) -> Node:
+def florence_retry(c: Converter, e: Element) -> Node:
     """``FlorenceRetry``."""
     node: Node = {"retry": c.value(e, "num_attempts", Kind.INTEGER)}
     codes = [code.strip() for code in e.get("on").split(";") if code.strip()]
@@ -1226,26 +1219,15 @@ def own_retry(c: Converter, e: Element) -> Node:
     return {**node, "do": c.only_child(e)}
 
 
-@_converts("FlorenceTimeout")
-def own_timeout(c: Converter, e: Element) -> Node:
-    """``FlorenceTimeout``."""
-    return {"timeout": c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
-
-
-@_converts("FlorenceDelay")
-def own_delay(c: Converter, e: Element) -> Node:
-    """``FlorenceDelay``."""
-    return {"delay": c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
-
-
-@_converts("FlorenceCooldown")
-def own_cooldown(c: Converter, e: Element) -> Node:
-    """``FlorenceCooldown``."""
-    return {"cooldown": c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
+@_converts("FlorenceTimeout", "FlorenceDelay", "FlorenceCooldown")
+def florence_timed(c: Converter, e: Element) -> Node:
+    """``FlorenceTimeout``, ``FlorenceDelay``, ``FlorenceCooldown``: durations that come from a key."""
+    kind = e.tag.removeprefix("Florence").lower()
+    return {kind: c.value(e, "seconds", Kind.DURATION), "do": c.only_child(e)}
 
 
 @_converts("FlorenceGuard")
-def own_guard(c: Converter, e: Element) -> Node:
+def florence_guard(c: Converter, e: Element) -> Node:
     """``FlorenceGuard``."""
     node = c.only_child(e)
     for guard in ("when", "unless", "while"):

@@ -8,8 +8,7 @@ writes it (inputs), and what it writes that its caller sees (outputs).
 from __future__ import annotations
 
 import re
-from bisect import bisect_left
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -61,7 +60,7 @@ class Use:
         port: The node and port that it stands in, when the kind must be guessed from all its uses.
         element: The element.
         pointed: Whether a port points to it; else it is a name in a script.
-        hint: The kind of what it is compared with, which counts when nothing else tells the kind.
+        hint: The kind of what it is compared with, which counts when nothing else gives the kind.
     """
 
     key: str
@@ -110,7 +109,7 @@ class Ports:
         return self.declarations.get(self.skill_of.get(name, name))
 
     def mapped_by_default(self, tree: str) -> dict[str, str]:
-        """The ports of a tree that go to a key, in the words of its model, where a call does not say."""
+        """The ports of a tree that go to a key, as its model says, where a call does not say."""
         model = self.models.get(tree)
         if model is None or model.category != "SubTree":
             return {}
@@ -179,7 +178,7 @@ def _set_blackboard(element: Element) -> Iterator[Use]:
         yield Use(source, READ, None, None, element)
     name = pointer(target, "output_key") or target
     if name:
-        yield Use(name, WRITE, None, ("SetBlackboard", f"{id(element)}"), element)
+        yield Use(name, WRITE, None, ("SetBlackboard", str(id(element))), element)
 
 
 def _florence(element: Element) -> Iterator[Use]:
@@ -272,46 +271,6 @@ CONCURRENT = frozenset(
 """Controls that go on with several of their nodes, or come back to earlier ones."""
 
 
-class Places:
-    """The numbers of all elements in the order of the file, and where the part below each ends.
-
-    Args:
-        root: The root of the tree.
-    """
-
-    def __init__(self, root: Element) -> None:
-        self._spans: dict[int, tuple[int, int]] = {}
-        self._outer: dict[int, Element | None] = {}
-        waiting: list[tuple[Element, Element | None, bool]] = [(root, None, False)]
-        begun: dict[int, int] = {}
-        count = 0
-        while waiting:
-            element, outer, is_done = waiting.pop()
-            if is_done:
-                self._spans[id(element)] = begun[id(element)], count
-                continue
-            begun[id(element)] = count
-            count += 1
-            self._outer[id(element)] = outer
-            inner = outer or (element if element.tag in CONCURRENT else None)
-            waiting.append((element, outer, True))
-            waiting.extend((child, inner, False) for child in reversed(element.children))
-
-    def numbers(self, elements: Iterable[Element]) -> list[int]:
-        """The numbers of some elements, in order."""
-        return sorted(self._spans[id(element)][0] for element in elements)
-
-    def any_below(self, numbers: list[int], element: Element) -> bool:
-        """Whether one of the numbered elements is an element or stands below it."""
-        first, end = self._spans[id(element)]
-        at = bisect_left(numbers, first)
-        return at < len(numbers) and numbers[at] < end
-
-    def concurrent_above(self, element: Element) -> Element | None:
-        """The outermost control above an element that goes on with several of its nodes."""
-        return self._outer[id(element)]
-
-
 Member = tuple[str, str, str]
 """``("key", tree, key)`` or ``("port", node, port)``."""
 
@@ -402,7 +361,7 @@ class TreeFacts:
         outputs: The keys that it writes and its callers see.
         written: All keys that it writes.
         guessed: The keys whose direction was guessed.
-        passed: The keys that trees called by it use without being told (see :meth:`Facts.mapping`).
+        passed: The keys that trees called by it use without a port of the call (see :meth:`Facts.mapping`).
         names: Our names of its keys.
     """
 
@@ -414,7 +373,7 @@ class TreeFacts:
     guessed: dict[str, Use] = field(default_factory=dict)
     passed: dict[str, None] = field(default_factory=dict)
     names: Names = field(default_factory=lambda: Names("key"))
-    _writers: dict[str, list[int]] | None = None
+    _writers: dict[str, set[Element]] | None = None
 
     @cached_property
     def pointed(self) -> frozenset[str]:
@@ -423,9 +382,9 @@ class TreeFacts:
         return frozenset(used | {key for call in self.calls for key in call.keys.values()})
 
     @cached_property
-    def calls_by_element(self) -> dict[int, SubTreeCall]:
-        """The calls by the identity of their elements."""
-        return {id(call.element): call for call in self.calls}
+    def calls_by_element(self) -> dict[Element, SubTreeCall]:
+        """The calls by their elements."""
+        return {call.element: call for call in self.calls}
 
     @cached_property
     def writing_ports(self) -> frozenset[tuple[str, str]]:
@@ -434,8 +393,20 @@ class TreeFacts:
         return frozenset(use.port for use in uses if use.port is not None and use.access == WRITE)
 
     @cached_property
-    def _places(self) -> Places:
-        return Places(self.tree.root)
+    def _parents(self) -> dict[Element, Element]:
+        return {child: parent for parent in self.tree.root.walk() for child in parent.children}
+
+    def _with_parents(self, element: Element) -> Iterator[Element]:
+        """An element and all above it, the innermost first."""
+        above: Element | None = element
+        while above is not None:
+            yield above
+            above = self._parents.get(above)
+
+    def _concurrent_above(self, element: Element) -> Element | None:
+        """The outermost control above an element that goes on with several of its nodes."""
+        _, *above = self._with_parents(element)
+        return next((each for each in reversed(above) if each.tag in CONCURRENT), None)
 
     def local(self, key: str, main: str | None) -> str:
         """A key as it is called in this tree: in the main tree the outermost blackboard is its own."""
@@ -464,25 +435,25 @@ class TreeFacts:
         """Whether something may write a key while a branch of an element runs: below it, or beside it."""
         if self._writers is None:
             self._writers = self._find_writers(facts)
-        found, beside = self._writers.get(key, []), self._places.concurrent_above(element)
-        return any(self._places.any_below(found, each) for each in (element, beside) if each is not None)
+        found = self._writers.get(key, set())
+        return element in found or self._concurrent_above(element) in found
 
-    def _find_writers(self, facts: Facts) -> dict[str, list[int]]:
-        """Each key with the places where it is written."""
-        found: dict[str, list[Element]] = {}
+    def _find_writers(self, facts: Facts) -> dict[str, set[Element]]:
+        """Each key with the elements that write it, and all above them."""
+        found: dict[str, set[Element]] = {}
         for event in self.events:
             for key in facts.writes(self.tree.name, event):
-                found.setdefault(key, []).append(event.element)
-        return {key: self._places.numbers(elements) for key, elements in found.items()}
+                found.setdefault(key, set()).update(self._with_parents(event.element))
+        return found
 
     def uses_below(self, elements: list[Element]) -> Iterator[Use]:
         """The uses of keys in some elements and below them."""
-        inside = {id(below) for element in elements for below in element.walk()}
-        return (e for e in self.events if isinstance(e, Use) and id(e.element) in inside)
+        inside = {below for element in elements for below in element.walk()}
+        return (e for e in self.events if isinstance(e, Use) and e.element in inside)
 
     def is_ticked_again(self, element: Element) -> bool:
         """Whether an element can be ticked after its end, but not by a ``PipelineSequence`` just above."""
-        above = self._places.concurrent_above(element)
+        above = self._concurrent_above(element)
         return above is not None and not (above.tag == "PipelineSequence" and element in above.children)
 
     @cached_property
@@ -522,7 +493,7 @@ class Facts:
         self.main = document.main
         self._classes = Classes()
         self._callers: dict[str, list[tuple[str, SubTreeCall]]] = {}
-        self._mappings: dict[int, dict[str, str]] = {}
+        self._mappings: dict[Element, dict[str, str]] = {}
         self._shared = 0
         self.trees: dict[str, TreeFacts] = {}
         guessed: dict[tuple[str, str], str] = {}
@@ -539,11 +510,11 @@ class Facts:
         self._collect_kinds()
 
     def kind(self, tree: str, key: str) -> Kind | None:
-        """The kind of a key, None when nothing tells it."""
+        """The kind of a key, None when it is not known."""
         return self._classes.kind(("key", tree, key))
 
     def port_kind(self, node: str, port: str) -> Kind | None:
-        """The kind of a port that no model describes, None when nothing tells it."""
+        """The kind of a port that no model describes, None when it is not known."""
         return self._classes.kind(("port", node, port))
 
     def declared(self, tree: str, direction: str) -> list[str]:
@@ -562,9 +533,9 @@ class Facts:
         Raises:
             ConfigError: All trees together share more keys than any program needs.
         """
-        known = self._mappings.get(id(call))
+        known = self._mappings.get(call.element)
         if known is None:
-            known = self._mappings[id(call)] = self._mapped(caller, call)
+            known = self._mappings[call.element] = self._mapped(caller, call)
             self._shared += len(known)
             if self._shared > MAX_SHARED:
                 place = call.element.position
@@ -681,18 +652,18 @@ def _settled(events: list[Use | SubTreeCall], guessed: dict[tuple[str, str], str
         guessed: The ports that were decided on before; further ones are added.
     """
     users: dict[str, set[tuple[str, str] | int]] = {}
-    last: dict[tuple[str, int], Use] = {}
+    last: dict[tuple[str, Element], Use] = {}
     written: set[str] = set()
-    for event in events:
+    for number, event in enumerate(events):
         if isinstance(event, Use):
-            users.setdefault(event.key, set()).add(event.port or id(event))
-            last[event.key, id(event.element)] = event
+            users.setdefault(event.key, set()).add(event.port or number)
+            last[event.key, event.element] = event
             access = guessed.get(event.port or ("", ""), event.access)
             written |= {event.key} if access == WRITE else set()
     settled: list[Use | SubTreeCall] = []
     for event in events:
         if isinstance(event, Use) and event.access == UNKNOWN and event.port is not None:
-            is_last = last[event.key, id(event.element)] is event
+            is_last = last[event.key, event.element] is event
             writes = is_last and event.key not in written and len(users[event.key]) > 1
             access = guessed.setdefault(event.port, WRITE if writes else READ)
             written |= {event.key} if access == WRITE else set()

@@ -66,7 +66,7 @@ def load_document(path: Path, notes: LossNotes) -> Document:
         notes: Receives what breaks the rules of the format, as errors, and what is left out.
 
     Raises:
-        ConfigError: The file, or one that it includes, cannot be read or is no XML.
+        ConfigError: The file, or one that it includes, cannot be read or is not XML.
     """
     if path.is_dir():
         return _load_folder(path, notes)
@@ -269,7 +269,7 @@ class _Loader:
             self._notes.notice(path, element.position, f"a <BehaviorTree> without ID is called {name!r} here")
         if name in document.trees:
             first = document.trees[name]
-            message = f"the tree {name!r} stands twice (first in {first.file}:{first.element.position.line})"
+            message = f"the tree {name!r} is duplicated (first in {first.file}:{first.element.position.line})"
             self._notes.error(path, element.position, message)
             return
         if len(element.children) != 1:

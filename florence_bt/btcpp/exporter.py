@@ -1,7 +1,8 @@
 """Missions to one XML file of BehaviorTree.CPP 4.
 
 What BehaviorTree.CPP can do is written with its own nodes, values in SI units. Beside it stand marks with the
-author's own words, which only our import reads. What it cannot do is one of our nodes (see ``nodes.xml``).
+author's own words, which only our import reads. What it cannot do is a ``Florence`` node (see
+``known_nodes.xml``).
 """
 
 from __future__ import annotations
@@ -91,12 +92,12 @@ def computed_inputs(mission: Mission) -> list[str]:
 def _computed_by(node: Node) -> Iterator[str]:
     for guard in (node.when, node.unless, node.holds):
         if guard is not None:
-            yield from _computed(guard.term, asked=True)
+            yield from _computed(guard.term, is_condition=True)
     match node:
         case model.Condition(condition=condition):
-            yield from _computed(condition.term, asked=True)
+            yield from _computed(condition.term, is_condition=True)
         case model.If(condition=Expression() as condition):
-            yield from _computed(condition.term, asked=True)
+            yield from _computed(condition.term, is_condition=True)
         case model.Switch(value=Reference(key=key)) if all(
             c.text in ("true", "false") for c, _ in node.cases
         ):
@@ -104,20 +105,20 @@ def _computed_by(node: Node) -> Iterator[str]:
         case model.Set(values=values):
             for _, value in values:
                 if isinstance(value, Expression):
-                    yield from _computed(value.term, asked=False)
+                    yield from _computed(value.term, is_condition=False)
 
 
-def _computed(term: Term, *, asked: bool) -> Iterator[str]:
+def _computed(term: Term, *, is_condition: bool) -> Iterator[str]:
     match term:
         case syntax.Key(key=key):
-            if asked:
+            if is_condition:
                 yield key
         case syntax.Binary(operator=operator, left=left, right=right) if operator in _COMPARISONS:
             for side in (left, right):
-                yield from _computed(side, asked=False)
+                yield from _computed(side, is_condition=False)
         case _:
             for part in parts_of(term):
-                yield from _computed(part, asked=True)
+                yield from _computed(part, is_condition=True)
 
 
 MAX_CASES = 6
@@ -179,13 +180,13 @@ class NodeWriter:
         try:
             guards = self._native_guards(node)
         except Inexpressible as error:
-            self._own_node(node, "FlorenceGuard", error.problem)
+            self._florence_node(node, "FlorenceGuard", error.problem)
             texts = {"when": node.when, "unless": node.unless, "while": node.holds}
             given = {name: guard.text for name, guard in texts.items() if guard is not None}
-            return _own("Decorator", "FlorenceGuard", given, [element])
+            return _florence("Decorator", "FlorenceGuard", given, [element])
         if node.holds is not None:
-            asked = self._condition(node.holds)
-            element = Element("ReactiveSequence", {MARK: "while"}, children=[asked, element])
+            condition = self._condition(node.holds)
+            element = Element("ReactiveSequence", {MARK: "while"}, children=[condition, element])
         element.attributes.update(guards)
         return element
 
@@ -234,11 +235,11 @@ class NodeWriter:
     def _parallel(self, node: model.Parallel) -> Element:
         children, policy = self._all(node.children), node.policy
         if policy.kind is PolicyKind.SELECTED:
-            self._own_node(
+            self._florence_node(
                 node, "FlorenceParallel", "BehaviorTree.CPP counts branches and does not name them"
             )
             names = ";".join(name.text for name in policy.names)
-            return _own("Control", "FlorenceParallel", {"names": names}, children)
+            return _florence("Control", "FlorenceParallel", {"names": names}, children)
         count = len(children)
         succeed = policy.successes_needed(count)
         fail = count if policy.kind is PolicyKind.ANY else 1
@@ -249,30 +250,34 @@ class NodeWriter:
 
     def _if(self, node: model.If) -> Element:
         if isinstance(node.condition, Node):
-            asked = self.node(node.condition)
+            condition = self.node(node.condition)
         else:
-            asked = self._asked(node, node.condition)
+            condition = self._condition_node(node, node.condition)
         otherwise = self.node(node.otherwise) if node.otherwise is not None else Element("AlwaysSuccess", {})
         tag = "IfThenElse" if node.memory else "WhileDoElse"
-        return Element(tag, {}, children=[asked, self.node(node.then), otherwise])
+        return Element(tag, {}, children=[condition, self.node(node.then), otherwise])
 
-    def _asked(self, node: Node, expression: Expression) -> Element:
+    def _condition_node(self, node: Node, expression: Expression) -> Element:
         try:
             return self._condition(expression)
         except Inexpressible as error:
-            self._own_node(node, "FlorenceCondition", error.problem)
-            return _own("Condition", "FlorenceCondition", {"code": expression.text})
+            self._florence_node(node, "FlorenceCondition", error.problem)
+            return _florence("Condition", "FlorenceCondition", {"code": expression.text})
 
     def _switch(self, node: model.Switch) -> Element:
         texts = [case.text for case, _ in node.cases]
         children = [self.node(child) for _, child in node.cases]
         native = isinstance(node.value, Reference) and 2 <= len(texts) <= MAX_CASES
         if not native or any(case.quoted or "{" in case.text for case, _ in node.cases):
-            self._own_node(node, "FlorenceSwitch", f"a Switch takes a key and 2 to {MAX_CASES} plain cases")
+            self._florence_node(
+                node, "FlorenceSwitch", f"a Switch takes a key and 2 to {MAX_CASES} plain cases"
+            )
             cases = write_flow([flow_value(case) for case, _ in node.cases])[1:-1]
             default = [self.node(node.default)] if node.default is not None else []
             value = port_attribute(node.value, None)
-            return _own("Control", "FlorenceSwitch", {"value": value, "cases": cases}, [*children, *default])
+            return _florence(
+                "Control", "FlorenceSwitch", {"value": value, "cases": cases}, [*children, *default]
+            )
         if node.default is not None:
             children.append(self.node(node.default))
         else:
@@ -308,7 +313,7 @@ class NodeWriter:
                 return self._retry(node, children)
             case model.Repeat(rounds=rounds):
                 if not isinstance(rounds, Literal | Reference):
-                    self._differs(node, "a number of rounds that is computed is no literal of a Repeat")
+                    self._differs(node, "a Repeat cannot compute its number of rounds")
                 return Element(
                     "Repeat", {"num_cycles": port_attribute(rounds, Kind.INTEGER)}, children=children
                 )
@@ -317,9 +322,9 @@ class NodeWriter:
             case model.Delay(duration=duration):
                 return self._timed(node, duration, ("Delay", "delay_msec"), "FlorenceDelay", children)
             case model.Cooldown(duration=duration):
-                self._own_node(node, "FlorenceCooldown", "BehaviorTree.CPP has no cool-down")
+                self._florence_node(node, "FlorenceCooldown", "BehaviorTree.CPP has no cool-down")
                 seconds = {"seconds": port_attribute(duration, Kind.DURATION)}
-                return _own("Decorator", "FlorenceCooldown", seconds, children)
+                return _florence("Decorator", "FlorenceCooldown", seconds, children)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
     def _retry(self, node: model.Retry, children: list[Element]) -> Element:
@@ -327,14 +332,14 @@ class NodeWriter:
         plain = isinstance(node.attempts, Literal | Reference)
         if plain and not node.on and node.attempt_key is None:
             return Element("RetryUntilSuccessful", attributes, children=children)
-        self._own_node(
+        self._florence_node(
             node, "FlorenceRetry", "RetryUntilSuccessful knows no failure codes and no number of the attempt"
         )
         if node.on:
             attributes["on"] = ";".join(code.text for code in node.on)
         if node.attempt_key is not None:
             attributes["attempt"] = f"{{{node.attempt_key.text}}}"
-        return _own("Decorator", "FlorenceRetry", attributes, children)
+        return _florence("Decorator", "FlorenceRetry", attributes, children)
 
     def _timed(
         self, node: Node, duration: Value, native: tuple[str, str], own: str, children: list[Element]
@@ -342,16 +347,16 @@ class NodeWriter:
         milliseconds = _milliseconds(duration)
         if milliseconds is not None:
             return Element(native[0], {native[1]: str(milliseconds)}, children=children)
-        self._own_node(node, own, f"{native[0]} takes whole milliseconds, and keys hold seconds")
+        self._florence_node(node, own, f"{native[0]} takes whole milliseconds, and keys hold seconds")
         category = "Decorator" if children else "Action"
-        return _own(category, own, {"seconds": port_attribute(duration, Kind.DURATION)}, children)
+        return _florence(category, own, {"seconds": port_attribute(duration, Kind.DURATION)}, children)
 
     # ---- leaves ----------------------------------------------------------------------------------------
 
     def _leaf(self, node: Node) -> Element:
         match node:
             case model.Condition(condition=condition):
-                return self._asked(node, condition)
+                return self._condition_node(node, condition)
             case model.Wait(duration=duration):
                 return self._timed(node, duration, ("Sleep", "msec"), "FlorenceWait", [])
             case model.Fail(reason=reason, code=code):
@@ -372,8 +377,8 @@ class NodeWriter:
         try:
             attributes = {"code": set_script(node.values)}
         except Inexpressible as error:
-            self._own_node(node, "FlorenceSet", error.problem)
-            return _own("Action", "FlorenceSet", {"values": text})
+            self._florence_node(node, "FlorenceSet", error.problem)
+            return _florence("Action", "FlorenceSet", {"values": text})
         if any(needs_mark(value) for _, value in node.values):
             attributes[f"{MARK}_set"] = text
         return Element("Script", attributes)
@@ -395,7 +400,7 @@ class NodeWriter:
         attributes = {"ID": called.name, **self._given(node, node.inputs, called.inputs)}
         for name in computed_inputs(called):
             if not attributes.get(name, "").startswith("{"):
-                message = f"{name}: BehaviorTree.CPP hands a text over, and {called.name} computes with it"
+                message = f"{name}: BehaviorTree.CPP passes a text, and {called.name} computes with it"
                 self._differs(node, message, ["a key that holds the value"])
         for output, key in node.outputs:
             if output.text in attributes:
@@ -417,7 +422,7 @@ class NodeWriter:
 
     # ---- notes -----------------------------------------------------------------------------------------
 
-    def _own_node(self, node: Node, name: str, reason: str) -> None:
+    def _florence_node(self, node: Node, name: str, reason: str) -> None:
         message = f"{reason}; written as {name}, which must be registered with BehaviorTree.CPP"
         self._notes.notice(self._mission.file, node.position, message)
 
@@ -426,7 +431,7 @@ class NodeWriter:
 
 
 def _milliseconds(duration: Value) -> int | None:
-    """A duration that is written out, in milliseconds; None when it is none or not whole."""
+    """A duration that is written out, in milliseconds; None when it is not, or not whole."""
     if not isinstance(duration, Literal):
         return None
     seconds = read_value(duration.text, Kind.DURATION)
@@ -444,14 +449,14 @@ def _named(attributes: dict[str, str], name: str) -> dict[str, str]:
     return {**first, "name": name, **{key: value for key, value in attributes.items() if key != "ID"}}
 
 
-def _own(
+def _florence(
     category: str, name: str, attributes: dict[str, str], children: list[Element] | None = None
 ) -> Element:
     return Element(category, {"ID": name, **attributes}, children=children or [])
 
 
 def _control(name: str, children: list[Element]) -> Element:
-    return _own("Control", name, {}, children)
+    return _florence("Control", name, {}, children)
 
 
 @dataclass(frozen=True)

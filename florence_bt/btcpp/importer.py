@@ -62,7 +62,7 @@ def import_trees(
         The mission files; none when there are errors among the findings.
 
     Raises:
-        ConfigError: A file cannot be read or is no XML.
+        ConfigError: A file cannot be read or is not XML.
     """
     notes = LossNotes()
     document = load_document(path, notes)
@@ -198,7 +198,7 @@ class _Import:
                 self._notes.notice(facts.tree.file, use.element.position, message)
 
     def _note_literals(self, element: Element) -> None:
-        """The kinds of literals tell the kinds of ports that no model describes."""
+        """The kinds of literals give the kinds of ports that no model describes."""
         if category_of(element.tag) is not None or element.tag == "SubTree":
             return
         node = registration(element)

@@ -52,7 +52,7 @@ def read_flow(text: str) -> Any:
     """Read what :func:`write_flow` wrote.
 
     Raises:
-        ConfigError: It is no YAML of that kind.
+        ConfigError: It is not YAML of that kind.
     """
     try:
         return _plain(parse_source(text.encode(), Path("value")))

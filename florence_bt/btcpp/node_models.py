@@ -99,7 +99,7 @@ def _port(element: Element) -> PortModel:
 
 
 def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
-    """The kind for a C++ type and a unit, None when there is none."""
+    """The kind for a C++ type and a unit, None when there is not one."""
     with_unit = next((kind for kind, text in KIND_UNITS.items() if text == f"[{unit}]"), None)
     name = type_name.strip().removeprefix("BT::")
     if name in ("double", "float", "long double"):

@@ -36,14 +36,14 @@ def skip_script(when: Term | None, unless: Term | None) -> str:
     return parts[0] if len(parts) == 1 else " || ".join(f"({part})" for part in parts)
 
 
-def trusted(element: Element, mark: str, script: str) -> str | None:
+def matching_expression(element: Element, mark: str, script: str) -> str | None:
     """The expression of a mark, None when there is none or it does not say what the script says."""
     text = element.get(mark)
     term = _term(text)
     return text if term is not None and _says(lambda: script_of(term), script) else None
 
 
-def trusted_guards(element: Element) -> dict[str, str] | None:
+def matching_guards(element: Element) -> dict[str, str] | None:
     """``when`` and ``unless`` of the marks, None when they do not say what ``_skipIf`` says."""
     texts = {
         name: element.get(f"{MARK}_{name}") for name in ("when", "unless") if element.get(f"{MARK}_{name}")
@@ -69,7 +69,7 @@ def _says(script: Callable[[], str], written: str) -> bool:
         return False  # not what our export would have written
 
 
-def trusted_values(element: Element) -> Any:
+def matching_values(element: Element) -> Any:
     """The values of our own mark on a ``Script``, None when they do not say what the script says."""
     text = element.get(f"{MARK}_set")
     if not text:
@@ -85,7 +85,7 @@ def trusted_values(element: Element) -> Any:
     return values if _says(lambda: set_script(node.values), element.get("code")) else None
 
 
-def trusted_cases(element: Element, written: list[str]) -> list[str] | None:
+def matching_cases(element: Element, written: list[str]) -> list[str] | None:
     """The cases of our own mark on a ``Switch``, None when they are not those that stand in the file."""
     try:
         cases = read_flow(f"[{element.get(f'{MARK}_cases')}]")

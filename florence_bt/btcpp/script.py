@@ -116,16 +116,16 @@ def parse_script(text: str) -> list[ScriptExpr]:
     """Parse a script: statements with ``;`` between them.
 
     Raises:
-        ConfigError: It is no script. The error has no place in the file.
+        ConfigError: It is not a script. The error has no place in the file.
     """
     return _Parser(text).statements()
 
 
 def parse_condition(text: str) -> ScriptExpr:
-    """Parse a script whose value is asked for, such as ``_skipIf``.
+    """Parse a script that is one expression, such as ``_skipIf``.
 
     Raises:
-        ConfigError: It is no script, or not exactly one statement.
+        ConfigError: It is not a script, or not exactly one statement.
     """
     statements = parse_script(text)
     if len(statements) != 1:
@@ -137,7 +137,7 @@ def order_matters(text: str) -> bool:
     """Whether a script has a sum or product that versions before 4.9 compute otherwise: from the right.
 
     Raises:
-        ConfigError: It is no script. The error has no place in the file.
+        ConfigError: It is not a script. The error has no place in the file.
     """
     parser = _Parser(text)
     parser.statements()
@@ -164,16 +164,16 @@ def names_in(code: ScriptExpr) -> Iterator[tuple[str, bool]]:
             yield name, True
 
 
-def hints_in(code: ScriptExpr, *, asked: bool = True) -> Iterator[tuple[str, Kind]]:
-    """What the names in a piece of script seem to be: truth values where they are asked, else what they are
+def hints_in(code: ScriptExpr, *, is_condition: bool = True) -> Iterator[tuple[str, Kind]]:
+    """What the names in a script seem to be: truth values where they are conditions, else what they are
     compared with.
 
     Args:
         code: The script.
-        asked: Whether it is asked whether it holds.
+        is_condition: Whether the script is a condition.
     """
     match code:
-        case NameExpr(name=name) if asked:
+        case NameExpr(name=name) if is_condition:
             yield name, Kind.BOOLEAN
         case UnaryExpr(operator="!", operand=operand):
             yield from hints_in(operand)
@@ -185,9 +185,9 @@ def hints_in(code: ScriptExpr, *, asked: bool = True) -> Iterator[tuple[str, Kin
                 kind = literal_kind(other)
                 if isinstance(one, NameExpr) and kind is not None:
                     yield one.name, kind
-                yield from hints_in(one, asked=False)
+                yield from hints_in(one, is_condition=False)
         case AssignmentExpr(value=value):
-            yield from hints_in(value, asked=False)
+            yield from hints_in(value, is_condition=False)
 
 
 def literal_kind(code: ScriptExpr) -> Kind | None:
@@ -361,14 +361,14 @@ class Scope(Protocol):
     """What is known about the names of a tree."""
 
     def key(self, foreign: str) -> str | None:
-        """Our name of a key, None when the name is no key (an enumeration value)."""
+        """Our name of a key, None when the name is not a key (an enumeration value)."""
 
     def kind(self, foreign: str) -> Kind | None:
         """The kind of a key, None when it is not known."""
 
 
 def condition_text(code: ScriptExpr, scope: Scope) -> str:
-    """A script that is asked whether it holds as the text of an expression.
+    """A script that is a condition as the text of an expression.
 
     Raises:
         ConfigError: A part of it has no equivalent. The error has no place.
@@ -377,7 +377,7 @@ def condition_text(code: ScriptExpr, scope: Scope) -> str:
 
 
 def value_text(code: ScriptExpr, scope: Scope, wanted: Kind | None) -> str:
-    """A script whose value is asked for as the text of an expression.
+    """A script that is a value as the text of an expression.
 
     Args:
         code: The script.
@@ -589,7 +589,7 @@ def value_script(value: Value) -> str:
 
 
 def needs_mark(value: Value) -> bool:
-    """Whether a script does not tell the whole value, because its numbers have no units."""
+    """Whether a script loses a part of the value, because its numbers have no units."""
     match value:
         case Literal(text=text, quoted=quoted):
             return not quoted and guess_value(text)[0] in (*UNITS, Kind.NUMBER)
@@ -599,7 +599,7 @@ def needs_mark(value: Value) -> bool:
 
 
 def term_needs_mark(term: Term) -> bool:
-    """Whether a script does not tell the whole expression."""
+    """Whether a script loses a part of the expression."""
     if isinstance(term, Constant):
         return term.kind in UNITS or term.kind is Kind.NUMBER
     return any(term_needs_mark(part) for part in parts_of(term))

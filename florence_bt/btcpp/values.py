@@ -59,7 +59,7 @@ def script_number(value: Any) -> str:
 
 
 def read_number(text: str) -> int | float | None:
-    """A finite number as C++ reads it, None when the text is none."""
+    """A finite number as C++ reads it, None when the text is not one."""
     if _WHOLE.fullmatch(text):
         return int(text)
     try:
@@ -70,7 +70,7 @@ def read_number(text: str) -> int | float | None:
 
 
 def read_truth(text: str) -> bool | None:
-    """A truth value as BehaviorTree.CPP reads it, None when the text is none."""
+    """A truth value as BehaviorTree.CPP reads it, None when the text is not one."""
     word = text.strip().lower()
     return True if word in _TRUE else False if word in _FALSE else None
 
@@ -169,7 +169,7 @@ def _pose(text: str) -> tuple[Any, str]:
 
 
 def _wrong_value(text: str, kind: Kind) -> tuple[Any, str]:
-    return text_value(text, None), f"{text!r} is no {kind.value}"
+    return text_value(text, None), f"{text!r} is not of the kind {kind.value}"
 
 
 def port_attribute(value: Value, kind: Kind | None) -> str:

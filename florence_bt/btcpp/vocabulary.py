@@ -19,13 +19,13 @@ MARK = "_florence"
 """The attribute with an expression as it stands in a mission."""
 
 PRE_CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_onlyIf", "_while", "_onStart")
-"""In the order in which they are looked at; ``_onlyIf`` and ``_onStart`` came with version 4.11."""
+"""In the order of their evaluation; ``_onlyIf`` and ``_onStart`` came with version 4.11."""
 POST_CONDITIONS = ("_onHalted", "_onFailure", "_onSuccess", "_post")
 
 FOREVER = 1_000_000_000
-"""How often something is done for ever: 31 years at one a second."""
+"""The number of rounds that stands for an endless loop: 31 years at one a second."""
 POLL = "10 ms"
-"""BehaviorTree.CPP's own pause between two ticks; ours when something is tried for ever."""
+"""BehaviorTree.CPP's own pause between two ticks; ours in an endless loop."""
 
 V3_NAMES = {
     "SequenceStar": "SequenceWithMemory",

@@ -163,7 +163,7 @@ class Coverage:
             self.codes.setdefault(key, set()).add(call.result.code)
         if any((call.place.path, outcome) in outcomes for outcome in (SUCCESS, FAILURE, STOPPED)):
             return
-        # A clean-up beside the tree: no event tells the statuses of its nodes.
+        # A clean-up beside the tree: no event has the statuses of its nodes.
         ended = SUCCESS if call.result.succeeded else STOPPED if call.cancelled else FAILURE
         self._add(call.place, ended)
 

@@ -48,7 +48,7 @@ class Place:
     Attributes:
         path: The names from the root down, joined with ``/``, as in events and dumps.
         shown: The same with the names of missions and skills, for people.
-        short: As little of it as tells the node from the others, as a pattern.
+        short: The shortest part that names no other node, as a pattern.
         segments: The same for matching.
         skill: The skill that it runs, None for every other node.
         outputs: The outputs of the skill that the mission uses.
@@ -220,7 +220,7 @@ class Pattern:
         return sum("*" not in name for name in names), sum(len(name.replace("*", "")) for name in names)
 
     def matches(self, place: Place) -> bool:
-        """Whether a node is meant."""
+        """Whether the pattern matches a node."""
         verdict = place.verdicts.get(self.text)
         if verdict is None:
             verdict = place.verdicts[self.text] = _matches(self.parts, place.segments)

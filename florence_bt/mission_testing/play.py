@@ -173,7 +173,7 @@ class Play:
         """The run has this status."""
         wanted = status.upper()
         if wanted not in RunStatus.__members__:
-            raise ConfigError(f"{status!r} is not a status of a run", valid=RunStatus.__members__)
+            raise ConfigError(f"{status!r} is nott a status of a run", valid=RunStatus.__members__)
         if self.status != wanted:
             self.fail(f"{self.run.mission} is {self._state_text()}, not {wanted}")
         return self
@@ -296,7 +296,7 @@ class Play:
         """The trace is this; arguments as of :meth:`trace`. Its lines may name nodes by patterns.
 
         Raises:
-            ConfigError: A line is no line of a trace, or names no node of the mission.
+            ConfigError: A line is not a line of a trace, or names no node of the mission.
         """
         wanted = [read_line(line) for line in _lines(expected) if line.strip()]
         for line in wanted:

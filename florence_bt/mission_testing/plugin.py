@@ -171,7 +171,7 @@ def _coverage(config: pytest.Config) -> Coverage:
 
 
 def _coverage_report(config: pytest.Config) -> tuple[str, str]:
-    """The coverage as a text, and what is wrong with it; empty when nobody asked or nothing was played."""
+    """The coverage as a text, and what is wrong with it; empty when not wanted or nothing was played."""
     wanted, least = config.getoption("florence_coverage"), config.getoption("florence_min_coverage")
     if (not wanted and least is None) or _COVERAGE not in config.stash:
         return "", ""
@@ -184,7 +184,7 @@ def _coverage_report(config: pytest.Config) -> tuple[str, str]:
     reports = coverage.report(libraries.declarations)
     share = total_of(reports).percent
     enough = least is None or share >= least
-    problem = "" if enough else f"the coverage is {share:.1f} %, below the {least:g} % that are asked for"
+    problem = "" if enough else f"the coverage is {share:.1f} %, below the required {least:g} %"
     return coverage_text(reports, codes=wanted) if wanted or problem else "", problem
 
 
@@ -213,5 +213,5 @@ def florence(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stage]:
     stage = Stage(folders, scratch=tmp_path)
     failed_before = request.session.testsfailed
     yield stage
-    if request.session.testsfailed == failed_before:  # else the test has told it, or something worse
+    if request.session.testsfailed == failed_before:  # else the test has reported it, or something worse
         stage.check_mocks()

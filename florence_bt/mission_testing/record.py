@@ -86,11 +86,11 @@ class NodeRecord:
                 self._note_node(event, tick)
             case EventKind.BROKEN:
                 detail = str(event.data.get("detail", ""))
-                # The test is told of those in their own words.
+                # The test reports those itself.
                 if "MockError" not in detail:
                     self.broken.append(detail)
             case EventKind.STOP_ASKED | EventKind.ENDED:
-                # The tree is stopped as a whole; no event tells it of each node.
+                # The tree is stopped as a whole; there is no event for each node.
                 running = [path for path, status in self.statuses.items() if status == RUNNING]
                 self.outcomes.update((path, STOPPED) for path in running)
 
@@ -185,8 +185,8 @@ def same_trace(wanted: Sequence[TraceLine], actual: Sequence[StatusChange]) -> b
 def aligned(
     wanted: Sequence[TraceLine], actual: Sequence[StatusChange], places: Iterable[Place]
 ) -> list[str]:
-    """The expected lines in the words of the actual trace, as far as they agree, so that a difference shows
-    only what differs.
+    """The expected lines, written as in the actual trace where they agree, so that a difference shows only
+    what differs.
     """
     places = list(places)
     lines, rest = [], list(actual)

@@ -87,7 +87,7 @@ class Stage:
             The name of the mission; of a folder its name.
 
         Raises:
-            ConfigError: It cannot be read; the error tells the first thing that is wrong with it.
+            ConfigError: It cannot be read; the error has the first thing that is wrong with it.
         """
         if isinstance(mission, str) and "\n" in mission:
             return self.load(self._write(mission))
@@ -122,7 +122,7 @@ class Stage:
         return self._board.add(pattern, script)
 
     def defaults(self, mocks: Mapping[str, Script] | None = None, /, **more: Script) -> None:
-        """Mocks that stand back behind those of :meth:`mock` and need not be used by every mission."""
+        """Mocks that are used when none of :meth:`mock` matches; a mission need not use them."""
         for pattern, script in {**(mocks or {}), **more}.items():
             self._board.add(pattern, script, default=True)
 
@@ -250,7 +250,7 @@ class Stage:
             self._wait(lambda: bool(what()), wanted, "did not come to what was waited for", limit)
             return wanted
         if status.upper() not in STATUSES:
-            raise ConfigError(f"{status!r} is not a status of a node", valid=STATUSES)
+            raise ConfigError(f"{status!r} is nott a status of a node", valid=STATUSES)
         paths = [place.path for place in wanted.check_pattern(what)]
         statuses = wanted.record.statuses
 
@@ -260,14 +260,14 @@ class Stage:
         self._wait(reached, wanted, f"ended before {what!r} was {status.upper()}", limit)
         return wanted
 
-    # ---- what people do meanwhile ---------------------------------------------------------------------
+    # ---- what people do during a run ---------------------------------------------------------------------
 
-    def stop(self, reason: str = "the test said so", play: Play | None = None) -> None:
+    def stop(self, reason: str = "requested by the test", play: Play | None = None) -> None:
         """Stop a run, the current one when not given."""
         self.executor.stop(reason, play.run.run_id if play else None)
         self.settle()
 
-    def pause(self, reason: str = "the test said so") -> None:
+    def pause(self, reason: str = "requested by the test") -> None:
         """Pause the current run."""
         self.executor.pause(reason)
         self.settle()
@@ -277,7 +277,7 @@ class Stage:
         self.executor.resume()
         self.settle()
 
-    def override(self, reason: str = "the test said so") -> None:
+    def override(self, reason: str = "requested by the test") -> None:
         """Stop everything and let nothing start, as the manual override does."""
         self.executor.override(reason)
         self.settle()
@@ -315,7 +315,7 @@ class Stage:
             self._maps = MissionMaps()
 
     def _readable(self, mission: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """The inputs with poses in every form that tests may write; what is wrong with them is told later."""
+        """The inputs with poses in every form of tests; what is wrong with them is reported later."""
         ports = self.library.get(mission).inputs
         given = dict(inputs)
         for name, value in inputs.items():
@@ -355,8 +355,8 @@ class Stage:
             return ": it is paused; resume() lets it go on"
         waiting = [call.place.short for call in play.calls() if call.ended is None]
         if waiting:
-            return f": nothing will happen any more, {' and '.join(waiting)} never end by themselves"
-        return "" if play.done else ": nothing will happen any more"
+            return f": nothing more will happen: {' and '.join(waiting)} never end by themselves"
+        return "" if play.done else ": nothing more will happen"
 
     def _find_place(self, path: str) -> Place:
         play = self._by_id.get(self._run_id())

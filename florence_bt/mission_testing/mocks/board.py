@@ -13,9 +13,8 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
+from florence_bt.mission_testing.mocks.mocks import Routine, RoutineRun, ScriptedRun, Step, broken_function
 from florence_bt.mission_testing.mocks.replies import Reply
-from florence_bt.mission_testing.mocks.routine import Routine, RoutineRun, broken_function
 from florence_bt.mission_testing.mocks.scripts import Function, Item, Script, item_per_call, items_of, to_step
 from florence_bt.mission_testing.paths import (
     MissionMap,
@@ -68,8 +67,8 @@ class Mock:
 
     Attributes:
         pattern: The skills or nodes that it answers.
-        default: Whether it stands back behind every mock that is none, and need not be used.
-        items: What its calls get, in turn; empty when a function decides.
+        default: Whether every mock that is not a default comes before it, and it need not be used.
+        items: What its calls get, one after the other; empty when a function decides.
         function: The function that decides, or None.
         calls: The calls that it answered.
         asked: Whether a call came to it at all.

@@ -16,7 +16,7 @@ from florence_bt.mission_testing.values import read_duration, read_port
 ALWAYS = -1
 """The count of a reply that is given to every further call."""
 AGAIN = -2
-"""The count of a last reply that is given once, after which the script begins anew."""
+"""The count of a last reply that is given once, after which the script starts from the beginning."""
 
 
 class Ending(enum.Enum):
@@ -76,16 +76,6 @@ class Reply:
     bound: dict[str, tuple[SkillDeclaration, Step]] = field(
         init=False, default_factory=dict, repr=False, compare=False
     )
-
-    def twice(self) -> Reply:
-        """The same for two calls."""
-        return replace(self, times=2)
-
-    def repeated(self, times: int) -> Reply:
-        """The same for a number of calls."""
-        if times < 1:
-            raise ConfigError(f"a reply cannot be given {times} times", valid=["1 or more"])
-        return replace(self, times=times)
 
 
 def succeed(

@@ -41,7 +41,7 @@ from florence_bt.mission_testing.values import read_duration
 
 Function = Callable[[Inputs], Any]
 """A mock as a function: from the inputs of a call to a text, a reply, outputs or a result; or a generator
-(:mod:`florence_bt.mission_testing.mocks.routine`)."""
+(:class:`florence_bt.mission_testing.mocks.mocks.RoutineRun`)."""
 Item = Reply | Step | Result
 """What one call gets."""
 Script = str | Item | Function | Sequence[str | Item]
@@ -244,7 +244,7 @@ class _ScriptParser:
                 "for 10 s",
                 "always",
             )
-            raise ScriptError(f"{word!r} cannot stand behind the end of a step", start, valid or further)
+            raise ScriptError(f"{word!r} cannot follow the end of a step", start, valid or further)
 
 
 def _in_brackets(text: str, start: int) -> tuple[int, list[tuple[int, str]]]:

@@ -38,7 +38,7 @@ class MockEntry:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """Something that happens while a mission runs.
+    """An event while a mission runs.
 
     Attributes:
         kind: The key under ``when``.

@@ -91,7 +91,7 @@ _RUN_CODES = frozenset({"internal_error", "timed_out", "spinning", "failed", "ca
 """Codes with which the executor itself ends a run, whatever its mission is."""
 _STOPS = ("stop", "override", "start")
 """What can stop a run: a start may preempt it."""
-_REASON = "the scenario said so"
+_REASON = "requested by the scenario"
 _THEN = ("then: {status: SUCCEEDED}",)
 _SCRIPTS = ("SUCCESS", "running 3 s, then FAILURE no_path twice, then SUCCESS")
 _WORD = re.compile(r"\w+")
@@ -164,7 +164,7 @@ class SourceReader:
     ) -> Iterator[tuple[Text, Source]]:
         """The entries of a table, none when nothing was written.
 
-        A text that fell apart at its commas, because it needs quotes there, is noted and put together. (A
+        An unquoted comma splits a text into several keys: that is noted, and the text is put together. (A
         single word behind a comma may be a key without its colon, and so may one of the ``keys``.) What is
         not a table is noted, with ``valid`` as what would have worked.
         """
@@ -446,7 +446,7 @@ def read_mocks(
             continue
         users: Users = [(reader.declarations[place.skill], place) for place in found or () if place.skill]
         if "*" in key.text.split("/")[-1]:
-            users = []  # other mocks may answer for some of them; the start of the mission tells
+            users = []  # other mocks may answer for some of them; the start of the mission decides
         if not users and key.text in reader.declarations:
             users = [(reader.declarations[key.text], None)]
         make = _read_mock(reader, value, users)
@@ -580,7 +580,7 @@ class WhenReader:
         word, _, rest = item.text.strip().partition(" ") if isinstance(item, Text) else ("", "", "")
         if not word or word in WHEN_KEYS:
             valid = [f"{word}: {rest}".strip()] if word else ["advance: 3 s", "stop:"]
-            self._reader.problem(item.position, "something that happens must be a table (key: value)", valid)
+            self._reader.problem(item.position, "an event must be a table (key: value)", valid)
         else:
             self._unknown(item.position, f"{word} {rest}".strip())
 
@@ -588,13 +588,13 @@ class WhenReader:
         word, _, rest = name.partition(" ")
         known = (*WHEN_KEYS, "at")
         valid = (f"{word}: {rest}",) if word in known and rest else closest_first(name, known)
-        self._reader.problem(position, f"nothing that happens is called {name!r}", valid)
+        self._reader.problem(position, f"there is no event {name!r}", valid)
 
     def _kind(self, table: Table) -> str | None:
         """The key that says what happens; ``at`` when only time passes."""
         kinds = [key for key, _ in table.entries if key.text in WHEN_KEYS]
         if len(kinds) > 1:
-            message = f"{kinds[1].text!r} cannot stand beside {kinds[0].text!r}"
+            message = f"{kinds[1].text!r} cannot be combined with {kinds[0].text!r}"
             valid = [f"an entry of its own: - {kinds[1].text}: ..."]
             self._reader.problem(kinds[1].position, message, valid)
             return None

@@ -1,7 +1,7 @@
 """JSON Schema of scenario files, so that editors complete and check them while they are written.
 
 What a schema cannot say (whether a pattern matches a node, whether a code belongs to a skill) is left to
-``florence test``, which tells it with its place before anything is played.
+``florence test``, which reports it with its place before anything is played.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def test_coverage_and_its_minimum(florence):
     assert florence("good.yaml", "--min-coverage", "37").exit_code == OK
     done = florence("good.yaml", "--min-coverage", "38")
     assert done.exit_code == FAILED
-    assert "the coverage is 37.5 %, below the 38 % that are asked for" in done.stdout
+    assert "the coverage is 37.5 %, below the required 38 %" in done.stdout
     assert florence("good.yaml", "--min-coverage", "101").exit_code == USAGE
 
 
