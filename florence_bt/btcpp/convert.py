@@ -13,9 +13,9 @@ from florence_bt.btcpp.custom_nodes import CustomNode, CustomNodes
 from florence_bt.btcpp.data_flow import (
     READ,
     WRITE,
-    Facts,
+    DataFlow,
     Ports,
-    TreeFacts,
+    TreeFlow,
     pointer,
     port_of_skill,
     registration,
@@ -198,8 +198,8 @@ class Converter:
 
     def __init__(
         self,
-        facts: Facts,
-        tree: TreeFacts,
+        facts: DataFlow,
+        tree: TreeFlow,
         ports: Ports,
         custom: CustomNodes,
         missions: Mapping[str, str],

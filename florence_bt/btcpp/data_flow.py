@@ -50,7 +50,7 @@ _NO_PORTS = ("ID", "name", "_autoremap")
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
+class KeyUse:
     """One use of a key.
 
     Attributes:
@@ -144,7 +144,7 @@ def port_of_skill(skill: SkillDeclaration, port: str) -> tuple[Port | None, str]
     return (skill.outputs[bare], "out") if bare in skill.outputs and bare in skill.inputs else (None, "in")
 
 
-def uses_of(element: Element, ports: Ports) -> Iterator[Use]:
+def uses_of(element: Element, ports: Ports) -> Iterator[KeyUse]:
     """The keys that one element uses by itself, in the order of time; calls of subtrees are left out."""
     for name in PRE_CONDITIONS:
         yield from script_uses(element.get(name), element)
@@ -153,7 +153,7 @@ def uses_of(element: Element, ports: Ports) -> Iterator[Use]:
         yield from script_uses(element.get(name), element)
 
 
-def _own(element: Element, ports: Ports) -> Iterator[Use]:
+def _own(element: Element, ports: Ports) -> Iterator[KeyUse]:
     match element.tag:
         case "Script" | "ScriptCondition":
             yield from script_uses(element.get("code"), element)
@@ -171,28 +171,28 @@ def _own(element: Element, ports: Ports) -> Iterator[Use]:
             yield from (use for use in found if use.access == WRITE)
 
 
-def _set_blackboard(element: Element) -> Iterator[Use]:
+def _set_blackboard(element: Element) -> Iterator[KeyUse]:
     value, target = element.get("value"), element.get("output_key")
     source = pointer(value, "value")
     if source is not None:
-        yield Use(source, READ, None, None, element)
+        yield KeyUse(source, READ, None, None, element)
     name = pointer(target, "output_key") or target
     if name:
-        yield Use(name, WRITE, None, ("SetBlackboard", str(id(element))), element)
+        yield KeyUse(name, WRITE, None, ("SetBlackboard", str(id(element))), element)
 
 
-def _florence(element: Element) -> Iterator[Use]:
+def _florence(element: Element) -> Iterator[KeyUse]:
     for name, value in element.attributes.items():
         key = pointer(value, name)
         if name.startswith("_") or name in _NO_PORTS:
             continue
         if key is not None:
             written = _is_output(element.tag, name)
-            yield Use(key, WRITE if written else READ, Kind.INTEGER if written else None, None, element)
+            yield KeyUse(key, WRITE if written else READ, Kind.INTEGER if written else None, None, element)
         elif name in ("when", "unless", "while", "code", "values") or value.startswith(PREFIX):
             yield from own_references(value, element)
         if name == "values":
-            yield from (Use(key, WRITE, None, None, element) for key in _set_keys(value))
+            yield from (KeyUse(key, WRITE, None, None, element) for key in _set_keys(value))
 
 
 def _is_output(tag: str, port: str) -> bool:
@@ -208,13 +208,13 @@ def _set_keys(text: str) -> list[str]:
     return list(values) if isinstance(values, dict) else []
 
 
-def own_references(text: str, element: Element) -> Iterator[Use]:
+def own_references(text: str, element: Element) -> Iterator[KeyUse]:
     """The keys in a text of the mission language."""
     for plain, braced in _REFERENCE.findall(text.replace("$$", "")):
-        yield Use(plain or braced, READ, None, None, element)
+        yield KeyUse(plain or braced, READ, None, None, element)
 
 
-def _ports(element: Element, ports: Ports) -> Iterator[Use]:
+def _ports(element: Element, ports: Ports) -> Iterator[KeyUse]:
     name, builtin = registration(element), category_of(element.tag) is not None
     for attribute, value in element.attributes.items():
         if attribute in _NO_PORTS or attribute.startswith("_"):
@@ -227,22 +227,22 @@ def _ports(element: Element, ports: Ports) -> Iterator[Use]:
             continue
         if builtin:
             if attribute == "value" and element.tag in LOOP_KINDS:
-                yield Use(key, WRITE, LOOP_KINDS[element.tag], None, element)
+                yield KeyUse(key, WRITE, LOOP_KINDS[element.tag], None, element)
             else:
-                yield Use(key, READ, _BUILTIN_KINDS.get(attribute), None, element)
+                yield KeyUse(key, READ, _BUILTIN_KINDS.get(attribute), None, element)
             continue
         model = ports.port(name, attribute)
         kind = model.kind if model else None
         guessed = None if kind is not None else (name, attribute)
         if model is None:
-            yield Use(key, UNKNOWN, kind, guessed, element)
+            yield KeyUse(key, UNKNOWN, kind, guessed, element)
         if model is not None and model.direction in ("in", "inout"):
-            yield Use(key, READ, kind, guessed, element)
+            yield KeyUse(key, READ, kind, guessed, element)
         if model is not None and model.direction in ("out", "inout"):
-            yield Use(key, WRITE, kind, guessed, element)
+            yield KeyUse(key, WRITE, kind, guessed, element)
 
 
-def script_uses(text: str, element: Element) -> Iterator[Use]:
+def script_uses(text: str, element: Element) -> Iterator[KeyUse]:
     """The keys of a script; a script that cannot be read uses none (converting it reports the problem)."""
     try:
         statements = parse_script(text)
@@ -254,7 +254,7 @@ def script_uses(text: str, element: Element) -> Iterator[Use]:
         for name, written in names_in(code):
             kind = kinds.get(name) if written else None
             hint = None if written else hints.get(name)
-            yield Use(name, WRITE if written else READ, kind, None, element, False, hint)
+            yield KeyUse(name, WRITE if written else READ, kind, None, element, False, hint)
 
 
 CONCURRENT = frozenset(
@@ -351,7 +351,7 @@ class SubTreeCall:
 
 
 @dataclass
-class TreeFacts:
+class TreeFlow:
     """What is known about one tree.
 
     Attributes:
@@ -361,16 +361,16 @@ class TreeFacts:
         outputs: The keys that it writes and its callers see.
         written: All keys that it writes.
         guessed: The keys whose direction was guessed.
-        passed: The keys that trees called by it use without a port of the call (see :meth:`Facts.mapping`).
+        passed: The keys that called trees use without a port of the call (see :meth:`DataFlow.mapping`).
         names: Our names of its keys.
     """
 
     tree: Tree
-    events: list[Use | SubTreeCall]
+    events: list[KeyUse | SubTreeCall]
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     written: dict[str, None] = field(default_factory=dict)
-    guessed: dict[str, Use] = field(default_factory=dict)
+    guessed: dict[str, KeyUse] = field(default_factory=dict)
     passed: dict[str, None] = field(default_factory=dict)
     names: Names = field(default_factory=lambda: Names("key"))
     _writers: dict[str, set[Element]] | None = None
@@ -378,7 +378,7 @@ class TreeFacts:
     @cached_property
     def pointed(self) -> frozenset[str]:
         """The keys that a port points to, so that they are certainly keys."""
-        used = {event.key for event in self.events if isinstance(event, Use) and event.pointed}
+        used = {event.key for event in self.events if isinstance(event, KeyUse) and event.pointed}
         return frozenset(used | {key for call in self.calls for key in call.keys.values()})
 
     @cached_property
@@ -389,7 +389,7 @@ class TreeFacts:
     @cached_property
     def writing_ports(self) -> frozenset[tuple[str, str]]:
         """The ports of nodes of this tree that write keys: (registration ID, port)."""
-        uses = (event for event in self.events if isinstance(event, Use))
+        uses = (event for event in self.events if isinstance(event, KeyUse))
         return frozenset(use.port for use in uses if use.port is not None and use.access == WRITE)
 
     @cached_property
@@ -416,29 +416,29 @@ class TreeFacts:
         """Our name of a key."""
         return self.names.of(self.local(key, main))
 
-    def all_inputs(self, facts: Facts) -> list[str]:
+    def all_inputs(self, facts: DataFlow) -> list[str]:
         """The keys that callers give: those that are declared, and those that are read first."""
         declared = facts.declared(self.tree.name, "in")
         return [*declared, *(key for key in self.inputs if key not in declared)]
 
-    def all_outputs(self, facts: Facts) -> list[str]:
+    def all_outputs(self, facts: DataFlow) -> list[str]:
         """The keys that callers get: those that are declared and written, and those that they ask for."""
         declared = facts.declared(self.tree.name, "out")
         return [*declared, *(key for key in self.outputs if key not in declared)]
 
-    def input_name(self, key: str, facts: Facts) -> str:
+    def input_name(self, key: str, facts: DataFlow) -> str:
         """Our name of an input: a key that is written too needs another one."""
         both = key in self.written and key in self.all_inputs(facts)
         return self.names.of(f"before {key}" if both else key)
 
-    def may_change(self, element: Element, key: str, facts: Facts) -> bool:
+    def may_change(self, element: Element, key: str, facts: DataFlow) -> bool:
         """Whether something may write a key while a branch of an element runs: below it, or beside it."""
         if self._writers is None:
             self._writers = self._find_writers(facts)
         found = self._writers.get(key, set())
         return element in found or self._concurrent_above(element) in found
 
-    def _find_writers(self, facts: Facts) -> dict[str, set[Element]]:
+    def _find_writers(self, facts: DataFlow) -> dict[str, set[Element]]:
         """Each key with the elements that write it, and all above them."""
         found: dict[str, set[Element]] = {}
         for event in self.events:
@@ -446,10 +446,10 @@ class TreeFacts:
                 found.setdefault(key, set()).update(self._with_parents(event.element))
         return found
 
-    def uses_below(self, elements: list[Element]) -> Iterator[Use]:
+    def uses_below(self, elements: list[Element]) -> Iterator[KeyUse]:
         """The uses of keys in some elements and below them."""
         inside = {below for element in elements for below in element.walk()}
-        return (e for e in self.events if isinstance(e, Use) and e.element in inside)
+        return (e for e in self.events if isinstance(e, KeyUse) and e.element in inside)
 
     def is_ticked_again(self, element: Element) -> bool:
         """Whether an element can be ticked after its end, but not by a ``PipelineSequence`` just above."""
@@ -459,7 +459,7 @@ class TreeFacts:
     @cached_property
     def read_keys(self) -> frozenset[str]:
         """The keys that something reads."""
-        return frozenset(e.key for e in self.events if isinstance(e, Use) and e.access == READ)
+        return frozenset(e.key for e in self.events if isinstance(e, KeyUse) and e.access == READ)
 
     @property
     def calls(self) -> Iterator[SubTreeCall]:
@@ -471,12 +471,12 @@ class TreeFacts:
         """Every key that appears, in the order of the file."""
         found: dict[str, None] = {}
         for event in self.events:
-            for key in [event.key] if isinstance(event, Use) else event.keys.values():
+            for key in [event.key] if isinstance(event, KeyUse) else event.keys.values():
                 found[key] = None
         return found
 
 
-class Facts:
+class DataFlow:
     """What is known about all trees of a document.
 
     Args:
@@ -495,13 +495,13 @@ class Facts:
         self._callers: dict[str, list[tuple[str, SubTreeCall]]] = {}
         self._mappings: dict[Element, dict[str, str]] = {}
         self._shared = 0
-        self.trees: dict[str, TreeFacts] = {}
+        self.trees: dict[str, TreeFlow] = {}
         guessed: dict[tuple[str, str], str] = {}
         for name, tree in document.trees.items():
             events = list(_events(tree, ports, is_main=name == document.main))
-            self.trees[name] = TreeFacts(tree, _settled(events, guessed))
+            self.trees[name] = TreeFlow(tree, _settled(events, guessed))
             for event in events:
-                if isinstance(event, Use) and event.access == UNKNOWN:
+                if isinstance(event, KeyUse) and event.access == UNKNOWN:
                     self.trees[name].guessed.setdefault(event.key, event)
             for call in self.trees[name].calls:
                 self._callers.setdefault(call.tree, []).append((name, call))
@@ -562,11 +562,11 @@ class Facts:
                 shared[key] = key
         return shared
 
-    def writes(self, name: str, event: Use | SubTreeCall) -> list[str]:
+    def writes(self, name: str, event: KeyUse | SubTreeCall) -> list[str]:
         """The keys that an event of a tree writes."""
         return self._effects(name, event)[1]
 
-    def _flow(self, facts: TreeFacts) -> None:
+    def _flow(self, facts: TreeFlow) -> None:
         name = facts.tree.name
         read: dict[str, None] = {}
         for call in facts.calls:
@@ -579,8 +579,8 @@ class Facts:
         seen = self._seen_by_callers(name)
         facts.outputs = [key for key in facts.written if key in seen]
 
-    def _effects(self, name: str, event: Use | SubTreeCall) -> tuple[list[str], list[str]]:
-        if isinstance(event, Use):
+    def _effects(self, name: str, event: KeyUse | SubTreeCall) -> tuple[list[str], list[str]]:
+        if isinstance(event, KeyUse):
             return ([event.key], []) if event.access == READ else ([], [event.key])
         called = self.trees.get(event.tree)
         if called is None:
@@ -618,7 +618,7 @@ class Facts:
                     self._classes.join(("key", name, event.key), ("port", *event.port))
 
 
-def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTreeCall]:
+def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[KeyUse | SubTreeCall]:
     def local(key: str) -> str:
         return key.removeprefix(ROOT) if is_main else key
 
@@ -640,7 +640,9 @@ def _events(tree: Tree, ports: Ports, *, is_main: bool) -> Iterator[Use | SubTre
             yield SubTreeCall(element, element.get("ID"), keys, literals, autoremap)
 
 
-def _settled(events: list[Use | SubTreeCall], guessed: dict[tuple[str, str], str]) -> list[Use | SubTreeCall]:
+def _settled(
+    events: list[KeyUse | SubTreeCall], guessed: dict[tuple[str, str], str]
+) -> list[KeyUse | SubTreeCall]:
     """Decide whether ports of unknown direction are read or written.
 
     A key that nothing is known to write, and that several ports use, must come from one of them: the first.
@@ -652,17 +654,17 @@ def _settled(events: list[Use | SubTreeCall], guessed: dict[tuple[str, str], str
         guessed: The ports that were decided on before; further ones are added.
     """
     users: dict[str, set[tuple[str, str] | int]] = {}
-    last: dict[tuple[str, Element], Use] = {}
+    last: dict[tuple[str, Element], KeyUse] = {}
     written: set[str] = set()
     for number, event in enumerate(events):
-        if isinstance(event, Use):
+        if isinstance(event, KeyUse):
             users.setdefault(event.key, set()).add(event.port or number)
             last[event.key, event.element] = event
             access = guessed.get(event.port or ("", ""), event.access)
             written |= {event.key} if access == WRITE else set()
-    settled: list[Use | SubTreeCall] = []
+    settled: list[KeyUse | SubTreeCall] = []
     for event in events:
-        if isinstance(event, Use) and event.access == UNKNOWN and event.port is not None:
+        if isinstance(event, KeyUse) and event.access == UNKNOWN and event.port is not None:
             is_last = last[event.key, event.element] is event
             writes = is_last and event.key not in written and len(users[event.key]) > 1
             access = guessed.setdefault(event.port, WRITE if writes else READ)

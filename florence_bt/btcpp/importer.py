@@ -9,7 +9,7 @@ from typing import Any
 
 from florence_bt.btcpp.convert import Converter, Node
 from florence_bt.btcpp.custom_nodes import CustomNodes
-from florence_bt.btcpp.data_flow import Facts, Ports, TreeFacts, pointer, port_of_skill, registration
+from florence_bt.btcpp.data_flow import DataFlow, Ports, TreeFlow, pointer, port_of_skill, registration
 from florence_bt.btcpp.document import Document, Tree, load_document
 from florence_bt.btcpp.mission_text import read_flow, write_yaml
 from florence_bt.btcpp.names import Names, identifier
@@ -88,7 +88,7 @@ class _Import:
         self._notes = notes
         skill_of = dict(_own_skills(document, declarations))
         self._ports = Ports(declarations, skill_of, document.models)
-        self._facts = Facts(document, self._ports, order)
+        self._facts = DataFlow(document, self._ports, order)
         self._custom = CustomNodes(self._ports, document.file.name)
         names = Names("mission")
         self._missions = {name: names.of(name) for name in document.trees}
@@ -113,7 +113,7 @@ class _Import:
         skills = tuple(declaration.name for declaration in declared)
         return Imported(files, tuple(self._missions.values()), main, skills, findings)
 
-    def _mission(self, facts: TreeFacts, mission: str) -> str:
+    def _mission(self, facts: TreeFlow, mission: str) -> str:
         converter = Converter(self._facts, facts, self._ports, self._custom, self._missions, self._notes)
         tree, element = facts.tree, facts.tree.element
         root = converter.node(tree.root)

@@ -118,7 +118,7 @@ def parse_script(text: str) -> list[ScriptExpr]:
     Raises:
         ConfigError: It is not a script. The error has no place in the file.
     """
-    return _Parser(text).statements()
+    return _ExprParser(text).statements()
 
 
 def parse_condition(text: str) -> ScriptExpr:
@@ -139,7 +139,7 @@ def order_matters(text: str) -> bool:
     Raises:
         ConfigError: It is not a script. The error has no place in the file.
     """
-    parser = _Parser(text)
+    parser = _ExprParser(text)
     parser.statements()
     return parser.order_matters
 
@@ -204,7 +204,7 @@ def literal_kind(code: ScriptExpr) -> Kind | None:
     return None
 
 
-class _Parser:
+class _ExprParser:
     def __init__(self, text: str) -> None:
         if len(text) > MAX_LENGTH:
             raise ConfigError(f"the script has more than {MAX_LENGTH} characters")

@@ -14,7 +14,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.mission_testing.mocks.mocks import Routine, RoutineRun, ScriptedRun, Step, broken_function
-from florence_bt.mission_testing.mocks.replies import Reply
+from florence_bt.mission_testing.mocks.replies import MockReply
 from florence_bt.mission_testing.mocks.scripts import Function, Item, Script, item_per_call, items_of, to_step
 from florence_bt.mission_testing.paths import (
     MissionMap,
@@ -96,7 +96,7 @@ class Mock:
             self._turns = item_per_call(self.items)
         if now >= self.until:
             item = self._lasting = next(self._turns, None)
-            if isinstance(item, Reply) and item.lasts is not None:
+            if isinstance(item, MockReply) and item.lasts is not None:
                 self.until = now + item.lasts
         return self._lasting
 

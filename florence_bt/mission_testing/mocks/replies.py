@@ -45,7 +45,7 @@ class ReplyPhase:
 
 
 @dataclass(frozen=True, slots=True)
-class Reply:
+class MockReply:
     """What one run of a mocked skill does; :func:`bind_reply` holds it against a declaration.
 
     Attributes:
@@ -84,7 +84,7 @@ def succeed(
     accept_after: float | str = 0.0,
     cancel_takes: float | str = 0.0,
     **outputs: Any,
-) -> Reply:
+) -> MockReply:
     """A run that succeeds.
 
     Args:
@@ -93,7 +93,7 @@ def succeed(
         cancel_takes: How long a cancel takes.
         **outputs: By name, in SI units or as texts with units.
     """
-    return Reply(Ending.SUCCESS, outputs=outputs, **_times(after, accept_after, cancel_takes))
+    return MockReply(Ending.SUCCESS, outputs=outputs, **_times(after, accept_after, cancel_takes))
 
 
 def fail(
@@ -103,7 +103,7 @@ def fail(
     after: float | str = 0.0,
     accept_after: float | str = 0.0,
     cancel_takes: float | str = 0.0,
-) -> Reply:
+) -> MockReply:
     """A run that fails.
 
     Args:
@@ -113,18 +113,18 @@ def fail(
         accept_after: When the goal is accepted.
         cancel_takes: How long a cancel takes.
     """
-    return Reply(Ending.FAILURE, code, reason, **_times(after, accept_after, cancel_takes))
+    return MockReply(Ending.FAILURE, code, reason, **_times(after, accept_after, cancel_takes))
 
 
-def never(*, accept_after: float | str = 0.0, cancel_takes: float | str = 0.0) -> Reply:
+def never(*, accept_after: float | str = 0.0, cancel_takes: float | str = 0.0) -> MockReply:
     """A run that never ends by itself; a cancel and the deadline of the skill end it."""
-    return Reply(Ending.NEVER, **_times(0.0, accept_after, cancel_takes))
+    return MockReply(Ending.NEVER, **_times(0.0, accept_after, cancel_takes))
 
 
-def raises(error: Exception | str, *, after: float | str = 0.0) -> Reply:
+def raises(error: Exception | str, *, after: float | str = 0.0) -> MockReply:
     """A skill with a bug: it raises this exception."""
     broken = RuntimeError(error) if isinstance(error, str) else error
-    return replace(Reply(Ending.RAISES, error=broken), **_times(after, 0.0, 0.0))
+    return replace(MockReply(Ending.RAISES, error=broken), **_times(after, 0.0, 0.0))
 
 
 def _times(after: float | str, accept_after: float | str, cancel_takes: float | str) -> dict[str, Any]:
@@ -136,7 +136,7 @@ def _times(after: float | str, accept_after: float | str, cancel_takes: float | 
     }
 
 
-def bind_reply(reply: Reply, declaration: SkillDeclaration) -> Step:
+def bind_reply(reply: MockReply, declaration: SkillDeclaration) -> Step:
     """The run that a reply means for one skill.
 
     Raises:
@@ -162,7 +162,7 @@ def bind_reply(reply: Reply, declaration: SkillDeclaration) -> Step:
     return step
 
 
-def _result(reply: Reply, declaration: SkillDeclaration) -> Result | None:
+def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:
     match reply.ending:
         case Ending.SUCCESS:
             return success(**read_outputs(reply.outputs, declaration))

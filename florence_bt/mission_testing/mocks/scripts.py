@@ -32,7 +32,7 @@ from florence_bt.mission_testing.mocks.replies import (
     AGAIN,
     ALWAYS,
     Ending,
-    Reply,
+    MockReply,
     ReplyPhase,
     bind_reply,
     check_result,
@@ -42,7 +42,7 @@ from florence_bt.mission_testing.values import read_duration
 Function = Callable[[Inputs], Any]
 """A mock as a function: from the inputs of a call to a text, a reply, outputs or a result; or a generator
 (:class:`florence_bt.mission_testing.mocks.mocks.RoutineRun`)."""
-Item = Reply | Step | Result
+Item = MockReply | Step | Result
 """What one call gets."""
 Script = str | Item | Function | Sequence[str | Item]
 """A text, one item, a list of both (the last is for every further call), or a function."""
@@ -77,7 +77,7 @@ class ScriptError(ConfigError):
 
 
 @lru_cache(maxsize=4096)
-def parse_script(text: str) -> tuple[Reply, ...]:
+def parse_script(text: str) -> tuple[MockReply, ...]:
     """Read a script.
 
     Raises:
@@ -91,9 +91,9 @@ class _ScriptParser:
         self._text = text
         self._at = 0
 
-    def script(self) -> tuple[Reply, ...]:
-        replies: list[Reply] = []
-        empty = reply = Reply(Ending.SUCCESS)
+    def script(self) -> tuple[MockReply, ...]:
+        replies: list[MockReply] = []
+        empty = reply = MockReply(Ending.SUCCESS)
         self._skip_separators()
         while self._at < len(self._text):
             start = self._at
@@ -118,7 +118,7 @@ class _ScriptParser:
             raise ScriptError("the script is empty", 0, (_EXAMPLE, "SUCCESS"))
         return tuple(replies)
 
-    def _again(self, replies: list[Reply], start: int) -> tuple[Reply, ...]:
+    def _again(self, replies: list[MockReply], start: int) -> tuple[MockReply, ...]:
         """``again`` at the end: the script starts from the beginning."""
         if not replies or replies[-1].times == ALWAYS:
             raise ScriptError("'again' needs steps before it that come to an end", start, (_LOOP,))
@@ -171,7 +171,7 @@ class _ScriptParser:
             raise ScriptError(f"a text in quotes is needed, not {word!r}", start, ('"driving"',))
         return found[0].strip()[1:-1]
 
-    def _ending(self, reply: Reply) -> Reply:
+    def _ending(self, reply: MockReply) -> MockReply:
         if self._take_word("success"):
             return replace(reply, outputs=self._outputs())
         if self._take_word("failure"):
@@ -213,7 +213,7 @@ class _ScriptParser:
                 outputs[match[1]] = match[2][1:-1] if quoted else match[2]
         return outputs
 
-    def _count(self, reply: Reply) -> Reply:
+    def _count(self, reply: MockReply) -> MockReply:
         start, _ = self._next_word()
         if self._take_word("for"):
             return replace(reply, lasts=self._duration())
@@ -278,7 +278,7 @@ def items_of(script: Script) -> tuple[Item, ...]:
     """
     if isinstance(script, str):
         return parse_script(script)
-    if isinstance(script, (Reply, Step, Result)):
+    if isinstance(script, (MockReply, Step, Result)):
         return (script,)
     if not isinstance(script, Sequence):
         raise ConfigError(f"{script!r} is not a script", valid=_VALID)
@@ -293,7 +293,7 @@ def items_of(script: Script) -> tuple[Item, ...]:
 
 
 def _is_endless(item: Item) -> bool:
-    return isinstance(item, Reply) and item.times in (ALWAYS, AGAIN)
+    return isinstance(item, MockReply) and item.times in (ALWAYS, AGAIN)
 
 
 def item_per_call(items: Sequence[Item]) -> Iterator[Item]:
@@ -302,7 +302,7 @@ def item_per_call(items: Sequence[Item]) -> Iterator[Item]:
     while again:
         again = False
         for index, item in enumerate(items):
-            times = item.times if isinstance(item, Reply) else None
+            times = item.times if isinstance(item, MockReply) else None
             if times is None:
                 times = ALWAYS if index == len(items) - 1 else 1
             while times == ALWAYS:
@@ -328,10 +328,10 @@ def to_step(answer: Any, declaration: SkillDeclaration) -> Step:
                 )
             return bind_reply(replies[0], declaration)
         case None:
-            return bind_reply(Reply(Ending.SUCCESS), declaration)
+            return bind_reply(MockReply(Ending.SUCCESS), declaration)
         case Mapping():
-            return bind_reply(Reply(Ending.SUCCESS, outputs=answer), declaration)
-        case Reply():
+            return bind_reply(MockReply(Ending.SUCCESS, outputs=answer), declaration)
+        case MockReply():
             return bind_reply(answer, declaration)
         case Step():
             if answer.result is not None:

@@ -22,7 +22,7 @@ from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text, 
 from florence_bt.core.skill import Inputs
 from florence_bt.core.torn_texts import torn_texts
 from florence_bt.mission_testing.mocks.board import MockError, check_outputs
-from florence_bt.mission_testing.mocks.replies import Reply
+from florence_bt.mission_testing.mocks.replies import MockReply
 from florence_bt.mission_testing.mocks.scripts import (
     Script,
     ScriptError,
@@ -463,7 +463,7 @@ def _read_mock(reader: SourceReader, value: Source, users: Users) -> Callable[[]
     return (lambda: replies) if replies else None
 
 
-def _read_script(reader: SourceReader, source: Source, users: Users) -> tuple[Reply, ...]:
+def _read_script(reader: SourceReader, source: Source, users: Users) -> tuple[MockReply, ...]:
     """Read a script; empty (noted) when it is wrong."""
     if not isinstance(source, Text) or source.empty:
         reader.problem(source.position, "a script must be a text", _SCRIPTS)
@@ -504,7 +504,7 @@ def _read_switch(reader: SourceReader, table: Table, users: Users) -> Callable[[
     entries = reader.values(table, "a mock with switch", SWITCH_KEYS)
     name = reader.text(entries["switch"], "switch")
     port = _port_of(reader, entries["switch"], name or "", users)
-    cases: list[tuple[Any, tuple[Reply, ...]]] = []
+    cases: list[tuple[Any, tuple[MockReply, ...]]] = []
     for case, value in reader.table(entries.get("cases"), "cases"):
         replies = _read_script(reader, value, users)
         if any(reply.lasts is not None for reply in replies):
@@ -531,7 +531,9 @@ def _port_of(reader: SourceReader, source: Source, name: str, users: Users) -> P
     return users[0][0].inputs[name] if users else None
 
 
-def _choice(name: str, cases: list[tuple[Any, tuple[Reply, ...]]], default: tuple[Reply, ...]) -> Script:
+def _choice(
+    name: str, cases: list[tuple[Any, tuple[MockReply, ...]]], default: tuple[MockReply, ...]
+) -> Script:
     """The script of a mock with ``switch``; each case counts its own calls."""
     calls = [(value, item_per_call(replies)) for value, replies in cases]
     otherwise = item_per_call(default)

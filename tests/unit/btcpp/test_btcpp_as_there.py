@@ -95,7 +95,7 @@ def test_the_goal_updater_hands_its_goal_on(told):
         '<GoalUpdater input_goal="{goal}" output_goal="{newer}"><A goal="{newer}"/></GoalUpdater>'
     )
     assert "- set: {newer: $goal}" in text
-    assert any("newer goals that come by its topic are not heard" in message for _, message in found)
+    assert any("newer goals that come by its topic are not received" in message for _, message in found)
 
 
 # ---- version 4.11 -------------------------------------------------------------------------------------

@@ -156,4 +156,3 @@ def test_names():
     assert {name: identifier(name) for name in names} == names
     given = Names("key", {"wait"})
     assert [given.of(name) for name in ("A", "a", "A", "wait", "é")] == ["a", "a_2", "a", "key_wait", "key"]
-    assert given.changed() == {"A": "a", "a": "a_2", "wait": "key_wait", "é": "key"}

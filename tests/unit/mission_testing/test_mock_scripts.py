@@ -15,7 +15,7 @@ from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
 from florence_bt.mission_testing.mocks.replies import (
     Ending,
-    Reply,
+    MockReply,
     ReplyPhase,
     bind_reply,
     fail,
@@ -56,7 +56,7 @@ def test_the_example_of_the_documentation():
     first, second = parse_script("running 3 s, then FAILURE code 203 twice, then SUCCESS")
     assert (first.ending, first.code, first.times) == (Ending.FAILURE, 203, 2)
     assert first.phases == (ReplyPhase(3.0),)
-    assert second == Reply(Ending.SUCCESS)
+    assert second == MockReply(Ending.SUCCESS)
     assert endings("running 3 s, then FAILURE code 203 twice, then SUCCESS", 4) == [
         203,
         203,
@@ -69,7 +69,7 @@ def test_a_step_for_a_time():
     first, second = parse_script("running 1 s, then SUCCESS (n=2) for 10 s, then FAILURE blocked for 500 ms")
     assert (first.lasts, first.phases, first.outputs) == (10.0, (ReplyPhase(1.0),), {"n": "2"})
     assert (second.code, second.lasts) == ("blocked", 0.5)
-    assert parse_script("FAILURE for 2 s")[0] == Reply(Ending.FAILURE, lasts=2.0)
+    assert parse_script("FAILURE for 2 s")[0] == MockReply(Ending.FAILURE, lasts=2.0)
     for wrong in ("SUCCESS for", "SUCCESS for ever", "SUCCESS for 2 s twice"):
         with pytest.raises(ScriptError):
             parse_script(wrong)
