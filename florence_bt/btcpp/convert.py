@@ -7,7 +7,7 @@ of each element: controls, decorators, leaves, and in the end the table of them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from florence_bt.btcpp.custom_nodes import CustomNode, CustomNodes
 from florence_bt.btcpp.data_flow import (
@@ -493,15 +493,8 @@ def _one(nodes: list[Node]) -> Node:
     return nodes[0] if len(nodes) == 1 else {"sequence": nodes}
 
 
-class Keys(Scope, Protocol):
-    """A scope in which keys are written too."""
-
-    def key_name(self, foreign: str) -> str:
-        """Our name of a key that is written."""
-
-
 def set_nodes(
-    statements: list[ScriptExpr], keys: Keys, ignored: Callable[[str], None]
+    statements: list[ScriptExpr], keys: Scope, ignored: Callable[[str], None]
 ) -> list[dict[str, Any]]:
     """The statements of a script as nodes, as few as possible.
 
@@ -535,7 +528,7 @@ def set_nodes(
     return nodes or [{"condition": "true"}]
 
 
-def _conditional(code: AssignmentExpr, choice: ChoiceExpr, keys: Keys) -> dict[str, Any]:
+def _conditional(code: AssignmentExpr, choice: ChoiceExpr, keys: Scope) -> dict[str, Any]:
     target = keys.key_name(code.name)
     then, otherwise = (
         {"set": {target: _assigned(AssignmentExpr(code.operator, code.name, value), keys)}}
@@ -544,7 +537,7 @@ def _conditional(code: AssignmentExpr, choice: ChoiceExpr, keys: Keys) -> dict[s
     return {"if": condition_text(choice.condition, keys), "then": then, "else": otherwise}
 
 
-def _assigned(code: AssignmentExpr, keys: Keys) -> Any:
+def _assigned(code: AssignmentExpr, keys: Scope) -> Any:
     value = code.value
     if code.operator not in (":=", "="):
         value = BinaryExpr(code.operator[0], NameExpr(code.name), value)
@@ -764,16 +757,11 @@ def sequence_with_memory(c: Converter, e: Element) -> Node:
     return {"sequence": [*nodes, {"set": {done: "0"}}]}
 
 
-@_converts("Fallback", "AsyncFallback")
+@_converts("Fallback", "AsyncFallback", "ReactiveFallback")
 def fallback(c: Converter, e: Element) -> Node:
-    """``Fallback``, ``AsyncFallback``."""
-    return {"selector": c.children(e)}
-
-
-@_converts("ReactiveFallback")
-def reactive_fallback(c: Converter, e: Element) -> Node:
-    """``ReactiveFallback``."""
-    return {"selector": c.children(e), "memory": "false"}
+    """``Fallback``, ``AsyncFallback``, ``ReactiveFallback``."""
+    node: Node = {"selector": c.children(e)}
+    return {**node, "memory": "false"} if e.tag == "ReactiveFallback" else node
 
 
 @_converts("Parallel")
@@ -815,29 +803,17 @@ def parallel_all(c: Converter, e: Element) -> Node:
     return {"sequence": [{"set": {failures: "0"}}, {"parallel": branches}, verdict]}
 
 
-@_converts("IfThenElse")
+@_converts("IfThenElse", "WhileDoElse")
 def if_then_else(c: Converter, e: Element) -> Node:
-    """``IfThenElse``: decided once."""
-    return _branches(c, e)
-
-
-@_converts("WhileDoElse")
-def while_do_else(c: Converter, e: Element) -> Node:
-    """``WhileDoElse``: decided again with every tick."""
-    node = _branches(c, e)
-    return {**node, "memory": "false"} if "if" in node else node
-
-
-def _branches(c: Converter, e: Element) -> Node:
+    """``IfThenElse``, decided once; ``WhileDoElse``, decided again with every tick."""
     if not 2 <= len(e.children) <= 3:
         return c.stand_in(e, f"it needs 2 or 3 nodes below it, not {len(e.children)}")
     node: Node = {"if": _question(c, e.children[0]), "then": c.node(e.children[1])}
     if len(e.children) == 2:
-        return {**node, "else": {"fail": "the condition does not hold and there is no other branch"}}
-    last = e.children[2]
-    if last.tag == "AlwaysSuccess" and not last.attributes:
-        return node
-    return {**node, "else": c.node(last)}
+        node["else"] = {"fail": "the condition does not hold and there is no other branch"}
+    elif e.children[2].tag != "AlwaysSuccess" or e.children[2].attributes:
+        node["else"] = c.node(e.children[2])
+    return {**node, "memory": "false"} if e.tag == "WhileDoElse" else node
 
 
 def _question(c: Converter, asked: Element) -> Any:
@@ -1107,20 +1083,13 @@ def force_failure(c: Converter, e: Element) -> Node:
     return {"force": "failure", "do": c.only_child(e)}
 
 
-@_converts("RetryUntilSuccessful", "RetryUntilSuccesful")
-def retry(c: Converter, e: Element) -> Node:
-    """``RetryUntilSuccessful``."""
-    attempts, for_ever = c.count(e, "num_attempts", 1)
+@_converts("RetryUntilSuccessful", "RetryUntilSuccesful", "Repeat")
+def rounds(c: Converter, e: Element) -> Node:
+    """``RetryUntilSuccessful``, ``Repeat``."""
+    kind, attribute = ("repeat", "num_cycles") if e.tag == "Repeat" else ("retry", "num_attempts")
+    number, is_endless = c.count(e, attribute, 1)
     child = c.only_child(e)
-    return {"retry": attempts, "do": paced(child) if for_ever else child}
-
-
-@_converts("Repeat")
-def repeat(c: Converter, e: Element) -> Node:
-    """``Repeat``."""
-    rounds, for_ever = c.count(e, "num_cycles", 1)
-    child = c.only_child(e)
-    return {"repeat": rounds, "do": paced(child) if for_ever else child}
+    return {kind: number, "do": paced(child) if is_endless else child}
 
 
 @_converts("KeepRunningUntilFailure")
@@ -1129,16 +1098,11 @@ def keep_running(c: Converter, e: Element) -> Node:
     return {"repeat": str(FOREVER), "do": paced(c.only_child(e))}
 
 
-@_converts("Timeout")
-def timeout(c: Converter, e: Element) -> Node:
-    """``Timeout``."""
-    return {"timeout": c.milliseconds(e, "msec"), "do": c.only_child(e)}
-
-
-@_converts("Delay")
-def delay(c: Converter, e: Element) -> Node:
-    """``Delay``."""
-    return {"delay": c.milliseconds(e, "delay_msec"), "do": c.only_child(e)}
+@_converts("Timeout", "Delay")
+def timed(c: Converter, e: Element) -> Node:
+    """``Timeout``, ``Delay``."""
+    attribute = "msec" if e.tag == "Timeout" else "delay_msec"
+    return {e.tag.lower(): c.milliseconds(e, attribute), "do": c.only_child(e)}
 
 
 @_converts("RunOnce")

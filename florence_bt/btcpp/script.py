@@ -363,6 +363,9 @@ class Scope(Protocol):
     def key(self, foreign: str) -> str | None:
         """Our name of a key, None when the name is not a key (an enumeration value)."""
 
+    def key_name(self, foreign: str) -> str:
+        """Our name of a key that is written."""
+
     def kind(self, foreign: str) -> Kind | None:
         """The kind of a key, None when it is not known."""
 
