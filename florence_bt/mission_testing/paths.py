@@ -12,7 +12,7 @@ import difflib
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 from py_trees.behaviour import Behaviour
@@ -56,7 +56,6 @@ class Place:
         origin: The node of the mission file that it came from, None for parts of one.
         use: Of a node that runs a skill: the node of the file that says so, also when it is a part of it.
         leaf: Whether nothing is below it.
-        verdicts: What patterns were found to say about it, by their texts.
     """
 
     path: str
@@ -69,7 +68,6 @@ class Place:
     origin: Origin | None
     use: Origin | None
     leaf: bool
-    verdicts: dict[str, bool] = field(default_factory=dict, repr=False, compare=False)
 
 
 class MissionMap:
@@ -221,10 +219,7 @@ class Pattern:
 
     def matches(self, place: Place) -> bool:
         """Whether the pattern matches a node."""
-        verdict = place.verdicts.get(self.text)
-        if verdict is None:
-            verdict = place.verdicts[self.text] = _matches(self.parts, place.segments)
-        return verdict
+        return _matches(self.parts, place.segments)
 
 
 @lru_cache(maxsize=1024)
@@ -268,6 +263,7 @@ def _alike(name: str, written: frozenset[str]) -> float:
     return max(difflib.SequenceMatcher(None, name, each).ratio() for each in sorted(written))
 
 
+@lru_cache(maxsize=100_000)
 def _matches(parts: tuple[re.Pattern[str] | None, ...], segments: Segments) -> bool:
     """Whether a list of name patterns covers a path exactly; works from the left with all open positions."""
     open_at = {0}

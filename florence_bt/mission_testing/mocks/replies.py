@@ -60,7 +60,6 @@ class MockReply:
         error: Of ``RAISES``.
         times: For how many calls; None for one, or for every further call when it is the last of a script.
         lasts: Seconds for which it is given to every call, from the first one on; None: ``times`` counts.
-        bound: What it was found to mean, by the names of skills; see :func:`bind_reply`.
     """
 
     ending: Ending
@@ -73,9 +72,6 @@ class MockReply:
     error: Exception | None = None
     times: int | None = None
     lasts: float | None = None
-    bound: dict[str, tuple[SkillDeclaration, Step]] = field(
-        init=False, default_factory=dict, repr=False, compare=False
-    )
 
 
 def succeed(
@@ -142,15 +138,12 @@ def bind_reply(reply: MockReply, declaration: SkillDeclaration) -> Step:
     Raises:
         ConfigError: The declaration does not allow the code or an output; the error says what it allows.
     """
-    known = reply.bound.get(declaration.name)
-    if known is not None and known[0] is declaration:
-        return known[1]
     total, feedback = 0.0, []
     for phase in reply.phases:
         if phase.feedback:
             feedback.append((total, phase.feedback))
         total += phase.seconds
-    step = Step(
+    return Step(
         result=_result(reply, declaration),
         after=total,
         accept_after=reply.accept_after,
@@ -158,8 +151,6 @@ def bind_reply(reply: MockReply, declaration: SkillDeclaration) -> Step:
         feedback_at=tuple(feedback),
         error=reply.error,
     )
-    reply.bound[declaration.name] = (declaration, step)
-    return step
 
 
 def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:

@@ -269,7 +269,7 @@ def test_a_cancel_before_a_broken_end_ends_it():
 def test_a_reply_means_something_else_to_another_skill_of_the_same_name():
     reply = fail(203)
     other = SkillDeclaration("drive", "Drive", failures={"lost": "x"}, server_codes={203: "lost"})
-    assert bind_reply(reply, DRIVE) is bind_reply(reply, DRIVE)
+    assert bind_reply(reply, DRIVE) == bind_reply(reply, DRIVE)
     assert bind_reply(reply, other).result.code == "lost"
     assert bind_reply(replace(reply, times=2), DRIVE).result.code == "no_path"
     assert reply == fail(203)
