@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from florence_bt.btcpp.known_attributes import attributes_of, left_over
+from florence_bt.btcpp.node_models import NodeModel, category_of, known_nodes, ports_of, read_models
 from florence_bt.btcpp.notes import LossNotes
-from florence_bt.btcpp.port_models import NodeModel, read_models
-from florence_bt.btcpp.vocabulary import CATEGORIES, MARK, V3_NAMES, category_of
+from florence_bt.btcpp.vocabulary import CATEGORIES, MARK, POST_CONDITIONS, PRE_CONDITIONS, V3_NAMES
 from florence_bt.btcpp.xml_source import MAX_ELEMENTS, Element, read_xml
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.plain_yaml import Position
 
 MAX_FILES = 100
 """Most files that one import reads."""
+_CONDITIONS = (*PRE_CONDITIONS, *POST_CONDITIONS)
 _ROOT_CHILDREN = ("BehaviorTree", "TreeNodesModel", "include", "Metadata", "metadata")
 _GROOT = ("_fullpath", "_uid", "_collapsed", "_position", "project_name")
 """Attributes that Groot writes for itself."""
@@ -65,7 +66,7 @@ def load_document(path: Path, notes: LossNotes) -> Document:
         notes: Receives what breaks the rules of the format, as errors, and what is left out.
 
     Raises:
-        ConfigError: The file, or one that it includes, cannot be read or is no XML.
+        ConfigError: The file, or one that it includes, cannot be read or is not XML.
     """
     if path.is_dir():
         return _load_folder(path, notes)
@@ -153,14 +154,26 @@ def _note_left_over(document: Document, notes: LossNotes) -> None:
                 message = f"<BehaviorTree> has no attribute {name!r}; it is left out"
                 notes.notice(tree.file, tree.element.position, message)
         for node in tree.root.walk():
-            for name in left_over(node):
+            for name in _left_over(node):
                 message = f"<{node.tag}> has no attribute {name!r}; {node.get(name)!r} is left out"
-                notes.lost(
-                    tree.file, node.position, message, closest_first(name, attributes_of(node.tag, name))
-                )
+                known = _CONDITIONS if name.startswith("_") else ports_of(node.tag)
+                notes.lost(tree.file, node.position, message, closest_first(name, known))
             if node.text:
                 message = f"the text in <{node.tag}> is left out: {node.text[:40]!r}"
                 notes.notice(tree.file, node.position, message)
+
+
+def _left_over(element: Element) -> Iterator[str]:
+    """The attributes of a node that nothing here reads: they are named, for nothing is dropped in silence."""
+    for name in element.attributes:
+        if name in ("ID", "name"):
+            continue
+        if name.startswith("_"):
+            autoremap = name == "_autoremap" and element.tag == "SubTree"
+            if name not in (*_CONDITIONS, "_description") and not name.startswith(MARK) and not autoremap:
+                yield name
+        elif element.tag in known_nodes() and name not in ports_of(element.tag):
+            yield name
 
 
 def _version(root: Element, path: Path) -> int:
@@ -216,7 +229,7 @@ class _Loader:
         elif named is None and len(document.trees) == 1:
             named = next(iter(document.trees))
         document.main = named if named in document.trees else None
-        if not document.trees and not document.models:
+        if not document.trees:
             self._notes.error(
                 document.file, root.position, "the file has no tree", ['<BehaviorTree ID="...">']
             )
@@ -256,7 +269,7 @@ class _Loader:
             self._notes.notice(path, element.position, f"a <BehaviorTree> without ID is called {name!r} here")
         if name in document.trees:
             first = document.trees[name]
-            message = f"the tree {name!r} stands twice (first in {first.file}:{first.element.position.line})"
+            message = f"the tree {name!r} is duplicated (first in {first.file}:{first.element.position.line})"
             self._notes.error(path, element.position, message)
             return
         if len(element.children) != 1:

@@ -8,19 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.btcpp.convert import Converter, Node
+from florence_bt.btcpp.custom_nodes import CustomNodes
+from florence_bt.btcpp.data_flow import DataFlow, Ports, TreeFlow, pointer, port_of_skill, registration
 from florence_bt.btcpp.document import Document, Tree, load_document
-from florence_bt.btcpp.handlers import HANDLERS
-from florence_bt.btcpp.key_uses import Ports, pointer, port_of_skill, registration
+from florence_bt.btcpp.mission_text import read_flow, write_yaml
 from florence_bt.btcpp.names import Names, identifier
-from florence_bt.btcpp.nav2 import Nav2Models
+from florence_bt.btcpp.node_models import PortModel, category_of, read_models
 from florence_bt.btcpp.notes import LossNotes
-from florence_bt.btcpp.port_models import PortModel, read_models
-from florence_bt.btcpp.si_values import guess_kind
-from florence_bt.btcpp.skill_book import SkillBook
-from florence_bt.btcpp.tree_facts import Facts, TreeFacts
-from florence_bt.btcpp.values_in import written_value
-from florence_bt.btcpp.vocabulary import MARK, category_of
-from florence_bt.btcpp.written import read_flow, write_yaml
+from florence_bt.btcpp.values import guess_kind, written_value
+from florence_bt.btcpp.vocabulary import MARK
 from florence_bt.btcpp.xml_source import Element, read_xml
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
@@ -66,7 +62,7 @@ def import_trees(
         The mission files; none when there are errors among the findings.
 
     Raises:
-        ConfigError: A file cannot be read or is no XML.
+        ConfigError: A file cannot be read or is not XML.
     """
     notes = LossNotes()
     document = load_document(path, notes)
@@ -91,9 +87,9 @@ class _Import:
         self._document = document
         self._notes = notes
         skill_of = dict(_own_skills(document, declarations))
-        self._ports = Ports(declarations, skill_of, document.models, Nav2Models())
-        self._facts = Facts(document, self._ports, order)
-        self._book = SkillBook(self._ports, document.file.name)
+        self._ports = Ports(declarations, skill_of, document.models)
+        self._facts = DataFlow(document, self._ports, order)
+        self._custom = CustomNodes(self._ports, document.file.name)
         names = Names("mission")
         self._missions = {name: names.of(name) for name in document.trees}
 
@@ -105,7 +101,7 @@ class _Import:
             file = f"{mission}.yaml"
             files[file] = text
             self._check(text, file, self._document.trees[name])
-        declared = self._book.declarations(self._facts.port_kind)
+        declared = self._custom.declarations(self._facts.port_kind)
         if declared:
             stem = identifier(self._document.file.stem, "trees")
             files[f"{stem}{ENDING}"] = write_yaml(skills_document(declared))
@@ -117,10 +113,8 @@ class _Import:
         skills = tuple(declaration.name for declaration in declared)
         return Imported(files, tuple(self._missions.values()), main, skills, findings)
 
-    def _mission(self, facts: TreeFacts, mission: str) -> str:
-        converter = Converter(
-            self._facts, facts, self._ports, self._book, self._missions, self._notes, HANDLERS
-        )
+    def _mission(self, facts: TreeFlow, mission: str) -> str:
+        converter = Converter(self._facts, facts, self._ports, self._custom, self._missions, self._notes)
         tree, element = facts.tree, facts.tree.element
         root = converter.node(tree.root)
         before = {key: facts.input_name(key, self._facts) for key in facts.all_inputs(self._facts)}
@@ -204,7 +198,7 @@ class _Import:
                 self._notes.notice(facts.tree.file, use.element.position, message)
 
     def _note_literals(self, element: Element) -> None:
-        """The kinds of literals tell the kinds of ports that no model describes."""
+        """The kinds of literals give the kinds of ports that no model describes."""
         if category_of(element.tag) is not None or element.tag == "SubTree":
             return
         node = registration(element)
@@ -221,9 +215,9 @@ class _Import:
         renamed = {name: mission for name, mission in self._missions.items() if name != mission}
         if renamed:
             self._notes.notice(file, place, f"trees are called differently now: {_pairs(renamed)}")
-        if self._book.renamed():
+        if self._custom.renamed():
             self._notes.notice(
-                file, place, f"nodes are called differently now: {_pairs(self._book.renamed())}"
+                file, place, f"nodes are called differently now: {_pairs(self._custom.renamed())}"
             )
 
 

@@ -58,10 +58,6 @@ class Names:
             self._given[foreign] = name
         return self._given[foreign]
 
-    def changed(self) -> dict[str, str]:
-        """The foreign names that were not kept, with the names given."""
-        return {foreign: name for foreign, name in self._given.items() if foreign != name}
-
 
 def skill_names() -> Names:
     """Names for skills, which cannot be called like a kind of node."""

@@ -21,7 +21,7 @@ MAX_PORTS = 500
 MAX_ATTRIBUTES = 10_000
 """Most attributes in a file."""
 MAX_TEXT = 10_000
-"""Most characters of an attribute, or of the text of an element: a mission can have no longer one."""
+"""Most characters of an attribute, or of the text of an element: a mission cannot have a longer one."""
 MAX_DEPTH = 256
 """Deepest nesting of nodes, which is BehaviorTree.CPP's own limit."""
 _OUTER = 2
@@ -63,7 +63,7 @@ def read_xml(path: Path) -> Element:
     """Read an XML file.
 
     Raises:
-        ConfigError: The file cannot be read, is too large or too deep, is no XML, or has a document type
+        ConfigError: The file cannot be read, is too large or too deep, is not XML, or has a document type
             (entities could make a small file explode, or read other files).
     """
     try:

@@ -2,55 +2,59 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
-from florence_bt.cli.exit_codes import FAILED, OK
+from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
+from florence_bt.core.errors import ConfigError
 
-_STYLES = {"good": "green", "bad": "red", "head": "bold", "": ""}
+_CODES = {0: OK, 1: FAILED, 2: INTERRUPTED, 3: NOT_THERE, 4: USAGE, 5: USAGE}
+"""The exit codes of pytest -> ours."""
+_SETTINGS = ("--florence-test", "--tb=short", "--no-header", "--assert=plain", "--override-ini=python_files=")
+_EPILOG = (
+    "Example: florence test scenarios --coverage\n\n"
+    "Further options, such as -x, -v or --durations, go to pytest.\n\n"
+)
 
 
 @app.command(
-    rich_help_panel="Mission files", epilog=f"Example: florence test scenarios --coverage\n\n{EXIT_CODES}"
+    rich_help_panel="Mission files",
+    epilog=f"{_EPILOG}{EXIT_CODES}",
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
 )
 def test(
-    files: Annotated[list[Path], typer.Argument(help="Scenario files, or folders of them.")],
-    keyword: Annotated[
-        str,
-        typer.Option(
-            "-k",
-            help="Only scenarios with these words in file or name; 'and', 'or', 'not', (...) join them.",
-        ),
-    ] = "",
+    files: Annotated[list[str], typer.Argument(help="Scenario files, folders of them, options of pytest.")],
+    keyword: Annotated[str, typer.Option("-k", help="Only scenarios with these words, as in pytest.")] = "",
     folders: FolderOption = None,
-    junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None,
+    junit: Annotated[
+        Path | None, typer.Option("--junit", "--junitxml", help="Write the results as JUnit XML.")
+    ] = None,
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Report which nodes and outcomes were seen.")
     ] = False,
     min_coverage: Annotated[
         float | None, typer.Option(min=0, max=100, help="Fail when less per cent of the outcomes were seen.")
     ] = None,
-    named: Annotated[
-        bool | None,
-        typer.Option(
-            "--verbose/--quiet",
-            "-v/-q",
-            help="Name each scenario, or only those that failed; otherwise each when there are few.",
-            show_default=False,
-        ),
-    ] = None,
 ) -> None:
-    """Test missions with scenarios: mocked skills, no robot, no waiting."""
+    """Test missions with scenarios: mocked skills, no robot, no waiting. pytest runs them."""
     with errors_to_exit_codes():
-        from rich.console import Console
-        from rich.text import Text
+        try:
+            import pytest
+        except ModuleNotFoundError as error:
+            raise ConfigError(
+                "florence test needs pytest", valid=["pip install 'florence-bt[test]'"]
+            ) from error
 
-        from florence_bt.app.mission_files.scenario_runs import TestOptions, run_scenarios
-
-        console = Console(highlight=False, soft_wrap=True)
-        options = TestOptions(files, folders or [], keyword, junit, coverage, min_coverage, named)
-        passed = run_scenarios(options, lambda line, style: console.print(Text(line, _STYLES[style])))
-        raise typer.Exit(OK if passed else FAILED)
+        arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
+        arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]
+        arguments += ["-p", "no:cacheprovider", "--noconftest"]
+        arguments += ["-k", keyword] if keyword else []
+        arguments += [f"--florence-missions={folder}" for folder in folders or []]
+        arguments += [f"--junitxml={junit}"] if junit is not None else []
+        arguments += ["--florence-coverage"] if coverage else []
+        arguments += [f"--florence-min-coverage={min_coverage}"] if min_coverage is not None else []
+        raise typer.Exit(_CODES.get(int(pytest.main(arguments)), FAILED))

@@ -11,16 +11,27 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from florence_bt.mission_testing.mocks.board import Call, Mock, MockError
-    from florence_bt.mission_testing.mocks.replies import Reply, fail, never, raises, succeed
+    from florence_bt.mission_testing.mocks.board import Mock, MockError, SkillCall
+    from florence_bt.mission_testing.mocks.replies import MockReply, fail, never, raises, succeed
     from florence_bt.mission_testing.play import Play
     from florence_bt.mission_testing.stage import Stage
 
-__all__ = ["Call", "Mock", "MockError", "Play", "Reply", "Stage", "fail", "never", "raises", "succeed"]
+__all__ = [
+    "Mock",
+    "MockError",
+    "MockReply",
+    "Play",
+    "SkillCall",
+    "Stage",
+    "fail",
+    "never",
+    "raises",
+    "succeed",
+]
 
 _HOMES = {
-    **dict.fromkeys(("Call", "Mock", "MockError"), "mocks.board"),
-    **dict.fromkeys(("Reply", "fail", "never", "raises", "succeed"), "mocks.replies"),
+    **dict.fromkeys(("Mock", "MockError", "SkillCall"), "mocks.board"),
+    **dict.fromkeys(("MockReply", "fail", "never", "raises", "succeed"), "mocks.replies"),
     "Play": "play",
     "Stage": "stage",
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.plain_yaml import Position
-from florence_bt.mission_testing.mocks.board import Call
+from florence_bt.mission_testing.mocks.board import SkillCall
 from florence_bt.mission_testing.paths import Place
 from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import FAILURE, SKIPPED, STOPPED, SUCCESS
@@ -155,7 +155,7 @@ class Coverage:
         if place.origin is not None:
             self.outcomes.setdefault(_key(place.origin.mission, place.origin.node), set()).add(outcome)
 
-    def _add_call(self, call: Call, outcomes: set[tuple[str, str]]) -> None:
+    def _add_call(self, call: SkillCall, outcomes: set[tuple[str, str]]) -> None:
         if call.place.use is None or call.result is None:
             return
         key = _key(call.place.use.mission, call.place.use.node)
@@ -163,7 +163,7 @@ class Coverage:
             self.codes.setdefault(key, set()).add(call.result.code)
         if any((call.place.path, outcome) in outcomes for outcome in (SUCCESS, FAILURE, STOPPED)):
             return
-        # A clean-up beside the tree: no event tells the statuses of its nodes.
+        # A clean-up beside the tree: no event has the statuses of its nodes.
         ended = SUCCESS if call.result.succeeded else STOPPED if call.cancelled else FAILURE
         self._add(call.place, ended)
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import difflib
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 
 from py_trees.behaviour import Behaviour
 
@@ -22,12 +22,14 @@ from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.checks.outcomes import Prospects, prospects_of
 from florence_bt.trees.language import model
-from florence_bt.trees.language.compile import Origin, compile_mission, origin_of
+from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.origin import Origin, origin_of
 
 MAX_SHOWN = 5
 """How many paths an error lists."""
@@ -46,7 +48,7 @@ class Place:
     Attributes:
         path: The names from the root down, joined with ``/``, as in events and dumps.
         shown: The same with the names of missions and skills, for people.
-        short: As little of it as tells the node from the others, as a pattern.
+        short: The shortest part that names no other node, as a pattern.
         segments: The same for matching.
         skill: The skill that it runs, None for every other node.
         outputs: The outputs of the skill that the mission uses.
@@ -54,7 +56,6 @@ class Place:
         origin: The node of the mission file that it came from, None for parts of one.
         use: Of a node that runs a skill: the node of the file that says so, also when it is a part of it.
         leaf: Whether nothing is below it.
-        verdicts: What patterns were found to say about it, by their texts.
     """
 
     path: str
@@ -67,7 +68,6 @@ class Place:
     origin: Origin | None
     use: Origin | None
     leaf: bool
-    verdicts: dict[str, bool] = field(default_factory=dict, repr=False, compare=False)
 
 
 class MissionMap:
@@ -168,6 +168,32 @@ def map_mission(
     return MissionMap(mission, root, prospects_of(mission, library, declarations))
 
 
+@cache
+def all_declarations() -> Mapping[str, SkillDeclaration]:
+    """Every declared skill; read once."""
+    return collect_declarations()
+
+
+class MissionMaps:
+    """The maps of missions, made once for each."""
+
+    def __init__(self) -> None:
+        self._maps: dict[str, tuple[Mission, MissionMap]] = {}
+
+    def of(
+        self, mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
+    ) -> MissionMap:
+        """The map of a mission.
+
+        Raises:
+            ConfigError: The mission has errors.
+        """
+        known = self._maps.get(mission.name)
+        if known is None or known[0] is not mission:
+            known = self._maps[mission.name] = (mission, map_mission(mission, library, declarations))
+        return known[1]
+
+
 @dataclass(frozen=True, slots=True)
 class Pattern:
     """A pattern of paths.
@@ -192,11 +218,8 @@ class Pattern:
         return sum("*" not in name for name in names), sum(len(name.replace("*", "")) for name in names)
 
     def matches(self, place: Place) -> bool:
-        """Whether a node is meant."""
-        verdict = place.verdicts.get(self.text)
-        if verdict is None:
-            verdict = place.verdicts[self.text] = _matches(self.parts, place.segments)
-        return verdict
+        """Whether the pattern matches a node."""
+        return _matches(self.parts, place.segments)
 
 
 @lru_cache(maxsize=1024)
@@ -209,7 +232,7 @@ def read_pattern(text: str) -> Pattern:
     names = text.strip().removeprefix("/").split("/")
     if not all(name.strip() for name in names):
         raise ConfigError(
-            f"{text!r} is no pattern of paths", valid=["navigate_to", "approach_user/**/navigate_to", "*"]
+            f"{text!r} is not a pattern of paths", valid=["navigate_to", "approach_user/**/navigate_to", "*"]
         )
     parts: list[re.Pattern[str] | None] = [None if name == "**" else _name_pattern(name) for name in names]
     if not text.strip().startswith("/"):
@@ -224,9 +247,7 @@ def matching(pattern: str, places: Iterable[Place]) -> list[Place]:
 
 
 def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
-    """What may have been meant by a pattern that matches no place: the pattern with its misspelled names put
-    right, then paths that look like it, in their short form, the closest first.
-    """
+    """The paths that look like a pattern that matches no place, in their short form, the closest first."""
     places = list(places)
     wanted = [_plain(name) for name in pattern.strip("/").split("/") if "*" not in name] or [""]
 
@@ -235,30 +256,14 @@ def closest_paths(pattern: str, places: Iterable[Place]) -> list[str]:
         return 2.0 * _alike(wanted[-1], place.segments[-1]) + sum(names) / len(names)
 
     ordered = sorted(places, key=lambda place: (-likeness(place), place.index))
-    repaired = _repaired(pattern, places)
-    return list(dict.fromkeys([*repaired, *(place.short for place in ordered)]))[:MAX_SHOWN]
-
-
-def _repaired(pattern: str, places: Sequence[Place]) -> list[str]:
-    """The pattern with the closest names that there are; none when that matches no place either."""
-    known: dict[str, str] = {}
-    for place in places:
-        for written in (*place.shown.split("/"), *([place.skill] if place.skill else ())):
-            known.setdefault(_plain(written), written)
-    names = pattern.split("/")
-    for number, name in enumerate(names):
-        if name and "*" not in name and _plain(name) not in known:
-            close = difflib.get_close_matches(_plain(name), known, n=1, cutoff=0.7)
-            names[number] = known[close[0]] if close else name
-    # A node without a name of its own stands between: not `goto_room/turn` but `goto_room/**/turn`.
-    ways = ["/".join(names), "/**/".join(name for name in names if name != "**")]
-    return [way for way in ways if way != pattern and all(way.split("/")) and matching(way, places)][:1]
+    return list(dict.fromkeys(place.short for place in ordered))[:MAX_SHOWN]
 
 
 def _alike(name: str, written: frozenset[str]) -> float:
     return max(difflib.SequenceMatcher(None, name, each).ratio() for each in sorted(written))
 
 
+@lru_cache(maxsize=100_000)
 def _matches(parts: tuple[re.Pattern[str] | None, ...], segments: Segments) -> bool:
     """Whether a list of name patterns covers a path exactly; works from the left with all open positions."""
     open_at = {0}
@@ -281,3 +286,44 @@ def _name_pattern(name: str) -> re.Pattern[str]:
 def _plain(name: str) -> str:
     """A name as it is compared: lower case, underscores and slashes as spaces."""
     return " ".join(name.replace("_", " ").replace("/", " ").lower().split())
+
+
+def unmatched(
+    text: str, places: MissionMap, skills: Collection[str], *, skills_only: bool, what: str = ""
+) -> ConfigError:
+    """The error for a pattern that matches nothing.
+
+    Args:
+        text: The pattern.
+        places: The nodes of the mission.
+        skills: The names of all skills.
+        skills_only: Whether only nodes that run a skill count.
+        what: What the pattern is for, such as ``the mock ``; for messages.
+    """
+    candidates = places.uses() if skills_only else list(places.places.values())
+    if text in skills:
+        used = dict.fromkeys(place.skill for place in places.uses() if place.skill)
+        valid = closest_first(text, used) or ("no skills",)
+        return ConfigError(f"{what}{text!r} is a skill that {places.mission} does not use", valid=valid)
+    others = matching(text, places.places.values()) if skills_only else []
+    if others:
+        origin = others[0].origin
+        called = isinstance(origin.node, model.CallMission) if origin is not None else False
+        inside = [use for use in candidates if any(use.path.startswith(f"{o.path}/") for o in others)]
+        kind = "a mission that is called" if called else "a node of the tree"
+        return ConfigError(
+            f"{what}{text!r} is not a skill but {kind}",
+            valid=list(dict.fromkeys(use.short for use in inside))[:MAX_SHOWN],
+        )
+    kind = "skill" if skills_only else "node"
+    close = dict.fromkeys([*_named_like(text, places), *closest_paths(text, candidates)])
+    message = f"{what}{text!r} matches no {kind} of {places.mission}"
+    return ConfigError(message, valid=list(close)[:MAX_SHOWN])
+
+
+def _named_like(text: str, places: MissionMap) -> list[str]:
+    """The skill, or the called mission, whose name looks like this; either may be mocked."""
+    nodes = [place.origin.node for place in places.places.values() if place.origin is not None]
+    missions = [node.mission.text for node in nodes if isinstance(node, model.CallMission)]
+    names = dict.fromkeys([*missions, *(place.skill for place in places.uses() if place.skill)])
+    return difflib.get_close_matches(text, names, n=1, cutoff=0.8)

@@ -1,40 +1,179 @@
-"""One run of a mission in a test, and what a test may assert about it."""
+"""One run of a mission in a test: where it stands, what it did, and what a test may assert about it."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
-from typing import Any, Self
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NoReturn, Self
 
-from florence_bt.behaviours.keys import readable
-from florence_bt.core.declaration import Kind
+from florence_bt.behaviours.keys import KeyStore, readable
+from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing._play_state import PlayState, Unmet, visited
-from florence_bt.mission_testing.mocks.board import Call
-from florence_bt.mission_testing.paths import read_pattern
-from florence_bt.mission_testing.record import seconds_text
-from florence_bt.mission_testing.trace import aligned, read_line, same_trace
+from florence_bt.mission_testing.mocks.board import SkillCall
+from florence_bt.mission_testing.paths import MissionMap, Place, matching, read_pattern, unmatched
+from florence_bt.mission_testing.record import (
+    INVALID,
+    NodeRecord,
+    StatusChange,
+    aligned,
+    read_line,
+    same_trace,
+    seconds_text,
+    trace_text,
+)
 from florence_bt.mission_testing.values import expected_like, read_duration, read_kind, same
-from florence_bt.runtime.run import RunStatus
+from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.trees.language.quantities import format_value
 
-__all__ = ["Play", "Unmet"]
 __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
 
 
-class Play(PlayState):
+class ExpectationFailed(AssertionError):
+    """Something that a test expects does not hold.
+
+    Attributes:
+        problem: What, in a sentence or a few lines.
+        report: The tree, the calls and what broke.
+    """
+
+    def __init__(self, problem: str, report: str) -> None:
+        self.problem = problem
+        self.report = report
+        super().__init__(f"{problem}\n\n{report}")
+
+
+class Play:
     """One run of a mission. A :class:`florence_bt.mission_testing.stage.Stage` makes them and moves the time.
 
     Each assertion returns the play, so that they can be written in a row, and raises an AssertionError with
     the tree and the calls when it does not hold.
+
+    Attributes:
+        run: The run as the executor keeps it.
+        places: The nodes of the mission.
+        record: What the nodes did.
+        key_store: The keys of the run, from its first tick on.
     """
 
+    def __init__(
+        self,
+        run: MissionRun,
+        places: MissionMap,
+        declarations: Mapping[str, SkillDeclaration],
+        all_calls: Sequence[SkillCall],
+        render: Callable[[MissionRun], str],
+        unused_mocks: Callable[[], Sequence[str]],
+    ) -> None:
+        self.run = run
+        self.places = places
+        self.record = NodeRecord(places)
+        self.key_store: KeyStore | None = None
+        self._declarations = declarations
+        self._all_calls = all_calls
+        self._render = render
+        self._unused_mocks = unused_mocks
+
+    # ---- where it stands ------------------------------------------------------------------------------
+
+    @property
+    def status(self) -> str:
+        """QUEUED, RUNNING, PAUSED, ENDING, SUCCEEDED, FAILED or STOPPED."""
+        return self.run.status.value
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing can change any more."""
+        return self.run.status.final
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether it ended well."""
+        return self.run.status is RunStatus.SUCCEEDED
+
+    @property
+    def code(self) -> str:
+        """The short code of the end, ``ok`` after success, empty while it runs."""
+        return self.run.code
+
+    @property
+    def reason(self) -> str:
+        """The reason of a failure or a stop."""
+        return self.run.reason
+
+    @property
+    def leaf(self) -> str:
+        """The path of the node that caused a failure."""
+        return self.places.find(self.run.why.path).shown if self.run.why else ""
+
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """The outputs of the mission, in SI units."""
+        return dict(self.run.outputs)
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """The keys of the mission (not of those it calls) and their values, in SI units."""
+        return self.key_store.as_dict() if self.key_store is not None else {}
+
+    @property
+    def duration(self) -> float | None:
+        """Seconds from the start to the end, None before the end."""
+        if self.run.started is None or self.run.ended is None:
+            return None
+        return self.run.ended - self.run.started
+
+    @property
+    def started(self) -> float:
+        """When it started, on the test's clock; 0 before."""
+        return self.run.started or 0.0
+
+    @property
+    def tree(self) -> str:
+        """The tree as ASCII text; of an ended run as it stood at the end."""
+        return self._render(self.run)
+
+    # ---- what it did ----------------------------------------------------------------------------------
+
+    def trace(self, pattern: str = "**", *, inner: bool = False) -> str:
+        """What the nodes did, a line for each change of a status: ``4.2 s  look_for_user: SUCCESS``.
+
+        Args:
+            pattern: Which nodes.
+            inner: Whether to show nodes with others below too, not only leaves.
+        """
+        return trace_text(self.changes(pattern, inner=inner))
+
+    def changes(self, pattern: str = "**", *, inner: bool = False) -> list[StatusChange]:
+        """The changes that the lines of a trace are about; arguments as of :meth:`trace`."""
+        read = read_pattern(pattern)
+        return [
+            change
+            for change in self.record.changes()
+            if (inner or change.place.leaf) and change.new != INVALID and read.matches(change.place)
+        ]
+
+    def calls(self, pattern: str = "**") -> list[SkillCall]:
+        """The starts of skills by nodes that a pattern means, in order."""
+        read = read_pattern(pattern)
+        return [c for c in self._all_calls if c.run_id == self.run.run_id and read.matches(c.place)]
+
+    def inputs(self, pattern: str = "**") -> list[dict[str, Any]]:
+        """The inputs of those calls, in SI units."""
+        return [dict(call.inputs) for call in self.calls(pattern)]
+
+    @property
+    def order(self) -> list[str]:
+        """The names of the skills in the order of their starts."""
+        return [call.skill for call in self.calls()]
+
+    # ---- what a test expects of it --------------------------------------------------------------------
+
     def assert_status(self, status: str) -> Self:
-        """The run has this status; ``SUCCESS`` and ``FAILURE`` are understood too."""
-        wanted = _STATUS_WORDS.get(status.upper(), status.upper())
+        """The run has this status."""
+        wanted = status.upper()
         if wanted not in RunStatus.__members__:
-            raise ConfigError(f"{status!r} is no status of a run", valid=RunStatus.__members__)
+            raise ConfigError(f"{status!r} is nott a status of a run", valid=RunStatus.__members__)
         if self.status != wanted:
             self.fail(f"{self.run.mission} is {self._state_text()}, not {wanted}")
         return self
@@ -151,13 +290,13 @@ class Play(PlayState):
         """
         wanted = _lines(expected)
         whole = any(line.lstrip().startswith("[ ]") for line in wanted)
-        return self._assert_text("tree", wanted, _lines(self.tree) if whole else visited(self.tree))
+        return self._assert_text("tree", wanted, _lines(self.tree) if whole else _visited(self.tree))
 
     def assert_trace(self, expected: str, pattern: str = "**", *, inner: bool = False) -> Self:
         """The trace is this; arguments as of :meth:`trace`. Its lines may name nodes by patterns.
 
         Raises:
-            ConfigError: A line is no line of a trace, or names no node of the mission.
+            ConfigError: A line is not a line of a trace, or names no node of the mission.
         """
         wanted = [read_line(line) for line in _lines(expected) if line.strip()]
         for line in wanted:
@@ -180,7 +319,7 @@ class Play(PlayState):
         return self
 
     def _find_call(
-        self, calls: list[Call], start: int, pattern: str, inputs: Mapping[str, Any], only: bool
+        self, calls: list[SkillCall], start: int, pattern: str, inputs: Mapping[str, Any], only: bool
     ) -> int | None:
         """The number of the next call that fits; the very next one when there may be no others."""
         read = read_pattern(pattern)
@@ -189,7 +328,7 @@ class Play(PlayState):
                 return number
         return None
 
-    def _place_in_order(self, calls: list[Call], number: int, only: bool) -> str:
+    def _place_in_order(self, calls: list[SkillCall], number: int, only: bool) -> str:
         if only and number < len(calls):
             return f"as number {number + 1}, but {self.call_text(calls[number]).strip()}"
         return f"after {calls[number - 1].place.short}" if number else "at all"
@@ -221,11 +360,70 @@ class Play(PlayState):
         if wanted != actual:
             difference = "\n".join(difflib.unified_diff(wanted, actual, "expected", "was", lineterm="", n=2))
             text = "\n".join(actual)
-            self.fail(f"the {what} is another one:\n{difference}\n\nthe whole {what}, as it was:\n{text}")
+            self.fail(f"the {what} differs:\n{difference}\n\nthe whole {what}, as it was:\n{text}")
         return self
 
+    # ---- helpers --------------------------------------------------------------------------------------
 
-_STATUS_WORDS = {"SUCCESS": "SUCCEEDED", "FAILURE": "FAILED"}
+    def check_pattern(self, pattern: str) -> list[Place]:
+        """The nodes that a pattern means.
+
+        Raises:
+            ConfigError: It means none; the error lists the closest ones.
+        """
+        places = self.places.places.values()
+        found = matching(pattern, places)
+        if not found and pattern not in self._declarations:
+            raise unmatched(pattern, self.places, self._declarations, skills_only=False)
+        return found
+
+    def fits(self, call: SkillCall, wanted: Mapping[str, Any]) -> bool:
+        """Whether a call has these inputs (others may be there beside).
+
+        Raises:
+            ConfigError: The skill has no such input, or the value is of another kind.
+        """
+        ports = self._declarations[call.skill].inputs
+        for name, value in wanted.items():
+            if name not in ports:
+                raise ConfigError(f"{call.skill} has no input {name!r}", valid=list(ports))
+            if not same(read_kind(value, ports[name].kind), call.inputs[name]):
+                return False
+        return True
+
+    def call_text(self, call: SkillCall) -> str:
+        """One line about a call."""
+        ports = self._declarations[call.skill].inputs
+        inputs = ", ".join(f"{n}={format_value(v, ports[n].kind)}" for n, v in call.inputs.items())
+        end = "still runs"
+        if call.ended is not None and call.result is not None:
+            code = call.result.code if not call.result.succeeded else "ok"
+            end = f"{code} after {seconds_text(call.ended - call.started)}"
+        start = seconds_text(call.started - self.started)
+        skill = "" if call.place.short.split(" (")[0].endswith(call.skill) else f": {call.skill}"
+        return f"{start:>10}  {call.place.short}{skill}({inputs}): {end}"
+
+    def report(self) -> str:
+        """The tree, the calls and what broke, for messages."""
+        calls = "\n".join(self.call_text(call) for call in self.calls()) or "      none"
+        broken = "".join(f"\n\nan exception came out of the tree:\n{text}" for text in self.record.broken)
+        tree = "\n".join(_visited(self.tree)) or "(no node was reached)"
+        unused = ", ".join(self._unused_mocks())
+        unused = f"\n\nmocks that answered no call: {unused}" if unused else ""
+        return f"{tree}\n\ncalls of skills:\n{calls}{unused}{broken}"
+
+    def fail(self, problem: str) -> NoReturn:
+        """Fail the test with a problem, the tree and the calls.
+
+        Raises:
+            ExpectationFailed: Always.
+        """
+        raise ExpectationFailed(problem, self.report())
+
+
+def _visited(tree: str) -> list[str]:
+    """The lines of a dump without the nodes that were not reached."""
+    return [line.rstrip() for line in tree.splitlines() if not line.lstrip().startswith("[ ]")]
 
 
 def _shown(value: Any, kind: Kind | None) -> str:

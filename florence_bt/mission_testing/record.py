@@ -1,11 +1,16 @@
-"""What the nodes of a run did, tick by tick: the source of traces and of the coverage."""
+"""What the nodes of a run did, tick by tick, and the traces that tests expect of them: lines such as
+``4.2 s  look_for_user: SUCCESS``, with patterns for the nodes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from florence_bt.mission_testing.paths import MissionMap, Place
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.mission_testing.paths import MissionMap, Place, matching, read_pattern
+from florence_bt.mission_testing.values import read_duration
 from florence_bt.runtime.events import EventKind, RunEvent
 
 SUCCESS, FAILURE, RUNNING, INVALID = "SUCCESS", "FAILURE", "RUNNING", "INVALID"
@@ -14,10 +19,16 @@ STOPPED = "STOPPED"
 SKIPPED = "SKIPPED"
 """The outcome of a node that its guard kept from starting, whatever it counts as."""
 STATUSES = (SUCCESS, FAILURE, RUNNING, INVALID)
+SHOWN = (RUNNING, SUCCESS, FAILURE)
+"""The statuses that a trace shows."""
+_LINE = re.compile(r"(?P<time>[+-]?[\d.]+\s*[^\W\d]*)\s+(?P<node>.+):\s*(?P<status>\S*)")
+_EXAMPLE = "4.2 s look_for_user: SUCCESS"
+_SLACK_S = 0.5e-3 + 1e-9
+"""Times are shown to the millisecond."""
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class StatusChange:
     """The status of a node after a tick that changed it.
 
     Attributes:
@@ -39,7 +50,7 @@ class Change:
         return f"{seconds_text(self.time)}  {self.place.short}: {self.new}"
 
 
-class Record:
+class NodeRecord:
     """Notes the changes of one run.
 
     Args:
@@ -57,7 +68,7 @@ class Record:
         self.broken: list[str] = []
         self._places = places
         self._started: float | None = None
-        self._changes: list[Change] = []
+        self._changes: list[StatusChange] = []
         self._tick = (0, 0.0)
         self._open: dict[str, tuple[str, str]] = {}
 
@@ -75,23 +86,18 @@ class Record:
                 self._note_node(event, tick)
             case EventKind.BROKEN:
                 detail = str(event.data.get("detail", ""))
-                # The test is told of those in their own words.
+                # The test reports those itself.
                 if "MockError" not in detail:
                     self.broken.append(detail)
             case EventKind.STOP_ASKED | EventKind.ENDED:
-                # The tree is stopped as a whole; no event tells it of each node.
+                # The tree is stopped as a whole; there is no event for each node.
                 running = [path for path, status in self.statuses.items() if status == RUNNING]
                 self.outcomes.update((path, STOPPED) for path in running)
 
-    def changes(self) -> list[Change]:
+    def changes(self) -> list[StatusChange]:
         """Every change so far, by tick and then in the order of the tree."""
         self._close_tick()
         return self._changes
-
-    def places_with(self, status: str) -> list[Place]:
-        """The nodes that have a status now, in the order of the tree."""
-        found = (self._places.find(path) for path, now in self.statuses.items() if now == status)
-        return sorted(found, key=lambda place: place.index)
 
     def _note_node(self, event: RunEvent, tick: int) -> None:
         path, old, new = (str(event.data[name]) for name in ("node", "old", "new"))
@@ -111,7 +117,7 @@ class Record:
         tick, time = self._tick
         since = time - (self._started if self._started is not None else time)
         changed = [
-            Change(since, tick, self._places.find(path), old, new)
+            StatusChange(since, tick, self._places.find(path), old, new)
             for path, (old, new) in self._open.items()
             if old != new
         ]
@@ -119,7 +125,7 @@ class Record:
         self._open = {}
 
 
-def trace_text(changes: Iterable[Change]) -> str:
+def trace_text(changes: Iterable[StatusChange]) -> str:
     """One line for each change; equal runs give equal texts."""
     return "\n".join(str(change) for change in changes)
 
@@ -127,3 +133,66 @@ def trace_text(changes: Iterable[Change]) -> str:
 def seconds_text(seconds: float) -> str:
     """Such as ``4.2 s``; to the millisecond, without trailing zeros."""
     return f"{round(seconds, 3) + 0.0:.3f}".rstrip("0").rstrip(".") + " s"
+
+
+@dataclass(frozen=True, slots=True)
+class TraceLine:
+    """A line of an expected trace.
+
+    Attributes:
+        seconds: Since the start of the run.
+        node: A pattern of nodes.
+        status: The status that one of them takes.
+    """
+
+    seconds: float
+    node: str
+    status: str
+
+    def fits(self, change: StatusChange) -> bool:
+        """Whether a change is what the line says."""
+        near = abs(change.time - self.seconds) <= _SLACK_S
+        return near and change.new == self.status and read_pattern(self.node).matches(change.place)
+
+    def shown(self, places: Iterable[Place]) -> str:
+        """The line as a trace would show it, when it means one node; else as it was written."""
+        found = matching(self.node, places)
+        name = found[0].short if len(found) == 1 else self.node
+        return f"{seconds_text(self.seconds)}  {name}: {self.status}"
+
+
+def read_line(text: str) -> TraceLine:
+    """Read a line of an expected trace.
+
+    Raises:
+        ConfigError: It is not one.
+    """
+    match = _LINE.fullmatch(text.strip())
+    if match is None:
+        raise ConfigError(f"{text.strip()!r} is not a line of a trace", valid=[_EXAMPLE])
+    if match["status"] not in SHOWN:
+        valid = closest_first(match["status"].upper(), SHOWN)
+        raise ConfigError(f"a trace shows no status {match['status']!r}", valid=valid)
+    read_pattern(match["node"])
+    return TraceLine(read_duration(match["time"]), match["node"].strip(), match["status"])
+
+
+def same_trace(wanted: Sequence[TraceLine], actual: Sequence[StatusChange]) -> bool:
+    """Whether a run did what the lines say, and nothing else."""
+    return len(wanted) == len(actual) and all(map(TraceLine.fits, wanted, actual))
+
+
+def aligned(
+    wanted: Sequence[TraceLine], actual: Sequence[StatusChange], places: Iterable[Place]
+) -> list[str]:
+    """The expected lines, written as in the actual trace where they agree, so that a difference shows only
+    what differs.
+    """
+    places = list(places)
+    lines, rest = [], list(actual)
+    for line in wanted:
+        found = next((change for change in rest if line.fits(change)), None)
+        if found is not None:
+            rest = rest[rest.index(found) + 1 :]
+        lines.append(str(found) if found is not None else line.shown(places))
+    return lines

@@ -11,11 +11,10 @@ from typing import Any
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing.known import MissionMaps, all_declarations
-from florence_bt.mission_testing.mocks.board import Call, Mock, MockBoard, MockError
+from florence_bt.mission_testing.mocks.board import Mock, MockBoard, MockError, SkillCall
 from florence_bt.mission_testing.mocks.scripts import Script
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
-from florence_bt.mission_testing.paths import MissionMap, Place, made_up_place
+from florence_bt.mission_testing.paths import MissionMap, MissionMaps, Place, all_declarations, made_up_place
 from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import STATUSES, seconds_text
 from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
@@ -23,6 +22,7 @@ from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.neighbours import add_neighbours
 
 __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
@@ -66,9 +66,7 @@ class Stage:
         self.plays: list[Play] = []
         self._maps = maps or MissionMaps()
         self._scratch = scratch
-        self._board = MockBoard(self.clock, self.declarations)
-        self._board.find_place = self._find_place
-        self._board.run_id = self._run_id
+        self._board = MockBoard(self.clock, self.declarations, self._find_place, self._run_id)
         self._by_id: dict[str, Play] = {}
         self._early: list[tuple[MissionRun, RunEvent]] = []
         self.executor = Executor(
@@ -89,7 +87,7 @@ class Stage:
             The name of the mission; of a folder its name.
 
         Raises:
-            ConfigError: It cannot be read; the error tells the first thing that is wrong with it.
+            ConfigError: It cannot be read; the error has the first thing that is wrong with it.
         """
         if isinstance(mission, str) and "\n" in mission:
             return self.load(self._write(mission))
@@ -102,7 +100,7 @@ class Stage:
             return self.library.get(str(mission)).name
         if (added := self.library.add_file(path)) is None:
             raise next(f for f in self.library.findings if f.file == str(path)).as_error()
-        self.library.add_neighbours([added])
+        add_neighbours([added], self.library)
         self.places_of(path.stem)
         return path.stem
 
@@ -124,7 +122,7 @@ class Stage:
         return self._board.add(pattern, script)
 
     def defaults(self, mocks: Mapping[str, Script] | None = None, /, **more: Script) -> None:
-        """Mocks that stand back behind those of :meth:`mock` and need not be used by every mission."""
+        """Mocks that are used when none of :meth:`mock` matches; a mission need not use them."""
         for pattern, script in {**(mocks or {}), **more}.items():
             self._board.add(pattern, script, default=True)
 
@@ -163,8 +161,9 @@ class Stage:
         self._board.check_patterns(places)
         given = self._readable(name, {**(inputs or {}), **more})
         run = self.executor.trigger(MissionRequest(name, given, caller, wanted, priority))
-        play = Play(run, places, self.declarations, self._board.calls, self.executor.render)
-        play.unused = self._board.unused
+        play = Play(
+            run, places, self.declarations, self._board.calls, self.executor.render, self._board.unused
+        )
         self.plays.append(play)
         self._by_id[run.run_id] = play
         early, self._early = self._early, []
@@ -191,7 +190,7 @@ class Stage:
         return self.plays[-1]
 
     @property
-    def calls(self) -> list[Call]:
+    def calls(self) -> list[SkillCall]:
         """Every start of a mocked skill in any run, in order."""
         return list(self._board.calls)
 
@@ -251,7 +250,7 @@ class Stage:
             self._wait(lambda: bool(what()), wanted, "did not come to what was waited for", limit)
             return wanted
         if status.upper() not in STATUSES:
-            raise ConfigError(f"{status!r} is no status of a node", valid=STATUSES)
+            raise ConfigError(f"{status!r} is nott a status of a node", valid=STATUSES)
         paths = [place.path for place in wanted.check_pattern(what)]
         statuses = wanted.record.statuses
 
@@ -261,14 +260,14 @@ class Stage:
         self._wait(reached, wanted, f"ended before {what!r} was {status.upper()}", limit)
         return wanted
 
-    # ---- what people do meanwhile ---------------------------------------------------------------------
+    # ---- what people do during a run ---------------------------------------------------------------------
 
-    def stop(self, reason: str = "the test said so", play: Play | None = None) -> None:
+    def stop(self, reason: str = "requested by the test", play: Play | None = None) -> None:
         """Stop a run, the current one when not given."""
         self.executor.stop(reason, play.run.run_id if play else None)
         self.settle()
 
-    def pause(self, reason: str = "the test said so") -> None:
+    def pause(self, reason: str = "requested by the test") -> None:
         """Pause the current run."""
         self.executor.pause(reason)
         self.settle()
@@ -278,7 +277,7 @@ class Stage:
         self.executor.resume()
         self.settle()
 
-    def override(self, reason: str = "the test said so") -> None:
+    def override(self, reason: str = "requested by the test") -> None:
         """Stop everything and let nothing start, as the manual override does."""
         self.executor.override(reason)
         self.settle()
@@ -304,10 +303,9 @@ class Stage:
         Raises:
             MockError: One did.
         """
-        if self._board.complaints:
-            complaint = self._board.complaints[0]
+        if self._board.problems:
             tree = self.plays[-1].report() if self.plays else ""
-            raise MockError(f"{complaint}\n\n{tree}".rstrip())
+            raise MockError(f"{self._board.problems[0]}\n\n{tree}".rstrip())
 
     def _mock_missions(self, mission: str) -> None:
         """Put stubs for the called missions that mocks name."""
@@ -317,7 +315,7 @@ class Stage:
             self._maps = MissionMaps()
 
     def _readable(self, mission: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """The inputs with poses in every form that tests may write; what is wrong with them is told later."""
+        """The inputs with poses in every form of tests; what is wrong with them is reported later."""
         ports = self.library.get(mission).inputs
         given = dict(inputs)
         for name, value in inputs.items():
@@ -357,8 +355,8 @@ class Stage:
             return ": it is paused; resume() lets it go on"
         waiting = [call.place.short for call in play.calls() if call.ended is None]
         if waiting:
-            return f": nothing will happen any more, {' and '.join(waiting)} never end by themselves"
-        return "" if play.done else ": nothing will happen any more"
+            return f": nothing more will happen: {' and '.join(waiting)} never end by themselves"
+        return "" if play.done else ": nothing more will happen"
 
     def _find_place(self, path: str) -> Place:
         play = self._by_id.get(self._run_id())

@@ -21,7 +21,7 @@ def read_duration(value: Any, what: str = "a duration") -> float:
     """Seconds from ``3 s``, ``2 min`` or a plain number of seconds.
 
     Raises:
-        ConfigError: It is no duration of zero or more.
+        ConfigError: It is not a duration of zero or more.
     """
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     seconds = float(value) if number else read_value(str(value), Kind.DURATION)
@@ -62,7 +62,7 @@ def read_port(value: Any, port: Port) -> Any:
 
 
 def read_kind(value: Any, kind: Kind) -> Any:
-    """Read a value of a kind; the limits of :func:`read_port` are not looked at.
+    """Read a value of a kind; the limits of :func:`read_port` are not checked.
 
     Raises:
         ConfigError: It is of another kind.
@@ -132,7 +132,7 @@ def same(expected: Any, actual: Any) -> bool:
 
 
 def expected_like(expected: Any, actual: Any) -> Any:
-    """Read an expected value where only the actual one tells its kind (the keys of a mission).
+    """Read an expected value where only the actual one gives its kind (the keys of a mission).
 
     Raises:
         ConfigError: It cannot be read as that kind.

@@ -20,6 +20,8 @@ def robot(florence):
         look_for_user=f"running 1 s, then SUCCESS (user={USER}, distance=2 m, user_id=7)",
         set_user_position="SUCCESS",
         get_robot_pose="SUCCESS (pose=(1 m, 2 m, 0 deg))",
-        propose_approach_pose=lambda inputs: f"50 ms, SUCCESS (pose={PROPOSALS[inputs['trial'] - 1]})",
+        propose_approach_pose=lambda inputs: (
+            f"running 50 ms, SUCCESS (pose={PROPOSALS[inputs['trial'] - 1]})"
+        ),
     )
     return florence

@@ -1,57 +1,154 @@
-"""Missions that are broken on purpose: the scenarios of each notice every one of these mistakes."""
+"""Missions that are broken on purpose: their scenarios notice each of these mistakes, and say which."""
 
 from pathlib import Path
 
 import pytest
 
+from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
-from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
 from florence_bt.trees.language.loader import BUILT_IN
 
+FOLDER = Path(__file__).parents[2] / "scenarios"
 FOLDER = Path(__file__).parents[2] / "scenarios"
 ROOM_SEARCH = "with: {window: $window, looks: $looks}\n              out: {user: user}\n    - set"
 HERE_SEARCH = "with: {window: $window, looks: $looks}\n              out: {user: user}\n        - name"
 MUTANTS = [
-    ("goto_pose", "x: $x, y: $y", "x: $y, y: $x"),
-    ("goto_pose", "yaw: $phi", "yaw: 0 deg"),
-    ("goto_pose", "default: 0 deg", "default: 90 deg"),
-    ("goto_room", "label: $room", "label: kitchen"),
-    ("goto_room", "goal: $hotspot", "goal: {x: 4 m, y: 5 m, yaw: 30 deg}"),
-    ("detect_user", "on: [no_user_seen]", "on: [no_user_seen, collision_ahead]"),
-    ("detect_user", "on: [no_user_seen]", "on: [no_user_seen, server_lost]"),
-    ("detect_user", "on: [no_picture]", "on: [no_picture, no_user_seen]"),
-    ("detect_user", "retry: 3", "retry: 4"),
-    ("detect_user", "      - stop_tracker:\n      - turn", "      - turn"),
-    ("detect_user", "      - wait: $settle\n        name: settle\n", ""),
-    ("detect_user", "  finally:\n    stop_tracker:\n", ""),
-    ("detect_user", "{window: $window}", "{window: 5 s}"),
-    ("detect_user", "{angle: $step}", "{angle: 45 deg}"),
-    ("detect_user", "min: 1, max: 72", "min: 1, max: 71"),
-    ("approach_user", "retry: 3", "retry: 4"),
-    ("approach_user", "timeout: $limit", "timeout: 120 s"),
-    ("approach_user", "robot: $robot", "robot: $user"),
-    ("approach_user", "trial: $trial", "trial: 1"),
-    ("approach_user", "timed_out]", "timed_out, rejected]"),
-    ("approach_user", "dock, timed_out]", "dock]"),
-    ("goto_user", "robot_in_room: {room: $room}", "robot_in_room: {room: kitchen}"),
-    ("goto_user", "get_hotspot: {label: $room}", "get_hotspot: {label: kitchen}"),
-    ("goto_user", "            - navigate_to: {goal: $hotspot}\n", ""),
-    ("goto_user", "    - set_user_position: {user: $user}\n", ""),
-    ("goto_user", ", safe_distance: $safe_distance}", "}"),
-    ("goto_user", HERE_SEARCH, HERE_SEARCH.replace("window: $window, ", "")),
-    ("goto_user", ROOM_SEARCH, ROOM_SEARCH.replace(", looks: $looks", "")),
-    ("goto_user", "      selector:", "      memory: false\n      selector:"),
-    ("goto_user", "default: 5 s", "default: 4 s"),
+    (
+        "goto_pose",
+        "x: $x, y: $y",
+        "x: $y, y: $x",
+        "'navigate_to' with goal=(x 1.50 m, y 2.00 m, yaw 1.57 rad) was not called as number 1",
+    ),
+    ("goto_pose", "yaw: $phi", "yaw: 0 deg", "yaw 1.57 rad) was not called as number 1"),
+    ("goto_pose", "default: 0 deg", "default: 90 deg", "yaw 0.00 rad) was started never"),
+    (
+        "goto_room",
+        "label: $room",
+        "label: kitchen",
+        "'get_hotspot' with label=hall was not called as number 1",
+    ),
+    (
+        "goto_room",
+        "goal: $hotspot",
+        "goal: {x: 4 m, y: 5 m, yaw: 30 deg}",
+        "'navigate_to' with goal=(x -1.00 m, y 0.50 m, yaw -1.57 rad) was not called as number 2",
+    ),
+    (
+        "detect_user",
+        "on: [no_user_seen]",
+        "on: [no_user_seen, collision_ahead]",
+        "'turn' was started 8 times, not twice",
+    ),
+    (
+        "detect_user",
+        "on: [no_user_seen]",
+        "on: [no_user_seen, server_lost]",
+        "'start_tracker' was started 8 times, not once",
+    ),
+    (
+        "detect_user",
+        "on: [no_picture]",
+        "on: [no_picture, no_user_seen]",
+        "'turn' was started once, not twice",
+    ),
+    ("detect_user", "retry: 3", "retry: 4", "'look_for_user' was started 4 times, not 3 times"),
+    (
+        "detect_user",
+        "      - stop_tracker:\n      - turn",
+        "      - turn",
+        "'stop_tracker' was started once, not 9 times",
+    ),
+    (
+        "detect_user",
+        "      - wait: $settle\n        name: settle\n",
+        "",
+        "detect_user took 10.5 s, not 12.5 s",
+    ),
+    ("detect_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker' was started 8 times, not 9 times"),
+    ("detect_user", "{window: $window}", "{window: 5 s}", "'look_for_user' with window=2 was started never"),
+    ("detect_user", "{angle: $step}", "{angle: 45 deg}", "'turn' with angle=1.571 was started never"),
+    ("detect_user", "min: 1, max: 72", "min: 1, max: 71", "72 is above the maximum of 71"),
+    ("approach_user", "retry: 3", "retry: 4", "trial: 4 is above the maximum of 3"),
+    ("approach_user", "timeout: $limit", "timeout: 120 s", "approach_user took 120.5 s, not 12.5 s"),
+    (
+        "approach_user",
+        "robot: $robot",
+        "robot: $user",
+        "robot=(x 1.00 m, y 2.00 m, yaw 0.00 rad), trial=1, safe_distance=0.5 was not called as number 2",
+    ),
+    (
+        "approach_user",
+        "trial: $trial",
+        "trial: 1",
+        "'propose_approach_pose' with trial=2, robot=(x 1.00 m, y 2.00 m, yaw 0.00 rad) was not called",
+    ),
+    ("approach_user", "timed_out]", "timed_out, rejected]", "'navigate_to' was started 3 times, not once"),
+    (
+        "approach_user",
+        "dock, timed_out]",
+        "dock]",
+        "approach_user is FAILED: a deadline of the run passed [timed_out]",
+    ),
+    (
+        "goto_user",
+        "robot_in_room: {room: $room}",
+        "robot_in_room: {room: kitchen}",
+        "'robot_in_room' with room=hall was not called",
+    ),
+    (
+        "goto_user",
+        "get_hotspot: {label: $room}",
+        "get_hotspot: {label: kitchen}",
+        "'get_hotspot' with label=hall was not called",
+    ),
+    (
+        "goto_user",
+        "            - navigate_to: {goal: $hotspot}\n",
+        "",
+        "'navigate_to' with goal=(x 4.00 m, y 5.00 m, yaw 0.52 rad) was not called as number 4",
+    ),
+    (
+        "goto_user",
+        "    - set_user_position: {user: $user}\n",
+        "",
+        "'set_user_position' is a skill that goto_user does not use",
+    ),
+    (
+        "goto_user",
+        ", safe_distance: $safe_distance}",
+        "}",
+        "'propose_approach_pose' with safe_distance=0.8 was started never",
+    ),
+    (
+        "goto_user",
+        HERE_SEARCH,
+        HERE_SEARCH.replace("window: $window, ", ""),
+        "'search from here/**/look_for_user' with window=2 was started never",
+    ),
+    (
+        "goto_user",
+        ROOM_SEARCH,
+        ROOM_SEARCH.replace(", looks: $looks", ""),
+        "the reason does not contain 'no user seen in 3 of 3 looks'",
+    ),
+    (
+        "goto_user",
+        "      selector:",
+        "      memory: false\n      selector:",
+        "goto_user does not end within 1 day",
+    ),
+    ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
 ]
+"""The mission, a text in it, what stands in its place, and what the scenarios must say of that."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("mission", "text", "broken"), MUTANTS)
-def test_a_mistake_is_noticed(tmp_path, mission, text, broken):
+@pytest.mark.parametrize(("mission", "text", "broken", "says"), MUTANTS)
+def test_a_mistake_is_noticed_and_named(tmp_path, mission, text, broken, says):
     source = (BUILT_IN / f"{mission}.yaml").read_text()
     assert text in source
     (tmp_path / f"{mission}.yaml").write_text(source.replace(text, broken, 1))
-    libraries = Libraries((tmp_path,))
-    read = read_scenarios(FOLDER / f"{mission}.yaml", libraries)
-    played = (run_scenario(scenario, libraries, lambda: 0.0) for scenario in read.scenarios)
-    assert read.findings or any(not result.passed for result in played)
+    read = read_scenarios(FOLDER / f"{mission}.yaml", Libraries((tmp_path,)))
+    found = [finding.message for finding in read.findings]
+    found += [problem for scenario in read.scenarios for _, problem in run_scenario(scenario).problems]
+    assert any(says in problem for problem in found), found

@@ -1,13 +1,12 @@
 """The scenarios of the missions of the package: all hold, and they see every outcome of every node."""
 
-import itertools
 from pathlib import Path
 
 import pytest
 
 from florence_bt.mission_testing.coverage import Coverage, coverage_text
+from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
-from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
 from florence_bt.trees.language.loader import BUILT_IN
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
@@ -20,18 +19,13 @@ SCENARIOS = [
 ]
 
 
-def play(scenario):
-    seconds = itertools.count()
-    return run_scenario(scenario, LIBRARIES, lambda: next(seconds))
-
-
 def test_the_files_have_no_errors():
     assert [finding for read in READS for finding in read.findings] == []
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_a_scenario(scenario):
-    result = play(scenario)
+    result = run_scenario(scenario)
     assert result.passed, "\n".join([*(problem for _, problem in result.problems), "", result.report])
     assert all(call.ended is not None for run in result.plays for call in run.calls()), (
         "a goal was left behind"
@@ -43,7 +37,7 @@ def test_every_outcome_of_every_node_of_every_mission_is_seen():
     for read in READS:
         for scenario in read.scenarios:
             coverage.add_mission(scenario.library.get(scenario.trigger.mission), scenario.library)
-            coverage.add_runs(play(scenario).plays)
+            coverage.add_runs(run_scenario(scenario).plays)
     reports = coverage.report(LIBRARIES.declarations)
     assert {report.name for report in reports} >= {path.stem for path in BUILT_IN.glob("*.yaml")}
     seen = [(report.outcomes_seen.percent, report.codes_seen.percent) for report in reports]

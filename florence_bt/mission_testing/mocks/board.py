@@ -13,12 +13,17 @@ from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
-from florence_bt.mission_testing.mocks.replies import Reply
-from florence_bt.mission_testing.mocks.routine import Routine, RoutineRun, broken_function
-from florence_bt.mission_testing.mocks.scripts import Function, Item, Script, in_turn, items_of, to_step
-from florence_bt.mission_testing.paths import MissionMap, Pattern, Place, made_up_place, read_pattern
-from florence_bt.mission_testing.unmatched import unmatched
+from florence_bt.mission_testing.mocks.mocks import Routine, RoutineRun, ScriptedRun, Step, broken_function
+from florence_bt.mission_testing.mocks.replies import MockReply
+from florence_bt.mission_testing.mocks.scripts import Function, Item, Script, item_per_call, items_of, to_step
+from florence_bt.mission_testing.paths import (
+    MissionMap,
+    Pattern,
+    Place,
+    made_up_place,
+    read_pattern,
+    unmatched,
+)
 from florence_bt.trees.language.quantities import example_of
 
 
@@ -27,7 +32,7 @@ class MockError(AssertionError):
 
 
 @dataclass(eq=False, slots=True)
-class Call:
+class SkillCall:
     """One start of a mocked skill.
 
     Attributes:
@@ -62,8 +67,8 @@ class Mock:
 
     Attributes:
         pattern: The skills or nodes that it answers.
-        default: Whether it stands back behind every mock that is none, and need not be used.
-        items: What its calls get, in turn; empty when a function decides.
+        default: Whether every mock that is not a default comes before it, and it need not be used.
+        items: What its calls get, one after the other; empty when a function decides.
         function: The function that decides, or None.
         calls: The calls that it answered.
         asked: Whether a call came to it at all.
@@ -74,7 +79,7 @@ class Mock:
     default: bool
     items: tuple[Item, ...]
     function: Function | None
-    calls: list[Call] = field(default_factory=list)
+    calls: list[SkillCall] = field(default_factory=list)
     asked: bool = False
     until: float = float("-inf")
     _turns: Iterator[Item] | None = None
@@ -88,10 +93,10 @@ class Mock:
     def next(self, now: float) -> Item | None:
         """What the next call gets, None when the script provides for no more."""
         if self._turns is None:
-            self._turns = in_turn(self.items)
+            self._turns = item_per_call(self.items)
         if now >= self.until:
             item = self._lasting = next(self._turns, None)
-            if isinstance(item, Reply) and item.lasts is not None:
+            if isinstance(item, MockReply) and item.lasts is not None:
                 self.until = now + item.lasts
         return self._lasting
 
@@ -102,19 +107,25 @@ class MockBoard:
     Args:
         clock: Drives the runs.
         declarations: What the real skills say about themselves.
+        find_place: Gives the node of a path.
+        run_id: Gives the ID of the current run of a mission.
 
     Attributes:
         calls: Every call of a mocked skill, in order.
-        complaints: What went wrong with the mocks; the test must fail with the first.
-        find_place: The node of a path.
-        run_id: The run that is going on now.
+        problems: What went wrong with the mocks; the test must fail with the first.
     """
 
-    def __init__(self, clock: Clock, declarations: Mapping[str, SkillDeclaration]) -> None:
-        self.calls: list[Call] = []
-        self.complaints: list[str] = []
-        self.find_place: Callable[[str], Place] = made_up_place
-        self.run_id: Callable[[], str] = str
+    def __init__(
+        self,
+        clock: Clock,
+        declarations: Mapping[str, SkillDeclaration],
+        find_place: Callable[[str], Place] = made_up_place,
+        run_id: Callable[[], str] = str,
+    ) -> None:
+        self.calls: list[SkillCall] = []
+        self.problems: list[str] = []
+        self._find_place = find_place
+        self._run_id = run_id
         self._clock = clock
         self._declarations = declarations
         self._mocks: list[Mock] = []
@@ -187,12 +198,12 @@ class MockBoard:
         """Begin the run that the mock of a node says.
 
         Raises:
-            MockError: There is no mock for it, or it cannot be; also noted in :attr:`complaints`.
+            MockError: There is no mock for it, or it cannot be; also noted in :attr:`problems`.
         """
         try:
-            return self._start(declaration, self.find_place(path), inputs)
+            return self._start(declaration, self._find_place(path), inputs)
         except MockError as error:
-            self.complaints.append(str(error))
+            self.problems.append(str(error))
             raise
 
     def _start(self, declaration: SkillDeclaration, place: Place, inputs: Inputs) -> SkillRun:
@@ -203,7 +214,7 @@ class MockBoard:
         mock = self.mock_for(place)
         if mock is None:
             raise MockError(_how_to_mock(declaration, place))
-        call = Call(declaration.name, place, dict(inputs), self.run_id(), self._clock.now())
+        call = SkillCall(declaration.name, place, dict(inputs), self._run_id(), self._clock.now())
         mock.asked = True
         answer = _ask(mock, call) if mock.function is not None else self._next(mock, declaration)
         if mock.function is None and answer is None:
@@ -234,7 +245,7 @@ class MockBoard:
             if name == skill:
                 callback()
 
-    def _run(self, answer: Any, declaration: SkillDeclaration, call: Call) -> SkillRun:
+    def _run(self, answer: Any, declaration: SkillDeclaration, call: SkillCall) -> SkillRun:
         def settle(said: Any) -> Step:
             try:
                 step = to_step(said, declaration)
@@ -245,7 +256,7 @@ class MockBoard:
 
         run: RoutineRun | ScriptedRun
         if isgenerator(answer):
-            run = RoutineRun(self._clock, cast(Routine, answer), settle, self.complaints, call.path)
+            run = RoutineRun(self._clock, cast(Routine, answer), settle, self.problems, call.path)
         else:
             step = settle(answer)
             if step.error is not None and step.after <= 0.0:
@@ -254,7 +265,7 @@ class MockBoard:
         self._watch(call, run)
         return run
 
-    def _watch(self, call: Call, run: RoutineRun | ScriptedRun) -> None:
+    def _watch(self, call: SkillCall, run: RoutineRun | ScriptedRun) -> None:
         """Note the end of a run in its call."""
 
         def look() -> None:
@@ -334,7 +345,7 @@ class MockedWakingSkill(MockedSkill):
         return self._board.watch(self._declaration.name, callback)
 
 
-def _ask(mock: Mock, call: Call) -> Any:
+def _ask(mock: Mock, call: SkillCall) -> Any:
     """What the function of a mock answers to a call.
 
     Raises:

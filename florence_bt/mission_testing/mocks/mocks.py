@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import traceback
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, failure, success
 from florence_bt.core.skill import Event, Inputs, Phase, RunState
+from florence_bt.mission_testing.values import read_duration
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,28 +40,27 @@ class Step:
     error: Exception | None = None
 
 
-class ScriptedRun:
-    """A run of :class:`ScriptedSkill`."""
+class MockRun:
+    """A run of a mocked skill, without what it does.
 
-    def __init__(self, clock: Clock, step: Step, inputs: Mapping[str, Any]) -> None:
-        self.inputs = inputs
+    Args:
+        clock: Drives the run.
+        feedback: What it says about itself at the start.
+
+    Attributes:
+        cancelled: Whether it was cancelled before its end.
+    """
+
+    def __init__(self, clock: Clock, feedback: str = "") -> None:
         self.cancelled = False
         self._clock = clock
-        self._step = step
-        self._state = RunState(step.feedback)
+        self._state = RunState(feedback)
         self._timers: list[Timer] = []
         self._error: Exception | None = None
-        for seconds, text in step.feedback_at:
-            self._soon_or_later(seconds, partial(self._state.set_feedback, text))
-        self._soon_or_later(step.accept_after, self._accept)
-        if step.error is not None:
-            self._soon_or_later(step.after, self._break)
-        elif step.result is not None:
-            self._soon_or_later(step.after, partial(self._finish, step.result))
 
     @property
     def feedback(self) -> str:
-        """The step's feedback."""
+        """What the run says about itself."""
         return self._state.feedback
 
     @property
@@ -74,39 +77,22 @@ class ScriptedRun:
         """The result once its time has come.
 
         Raises:
-            Exception: The error of the step, once its time has come.
+            Exception: The error of the mock, once its time has come.
         """
         if self._error is not None:
             raise self._error
         return self._state.result
 
-    def cancel(self) -> None:
-        """End the run as soon as the other side would."""
-        self.cancelled = self.cancelled or self.active
-        if self._state.handle(Event.CANCEL):
-            self._stop()
-
-    def on_change(self, callback: Any) -> None:
+    def on_change(self, callback: Callable[[], None]) -> None:
         """Remember whom to wake."""
         self._state.on_change(callback)
-
-    def _accept(self) -> None:
-        if self._state.handle(Event.ACCEPTED):
-            self._stop()
-
-    def _stop(self) -> None:
-        if self._step.cancel_takes <= 0.0:
-            self._finish(cancelled())
-        else:
-            self._later(self._step.cancel_takes, lambda: self._finish(cancelled()))
 
     def _finish(self, result: Result | None) -> None:
         for timer in self._timers:
             timer.cancel()
         self._state.handle(Event.FINISHED, result)
 
-    def _break(self) -> None:
-        error = self._step.error
+    def _break(self, error: Exception) -> None:
         self._finish(failure("rejected", f"it broke: {error}"))
         self._error = error
 
@@ -114,10 +100,120 @@ class ScriptedRun:
         if seconds <= 0.0:
             callback()
         else:
-            self._later(seconds, callback)
+            self._timers.append(self._clock.call_at(self._clock.now() + seconds, callback))
 
-    def _later(self, seconds: float, callback: Callable[[], None]) -> None:
-        self._timers.append(self._clock.call_at(self._clock.now() + seconds, callback))
+
+class ScriptedRun(MockRun):
+    """A run that follows one step of a script."""
+
+    def __init__(self, clock: Clock, step: Step, inputs: Mapping[str, Any]) -> None:
+        super().__init__(clock, step.feedback)
+        self.inputs = inputs
+        self._step = step
+        for seconds, text in step.feedback_at:
+            self._soon_or_later(seconds, partial(self._state.set_feedback, text))
+        self._soon_or_later(step.accept_after, self._accept)
+        if step.error is not None:
+            self._soon_or_later(step.after, partial(self._break, step.error))
+        elif step.result is not None:
+            self._soon_or_later(step.after, partial(self._finish, step.result))
+
+    def cancel(self) -> None:
+        """End the run as soon as the other side would."""
+        self.cancelled = self.cancelled or self.active
+        if self._state.handle(Event.CANCEL):
+            self._stop()
+
+    def _accept(self) -> None:
+        if self._state.handle(Event.ACCEPTED):
+            self._stop()
+
+    def _stop(self) -> None:
+        self._soon_or_later(self._step.cancel_takes, lambda: self._finish(cancelled()))
+
+
+Routine = Generator[Any, None, Any]
+"""A mock written as a generator: it yields how long something takes and returns how the run ends."""
+
+
+class RoutineRun(MockRun):
+    """A run that follows a generator.
+
+    The generator yields durations (``"3 s"``, seconds) or pairs of a duration and what the run says
+    meanwhile, and returns what a function mock may return. A cancel closes it at the ``yield`` where it
+    stands.
+
+    Args:
+        clock: Drives the run.
+        routine: The generator.
+        settle: Turns what it returns into a step; raises an AssertionError when the skill cannot do that.
+        problems: Where misuse is noted.
+        caller: The node that started the skill, for messages.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        routine: Routine,
+        settle: Callable[[Any], Step],
+        problems: list[str],
+        caller: str,
+    ) -> None:
+        super().__init__(clock)
+        self._routine = routine
+        self._settle = settle
+        self._problems = problems
+        self._caller = caller
+        self._state.handle(Event.ACCEPTED)
+        self._go_on()
+
+    def cancel(self) -> None:
+        """Close the routine."""
+        if self.active:
+            self.cancelled = True
+            self._state.handle(Event.CANCEL)
+            self._routine.close()
+            self._finish(cancelled())
+
+    def _go_on(self) -> None:
+        try:
+            said = next(self._routine)
+            duration, says = said if isinstance(said, tuple) and len(said) == 2 else (said, "")
+            seconds = read_duration(duration)
+        except StopIteration as end:
+            self._end(end.value)
+        except ConfigError as error:
+            self._problems.append(f"a mock yielded what is not a duration: {error}")
+            self._break(error)
+        except Exception as error:
+            self._problems.append(broken_function(self._caller, error))
+            self._break(error)
+        else:
+            if says:
+                self._state.set_feedback(str(says))
+            self._timers.append(self._clock.call_at(self._clock.now() + seconds, self._go_on))
+
+    def _end(self, answer: Any) -> None:
+        try:
+            step = self._settle(answer)
+        except AssertionError as error:
+            self._problems.append(str(error))
+            self._break(error)
+            return
+        if step.error is not None:
+            self._break(step.error)
+        elif step.result is not None:
+            self._soon_or_later(step.after, partial(self._finish, step.result))
+
+
+def broken_function(caller: str, error: Exception) -> str:
+    """The message when the function or the generator of a mock raises something."""
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return (
+        f"the mock of {caller} raised {type(error).__name__}: {error}{where}; "
+        "for a skill that breaks let it return raises('...')"
+    )
 
 
 class ScriptedSkill:

@@ -16,7 +16,7 @@ from florence_bt.mission_testing.values import read_duration, read_port
 ALWAYS = -1
 """The count of a reply that is given to every further call."""
 AGAIN = -2
-"""The count of a last reply that is given once, after which the script begins anew."""
+"""The count of a last reply that is given once, after which the script starts from the beginning."""
 
 
 class Ending(enum.Enum):
@@ -32,7 +32,7 @@ class Ending(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Phase:
+class ReplyPhase:
     """A part of a run.
 
     Attributes:
@@ -45,7 +45,7 @@ class Phase:
 
 
 @dataclass(frozen=True, slots=True)
-class Reply:
+class MockReply:
     """What one run of a mocked skill does; :func:`bind_reply` holds it against a declaration.
 
     Attributes:
@@ -60,32 +60,18 @@ class Reply:
         error: Of ``RAISES``.
         times: For how many calls; None for one, or for every further call when it is the last of a script.
         lasts: Seconds for which it is given to every call, from the first one on; None: ``times`` counts.
-        bound: What it was found to mean, by the names of skills; see :func:`bind_reply`.
     """
 
     ending: Ending
     code: str | int | None = None
     reason: str = ""
     outputs: Mapping[str, Any] = field(default_factory=dict)
-    phases: tuple[Phase, ...] = ()
+    phases: tuple[ReplyPhase, ...] = ()
     accept_after: float = 0.0
     cancel_takes: float = 0.0
     error: Exception | None = None
     times: int | None = None
     lasts: float | None = None
-    bound: dict[str, tuple[SkillDeclaration, Step]] = field(
-        init=False, default_factory=dict, repr=False, compare=False
-    )
-
-    def twice(self) -> Reply:
-        """The same for two calls."""
-        return replace(self, times=2)
-
-    def repeated(self, times: int) -> Reply:
-        """The same for a number of calls."""
-        if times < 1:
-            raise ConfigError(f"a reply cannot be given {times} times", valid=["1 or more"])
-        return replace(self, times=times)
 
 
 def succeed(
@@ -94,7 +80,7 @@ def succeed(
     accept_after: float | str = 0.0,
     cancel_takes: float | str = 0.0,
     **outputs: Any,
-) -> Reply:
+) -> MockReply:
     """A run that succeeds.
 
     Args:
@@ -103,7 +89,7 @@ def succeed(
         cancel_takes: How long a cancel takes.
         **outputs: By name, in SI units or as texts with units.
     """
-    return Reply(Ending.SUCCESS, outputs=outputs, **_times(after, accept_after, cancel_takes))
+    return MockReply(Ending.SUCCESS, outputs=outputs, **_times(after, accept_after, cancel_takes))
 
 
 def fail(
@@ -113,7 +99,7 @@ def fail(
     after: float | str = 0.0,
     accept_after: float | str = 0.0,
     cancel_takes: float | str = 0.0,
-) -> Reply:
+) -> MockReply:
     """A run that fails.
 
     Args:
@@ -123,44 +109,41 @@ def fail(
         accept_after: When the goal is accepted.
         cancel_takes: How long a cancel takes.
     """
-    return Reply(Ending.FAILURE, code, reason, **_times(after, accept_after, cancel_takes))
+    return MockReply(Ending.FAILURE, code, reason, **_times(after, accept_after, cancel_takes))
 
 
-def never(*, accept_after: float | str = 0.0, cancel_takes: float | str = 0.0) -> Reply:
+def never(*, accept_after: float | str = 0.0, cancel_takes: float | str = 0.0) -> MockReply:
     """A run that never ends by itself; a cancel and the deadline of the skill end it."""
-    return Reply(Ending.NEVER, **_times(0.0, accept_after, cancel_takes))
+    return MockReply(Ending.NEVER, **_times(0.0, accept_after, cancel_takes))
 
 
-def raises(error: Exception | str, *, after: float | str = 0.0) -> Reply:
+def raises(error: Exception | str, *, after: float | str = 0.0) -> MockReply:
     """A skill with a bug: it raises this exception."""
     broken = RuntimeError(error) if isinstance(error, str) else error
-    return replace(Reply(Ending.RAISES, error=broken), **_times(after, 0.0, 0.0))
+    return replace(MockReply(Ending.RAISES, error=broken), **_times(after, 0.0, 0.0))
 
 
 def _times(after: float | str, accept_after: float | str, cancel_takes: float | str) -> dict[str, Any]:
     seconds = read_duration(after, "after")
     return {
-        "phases": (Phase(seconds),) if seconds > 0.0 else (),
+        "phases": (ReplyPhase(seconds),) if seconds > 0.0 else (),
         "accept_after": read_duration(accept_after, "accept_after"),
         "cancel_takes": read_duration(cancel_takes, "cancel_takes"),
     }
 
 
-def bind_reply(reply: Reply, declaration: SkillDeclaration) -> Step:
+def bind_reply(reply: MockReply, declaration: SkillDeclaration) -> Step:
     """The run that a reply means for one skill.
 
     Raises:
         ConfigError: The declaration does not allow the code or an output; the error says what it allows.
     """
-    known = reply.bound.get(declaration.name)
-    if known is not None and known[0] is declaration:
-        return known[1]
     total, feedback = 0.0, []
     for phase in reply.phases:
         if phase.feedback:
             feedback.append((total, phase.feedback))
         total += phase.seconds
-    step = Step(
+    return Step(
         result=_result(reply, declaration),
         after=total,
         accept_after=reply.accept_after,
@@ -168,11 +151,9 @@ def bind_reply(reply: Reply, declaration: SkillDeclaration) -> Step:
         feedback_at=tuple(feedback),
         error=reply.error,
     )
-    reply.bound[declaration.name] = (declaration, step)
-    return step
 
 
-def _result(reply: Reply, declaration: SkillDeclaration) -> Result | None:
+def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:
     match reply.ending:
         case Ending.SUCCESS:
             return success(**read_outputs(reply.outputs, declaration))

@@ -1,63 +1,308 @@
-"""Everything that can be given as the script of a mock, and what it means for one skill."""
+"""Scripts of mocks: everything that can be given as a script, and what it means for one skill.
+
+The text form, such as ``running 3 s, then FAILURE 203 twice, then SUCCESS``::
+
+    script  = clause {("," | "then" | newline) clause} ["then again"]
+    clause  = "running" DURATION ["saying" "TEXT"]
+            | "accepted after" DURATION | "cancel takes" DURATION
+            | ending [count]
+    ending  = "SUCCESS" ["(" name "=" value {"," name "=" value} ")"]
+            | "FAILURE" ["code"] [CODE | NUMBER] ["TEXT"]
+            | "CANCELLED" | "never ends" | "raises" "TEXT"
+    count   = "once" | "twice" | N "times" | "always" | "for" DURATION
+
+Words are read in upper and lower case. Clauses without an ending belong to the next ending: together they are
+one step.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs
-from florence_bt.mission_testing.mocks._script_text import parse_script
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.mission_testing.mocks.replies import AGAIN, ALWAYS, Ending, Reply, bind_reply, check_result
+from florence_bt.mission_testing.mocks.replies import (
+    AGAIN,
+    ALWAYS,
+    Ending,
+    MockReply,
+    ReplyPhase,
+    bind_reply,
+    check_result,
+)
+from florence_bt.mission_testing.values import read_duration
 
 Function = Callable[[Inputs], Any]
 """A mock as a function: from the inputs of a call to a text, a reply, outputs or a result; or a generator
-(:mod:`florence_bt.mission_testing.mocks.routine`)."""
-Item = Reply | Step | Result
+(:class:`florence_bt.mission_testing.mocks.mocks.RoutineRun`)."""
+Item = MockReply | Step | Result
 """What one call gets."""
 Script = str | Item | Function | Sequence[str | Item]
-"""A text, one item, a list of both (in turn, the last for every further call), or a function."""
+"""A text, one item, a list of both (the last is for every further call), or a function."""
 
 _VALID = ("'running 3 s, then SUCCESS'", "succeed()", "fail('no_path')", "never()", "a function")
 
+MAX_TIMES = 1_000_000
+"""The highest count of a step."""
+
+_WORDS = ("SUCCESS", "FAILURE", "CANCELLED", "never ends", "raises", "running 3 s", "then", "twice")
+_LOOP = "FAILURE twice, then SUCCESS, then again"
+_EXAMPLE = "running 3 s, then FAILURE no_path twice, then SUCCESS"
+_END_OF_WORD = r"""(?![^\s,(){}"'])"""
+_WORD = r"""[^\s,(){}"']+"""
+_COUNT = rf"(?:(?P<word>once|twice|always)|(?P<number>\d+)\s+times){_END_OF_WORD}"
+_CODE = rf"(?!(?:then|for|once|twice|always|\d+\s+times){_END_OF_WORD}){_WORD}"
+_DURATION = r"[+-]?\.?\d[\d.]*(?:\s*(?!(?:then|saying)\b)[^\W\d_]+)?"
+_QUOTED = r""""[^"]*"|'[^']*'"""
+_SEPARATORS = re.compile(rf"(?:[\s,]|then{_END_OF_WORD})*", re.IGNORECASE)
+
+
+class ScriptError(ConfigError):
+    """A script cannot be read.
+
+    Attributes:
+        offset: Where the error is, in characters from the start of the text.
+    """
+
+    def __init__(self, problem: str, offset: int, valid: tuple[str, ...] = ()) -> None:
+        self.offset = offset
+        super().__init__(problem, valid=valid)
+
+
+@lru_cache(maxsize=4096)
+def parse_script(text: str) -> tuple[MockReply, ...]:
+    """Read a script.
+
+    Raises:
+        ScriptError: The text is not a script; the error says where and what would have worked.
+    """
+    return _ScriptParser(text).script()
+
+
+class _ScriptParser:
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+
+    def script(self) -> tuple[MockReply, ...]:
+        replies: list[MockReply] = []
+        empty = reply = MockReply(Ending.SUCCESS)
+        self._skip_separators()
+        while self._at < len(self._text):
+            start = self._at
+            if self._take_word("again"):
+                return self._again(replies, start)
+            if replies and replies[-1].times == ALWAYS:
+                raise ScriptError("nothing can follow a step that is for always", start)
+            if self._take_word("running"):
+                reply = replace(reply, phases=(*reply.phases, self._phase()))
+            elif self._take_word(r"accepted\s+after"):
+                reply = replace(reply, accept_after=self._duration())
+            elif self._take_word(r"cancel\s+takes"):
+                reply = replace(reply, cancel_takes=self._duration())
+            else:
+                replies.append(self._count(self._ending(reply)))
+                reply = empty
+            self._end_clause()
+        if reply != empty:
+            problem = "the script stops before it says how the skill ends"
+            raise ScriptError(problem, len(self._text), (_EXAMPLE,))
+        if not replies:
+            raise ScriptError("the script is empty", 0, (_EXAMPLE, "SUCCESS"))
+        return tuple(replies)
+
+    def _again(self, replies: list[MockReply], start: int) -> tuple[MockReply, ...]:
+        """``again`` at the end: the script starts from the beginning."""
+        if not replies or replies[-1].times == ALWAYS:
+            raise ScriptError("'again' needs steps before it that come to an end", start, (_LOOP,))
+        self._skip_separators()
+        if self._at < len(self._text):
+            raise ScriptError("nothing can follow 'again'", self._at, (_LOOP,))
+        *before, last = replies
+        if last.times is not None and last.times > 1:
+            before.append(replace(last, times=last.times - 1))
+        return (*before, replace(last, times=AGAIN))
+
+    def _take(self, pattern: str) -> re.Match[str] | None:
+        """Take what matches here, after spaces."""
+        found = re.compile(rf"[^\S\n]*(?:{pattern})", re.IGNORECASE).match(self._text, self._at)
+        if found is not None:
+            self._at = found.end()
+        return found
+
+    def _take_word(self, words: str) -> bool:
+        return self._take(words + _END_OF_WORD) is not None
+
+    def _skip_separators(self) -> None:
+        found = _SEPARATORS.match(self._text, self._at)
+        self._at = found.end() if found is not None else self._at
+
+    def _next_word(self) -> tuple[int, str]:
+        """Where the next word stands, without taking it; a sign counts as a word."""
+        found = re.compile(rf"[^\S\n]*({_WORD}|.)", re.DOTALL).match(self._text, self._at)
+        return (found.start(1), found[1]) if found is not None else (self._at, "")
+
+    def _phase(self) -> ReplyPhase:
+        seconds = self._duration()
+        return ReplyPhase(seconds, self._quoted() if self._take_word("saying") else "")
+
+    def _duration(self) -> float:
+        start, word = self._next_word()
+        found = self._take(_DURATION)
+        if found is None:
+            valid = ("3 s", "500 ms", "never ends")
+            raise ScriptError(f"a duration is needed, not {word!r}", start, valid)
+        try:
+            return read_duration(found[0].strip())
+        except ConfigError as error:
+            raise ScriptError(error.problem, start, error.valid) from error
+
+    def _quoted(self) -> str:
+        start, word = self._next_word()
+        found = self._take(_QUOTED)
+        if found is None:
+            raise ScriptError(f"a text in quotes is needed, not {word!r}", start, ('"driving"',))
+        return found[0].strip()[1:-1]
+
+    def _ending(self, reply: MockReply) -> MockReply:
+        if self._take_word("success"):
+            return replace(reply, outputs=self._outputs())
+        if self._take_word("failure"):
+            named = self._take_word("code")
+            found = self._take(_WORD if named else _CODE)
+            code: str | int | None = found[0].strip() if found is not None else None
+            if isinstance(code, str) and code.isdecimal() and len(code) < 10:
+                code = int(code)
+            reason = self._take(_QUOTED)
+            text = reason[0].strip()[1:-1] if reason is not None else ""
+            return replace(reply, ending=Ending.FAILURE, code=code, reason=text)
+        if self._take_word("cancelled"):
+            return replace(reply, ending=Ending.CANCELLED)
+        if self._take_word(r"never\s+ends"):
+            return replace(reply, ending=Ending.NEVER)
+        if self._take_word("raises"):
+            return replace(reply, ending=Ending.RAISES, error=RuntimeError(self._quoted()))
+        start, word = self._next_word()
+        if word in "\"'(){}":
+            raise ScriptError(f"{word!r} has no partner here", start)
+        close = closest_first(word, (*_WORDS, *(known.lower() for known in _WORDS)))
+        known = close if len(close) <= 3 else _WORDS
+        raise ScriptError(f"{word!r} is not a part of a script", start, (*known, _EXAMPLE))
+
+    def _outputs(self) -> dict[str, Any]:
+        """``(room=kitchen, user=(1 m, 2 m, 0 deg))``."""
+        opened = self._take(r"\(")
+        if opened is None:
+            return {}
+        self._at, pieces = _in_brackets(self._text, self._at - 1)
+        outputs: dict[str, Any] = {}
+        for start, piece in pieces:
+            match = re.fullmatch(r"\s*([a-z][a-z0-9_]*)\s*=\s*(.*?)\s*", piece, re.DOTALL)
+            if match is None and piece.strip():
+                offset = start + len(piece) - len(piece.lstrip())
+                raise ScriptError(f"{piece.strip()!r} is not an output", offset, ("room=kitchen",))
+            if match is not None:
+                quoted = re.fullmatch(_QUOTED, match[2])
+                outputs[match[1]] = match[2][1:-1] if quoted else match[2]
+        return outputs
+
+    def _count(self, reply: MockReply) -> MockReply:
+        start, _ = self._next_word()
+        if self._take_word("for"):
+            return replace(reply, lasts=self._duration())
+        count = self._take(_COUNT)
+        if count is None:
+            return reply
+        if count["word"]:
+            return replace(reply, times={"once": 1, "twice": 2, "always": ALWAYS}[count["word"].lower()])
+        times = int(count["number"][:12])
+        if not 1 <= times <= MAX_TIMES:
+            raise ScriptError("a step is done at least once", start, ("once", "3 times"))
+        return replace(reply, times=times)
+
+    def _end_clause(self) -> None:
+        """See that a separator or the end of the text follows."""
+        start, word = self._next_word()
+        before = self._at
+        self._skip_separators()
+        if self._at < len(self._text) and not self._text[before : self._at].strip(" \t"):
+            if word in "\"'(){}":
+                raise ScriptError(f"{word!r} has no partner here", start)
+            valid = (f"then {word}",) if word.lower() in ("success", "failure", "running") else ()
+            further = (
+                "SUCCESS (room=kitchen)",
+                "running 3 s, then SUCCESS",
+                "twice",
+                "3 times",
+                "for 10 s",
+                "always",
+            )
+            raise ScriptError(f"{word!r} cannot follow the end of a step", start, valid or further)
+
+
+def _in_brackets(text: str, start: int) -> tuple[int, list[tuple[int, str]]]:
+    """The end of the bracket that opens at ``start``, and the pieces between its commas with their places."""
+    pieces: list[tuple[int, str]] = []
+    depth, quote, begin = 0, "", start + 1
+    for index in range(start, len(text)):
+        letter = text[index]
+        if quote:
+            quote = "" if letter == quote else quote
+            continue
+        if letter in "\"'":
+            quote = letter
+        elif letter in "({[":
+            depth += 1
+        elif letter in ")}]":
+            depth -= 1
+        if depth == 0 or (depth == 1 and letter == ","):
+            pieces.append((begin, text[begin:index]))
+            begin = index + 1
+        if depth == 0:
+            return index + 1, pieces
+    raise ScriptError(f"the {text[start]!r} is never closed", start)
+
 
 def items_of(script: Script) -> tuple[Item, ...]:
-    """The items of a script that is no function.
+    """The items of a script that is not a function.
 
     Raises:
         ConfigError: It cannot be read.
     """
     if isinstance(script, str):
         return parse_script(script)
-    if isinstance(script, (Reply, Step, Result)):
+    if isinstance(script, (MockReply, Step, Result)):
         return (script,)
     if not isinstance(script, Sequence):
-        raise ConfigError(f"{script!r} is no script", valid=_VALID)
+        raise ConfigError(f"{script!r} is not a script", valid=_VALID)
     if not script:
         raise ConfigError("a script needs at least one step", valid=_VALID)
     items: list[Item] = []
     for part in script:
-        if items and endless(items[-1]):
-            raise ConfigError("nothing can follow a step that is for always or begins anew", valid=_VALID)
+        if items and _is_endless(items[-1]):
+            raise ConfigError("nothing can follow a step that is for always or starts again", valid=_VALID)
         items += items_of(part)
     return tuple(items)
 
 
-def endless(item: Item) -> bool:
-    """Whether no further step of a script can be reached after this one."""
-    return isinstance(item, Reply) and item.times in (ALWAYS, AGAIN)
+def _is_endless(item: Item) -> bool:
+    return isinstance(item, MockReply) and item.times in (ALWAYS, AGAIN)
 
 
-def in_turn(items: Sequence[Item]) -> Iterator[Item]:
+def item_per_call(items: Sequence[Item]) -> Iterator[Item]:
     """The item of each call; it ends when the script provides for no further call."""
     again = True
     while again:
         again = False
         for index, item in enumerate(items):
-            times = item.times if isinstance(item, Reply) else None
+            times = item.times if isinstance(item, MockReply) else None
             if times is None:
                 times = ALWAYS if index == len(items) - 1 else 1
             while times == ALWAYS:
@@ -83,10 +328,10 @@ def to_step(answer: Any, declaration: SkillDeclaration) -> Step:
                 )
             return bind_reply(replies[0], declaration)
         case None:
-            return bind_reply(Reply(Ending.SUCCESS), declaration)
+            return bind_reply(MockReply(Ending.SUCCESS), declaration)
         case Mapping():
-            return bind_reply(Reply(Ending.SUCCESS, outputs=answer), declaration)
-        case Reply():
+            return bind_reply(MockReply(Ending.SUCCESS, outputs=answer), declaration)
+        case MockReply():
             return bind_reply(answer, declaration)
         case Step():
             if answer.result is not None:

@@ -1,16 +1,20 @@
-"""A scenario as read from its file, and how it went. Data and small closures; nothing is read or run here."""
+"""A scenario as read from its file, and how it is played on a stage."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import traceback
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.plain_yaml import Position
-from florence_bt.mission_testing.known import MissionMaps
 from florence_bt.mission_testing.mocks.scripts import Script
-from florence_bt.mission_testing.play import Play
+from florence_bt.mission_testing.paths import MissionMaps
+from florence_bt.mission_testing.play import ExpectationFailed, Play
 from florence_bt.mission_testing.stage import Stage
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -21,7 +25,7 @@ class MockEntry:
 
     Attributes:
         pattern: Whom it answers.
-        make: Makes the script; anew for each scenario, because a script may keep count.
+        make: Makes the script; once for each scenario, because a script may count its calls.
         default: Whether it was given for the whole file.
         position: Where it stands.
     """
@@ -34,16 +38,16 @@ class MockEntry:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """Something that happens while a mission runs.
+    """An event while a mission runs.
 
     Attributes:
-        text: What it is, for messages.
+        kind: The key under ``when``.
         act: Lets it happen.
         position: Where it stands.
     """
 
-    text: str
-    act: Callable[[Scene], None]
+    kind: str
+    act: Callable[[ScenarioPlay], None]
     position: Position
 
 
@@ -103,10 +107,11 @@ class Scenario:
         trigger: How its mission is started.
         mocks: The mocks.
         when: What happens meanwhile.
-        then: What must hold of the mission in the end.
-        others: What must hold of missions that were started meanwhile, by the names that ``as`` gave them.
+        then: What must hold in the end of each run, by the names that ``as`` gave them; the scenario's own
+            mission has the empty name.
         library: The missions.
         maps: Their maps.
+        declarations: The skills by name.
     """
 
     name: str
@@ -115,25 +120,20 @@ class Scenario:
     trigger: Trigger
     mocks: tuple[MockEntry, ...]
     when: tuple[Happening, ...]
-    then: Expectation
-    others: Mapping[str, Expectation]
+    then: Mapping[str, Expectation]
     library: MissionLibrary
     maps: MissionMaps
-
-    @property
-    def id(self) -> str:
-        """File and name, to choose it by."""
-        return f"{self.file}::{self.name}"
+    declarations: Mapping[str, SkillDeclaration]
 
 
 @dataclass(slots=True)
-class Scene:
+class ScenarioPlay:
     """A scenario that is being played.
 
     Attributes:
         stage: The stage.
         plays: The runs by name; the scenario's own mission has the empty name.
-        problems: What did not hold so far.
+        problems: What did not hold so far, with its place in the file.
     """
 
     stage: Stage
@@ -151,9 +151,49 @@ class Scene:
             raise AssertionError("the mission was refused, so there is no run")
         return self.plays[""]
 
+    def start(self, trigger: Trigger, name: str) -> None:
+        """Start a mission and keep its run under a name.
+
+        Raises:
+            AssertionError: It was accepted although it should have been refused, or the other way round.
+        """
+        try:
+            play = self.stage.start(trigger.mission, trigger.inputs, **trigger.options)
+        except FlorenceError as error:
+            if trigger.refused is None:
+                raise AssertionError(f"{trigger.mission} was refused: {error}") from error
+            if trigger.refused not in str(error):
+                problem = f"the refusal does not contain {trigger.refused!r}; it is: {str(error)!r}"
+                raise AssertionError(problem) from error
+            return
+        self.plays[name] = play
+        if trigger.refused is not None:
+            raise AssertionError(f"{trigger.mission} was accepted, but should have been refused")
+
+    def expect(self, expectation: Expectation, name: str = "") -> None:
+        """See whether everything holds of a run, and note what does not."""
+        for check in expectation.checks:
+            play = self.plays.get(name)
+            if play is None:
+                problem = f"there is no run {name!r}: it was refused or never started"
+                self.problems.append((check.position, problem))
+                continue
+            try:
+                check.assertion(play)
+            except ExpectationFailed as error:
+                self.problems.append((check.position, error.problem))
+            except ConfigError as error:
+                self.problems.append((check.position, str(error)))
+
+    def run_to_the_end(self, expectations: Mapping[str, Expectation]) -> None:
+        """Let every run end that is expected to end."""
+        for name, play in self.plays.items():
+            if not play.done and not expectations.get(name, Expectation()).goes_on:
+                self.stage.run_until_done(play)
+
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class ScenarioResult:
     """How a scenario went.
 
     Attributes:
@@ -161,16 +201,62 @@ class Result:
         problems: Where and what did not hold.
         report: The tree and the calls, for the reader of the problems.
         plays: The runs, for the coverage.
-        seconds: How long it took on the wall clock.
     """
 
     scenario: Scenario
     problems: tuple[tuple[Position, str], ...]
     report: str
     plays: tuple[Play, ...]
-    seconds: float
 
     @property
     def passed(self) -> bool:
         """Whether everything held."""
         return not self.problems
+
+
+def run_scenario(scenario: Scenario) -> ScenarioResult:
+    """Play a scenario.
+
+    Returns:
+        How it went. Nothing is raised: an error of a mission or of Florence itself is a problem too.
+    """
+    stage = Stage(declarations=scenario.declarations, library=scenario.library, maps=scenario.maps)
+    scene = ScenarioPlay(stage)
+    report = ""
+    for position, step in _steps(scenario, scene):
+        try:
+            step()
+            continue
+        except ExpectationFailed as error:
+            scene.problems.append((position, error.problem))
+        except (AssertionError, FlorenceError) as error:
+            problem, _, report = str(error).partition("\n\n")
+            scene.problems.append((position, problem))
+        except Exception as error:
+            scene.problems.append((position, f"Florence broke: {type(error).__name__}: {error}"))
+            report = traceback.format_exc()
+        break
+    if scene.problems and not report:
+        report = "\n\n".join(play.report() for play in stage.plays)
+    return ScenarioResult(scenario, tuple(scene.problems), report, tuple(stage.plays))
+
+
+def _steps(scenario: Scenario, scene: ScenarioPlay) -> Iterator[tuple[Position, Callable[[], object]]]:
+    """What is done, in order, each with its place in the file."""
+    for mock in scenario.mocks:
+        yield mock.position, partial(_mock, scene.stage, mock)
+    refused = scenario.trigger.refused is not None
+    begin = scenario.trigger.position if refused else scenario.position
+    yield begin, partial(scene.start, scenario.trigger, "")
+    for happening in scenario.when:
+        yield happening.position, partial(happening.act, scene)
+    yield scenario.position, partial(scene.run_to_the_end, scenario.then)
+    for name, expectation in scenario.then.items():
+        yield scenario.position, partial(scene.expect, expectation, name)
+
+
+def _mock(stage: Stage, mock: MockEntry) -> None:
+    if mock.default:
+        stage.defaults({mock.pattern: mock.make()})
+    else:
+        stage.mock(mock.pattern, mock.make())

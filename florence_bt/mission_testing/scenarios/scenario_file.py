@@ -1,35 +1,942 @@
-"""Reads scenario files: YAML with ``given``, ``when`` and ``then`` (docs/testing.md is its grammar)."""
+"""Reads scenario files: YAML with ``given``, ``when`` and ``then`` (docs/testing.md is the grammar).
+
+The parts of this module in order: pieces of the grammar, the mocks under ``skills``, what happens under
+``when``, what must hold under ``then``, and the file as a whole.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from florence_bt.core.declaration import SkillDeclaration
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, read_yaml
-from florence_bt.mission_testing.known import MissionMaps, all_declarations
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
+from florence_bt.core.skill import Inputs
+from florence_bt.core.unquoted_commas import unquoted_commas
+from florence_bt.mission_testing.mocks.board import MockError, check_outputs
+from florence_bt.mission_testing.mocks.replies import MockReply
+from florence_bt.mission_testing.mocks.scripts import (
+    Script,
+    ScriptError,
+    item_per_call,
+    parse_script,
+    to_step,
+)
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
-from florence_bt.mission_testing.paths import MissionMap, Pattern, read_pattern
-from florence_bt.mission_testing.scenarios._reading import Reading, fill_in, input_text
-from florence_bt.mission_testing.scenarios._scenario_checks import read_expectation
-from florence_bt.mission_testing.scenarios._scenario_events import TRIGGER_KEYS, read_happenings, read_trigger
-from florence_bt.mission_testing.scenarios._scenario_mocks import read_mocks
-from florence_bt.mission_testing.scenarios.scenario import Expectation, MockEntry, Scenario
-from florence_bt.trees.language.findings import Finding, finding_from_error, sort_findings
+from florence_bt.mission_testing.paths import (
+    MissionMap,
+    MissionMaps,
+    Pattern,
+    Place,
+    all_declarations,
+    matching,
+    read_pattern,
+    unmatched,
+)
+from florence_bt.mission_testing.play import Play
+from florence_bt.mission_testing.record import INVALID, RUNNING, STATUSES, read_line
+from florence_bt.mission_testing.scenarios.scenario import (
+    Check,
+    Expectation,
+    Happening,
+    MockEntry,
+    Scenario,
+    ScenarioPlay,
+    Trigger,
+)
+from florence_bt.mission_testing.stage import Stage
+from florence_bt.mission_testing.values import read_duration, read_kind, read_port, same
+from florence_bt.runtime.run import RunStatus, TriggerPolicy
+from florence_bt.trees.language.findings import ERROR, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.neighbours import add_neighbours
 
+TRIGGER_KEYS = ("policy", "priority", "caller", "refused")
 FILE_KEYS = ("mission", "missions", "given", "scenarios")
 GIVEN_KEYS = ("inputs", "skills", *(key for key in TRIGGER_KEYS if key != "refused"))
 SCENARIO_KEYS = ("name", "mission", "examples", "given", "when", "then")
-_THEN = ("then: {status: SUCCEEDED}",)
+SWITCH_KEYS = ("switch", "cases", "default")
+WHEN_KEYS: dict[str, tuple[str, ...]] = {
+    "advance": (),
+    "until": ("is",),
+    "stop": (),
+    "pause": (),
+    "resume": (),
+    "override": (),
+    "release": (),
+    "start": ("inputs", *TRIGGER_KEYS, "as"),
+    "expect": (),
+}
+"""What can happen -> the further keys of that table. ``at`` may stand with each, and alone."""
+THEN_KEYS = (
+    *("status", "code", "reason", "leaf", "outputs", "keys", "duration", "within", "calls", "only_calls"),
+    *("called", "not_called", "nodes", "trace", "tree"),
+)
+"""What may stand under ``then`` and ``expect``."""
+RUN_STATUSES = tuple(status.value for status in RunStatus)
 MAX_SCENARIOS = 10_000
 """How many scenarios one file may have, examples counted."""
+
+_GOES_ON = frozenset({RunStatus.QUEUED, RunStatus.RUNNING, RunStatus.PAUSED, RunStatus.ENDING})
+_RUN_CODES = frozenset({"internal_error", "timed_out", "spinning", "failed", "cancelled"})
+"""Codes with which the executor itself ends a run, whatever its mission is."""
+_STOPS = ("stop", "override", "start")
+"""What can stop a run: a start may preempt it."""
+_REASON = "requested by the scenario"
+_THEN = ("then: {status: SUCCEEDED}",)
+_SCRIPTS = ("SUCCESS", "running 3 s, then FAILURE no_path twice, then SUCCESS")
+_WORD = re.compile(r"\w+")
+_PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
+
+Assertion = Callable[[Play], object]
+Act = Callable[[ScenarioPlay], None]
+Entries = Mapping[str, YamlNode]
+Users = list[tuple[SkillDeclaration, Place | None]]
+"""What a script must fit: declarations, and the nodes that start them."""
+
+
+# ---- pieces of the grammar ------------------------------------------------------------------------------
+
+
+class SourceReader:
+    """Reads pieces of a scenario file and collects what is wrong with them.
+
+    Args:
+        file: The file.
+        library: The missions that it may use.
+        maps: Where the maps of missions are kept.
+        declarations: The skills by name.
+
+    Attributes:
+        findings: What is wrong with the file.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        library: MissionLibrary,
+        maps: MissionMaps,
+        declarations: Mapping[str, SkillDeclaration],
+    ) -> None:
+        self.file = file
+        self.library = library
+        self.maps = maps
+        self.declarations = declarations
+        self.findings: list[Finding] = []
+        self._added: dict[str, Path] = {}
+
+    def problem(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Note an error."""
+        place = str(self.file), position.line, position.column
+        self.findings.append(Finding(*place, ERROR, message, tuple(valid)))
+
+    def wrong(self, position: Position, error: ConfigError) -> None:
+        """Note an error that something else found."""
+        self.problem(position, error.problem, error.valid)
+
+    def entries(
+        self, source: YamlNode | None, what: str, keys: Collection[str]
+    ) -> dict[str, tuple[YamlScalar, YamlNode]]:
+        """The entries of a table that has only these keys."""
+        found: dict[str, tuple[YamlScalar, YamlNode]] = {}
+        for key, value in self.table(source, what, keys):
+            if key.text in keys:
+                found[key.text] = (key, value)
+            else:
+                self.problem(key.position, f"{what} has no key {key.text!r}", closest_first(key.text, keys))
+        return found
+
+    def values(self, source: YamlNode | None, what: str, keys: Collection[str]) -> dict[str, YamlNode]:
+        """The values of a table that has only these keys."""
+        return {name: value for name, (_, value) in self.entries(source, what, keys).items()}
+
+    def table(
+        self, source: YamlNode | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
+    ) -> Iterator[tuple[YamlScalar, YamlNode]]:
+        """The entries of a table, none when nothing was written.
+
+        An unquoted comma splits a text into several keys: that is noted, and the text is put together. (A
+        single word behind a comma may be a key without its colon, and so may one of the ``keys``.) What is
+        not a table is noted, with ``valid`` as what would have worked.
+        """
+        if isinstance(source, YamlMapping):
+            torn = {
+                text.key: text
+                for text in unquoted_commas(source)
+                if text.pieces[0].text not in keys and not _WORD.fullmatch(text.pieces[0].text)
+            }
+            pieces = {piece for text in torn.values() for piece in text.pieces}
+            for key, value in source.entries:
+                if key in torn:
+                    text = torn[key]
+                    message = "a text with a comma needs quotes between { and }"
+                    self.problem(text.first.position, message, [text.valid])
+                    yield key, replace(text.first, text=text.whole)
+                elif key not in pieces:
+                    yield key, value
+        elif source is not None and not (isinstance(source, YamlScalar) and source.empty):
+            self.problem(source.position, f"{what} must be a table (key: value)", valid)
+
+    def items(self, source: YamlNode | None) -> tuple[YamlNode, ...]:
+        """The items of a list; a single thing counts as a list of one, nothing as none."""
+        if source is None or (isinstance(source, YamlScalar) and source.empty):
+            return ()
+        return source.items if isinstance(source, YamlSequence) else (source,)
+
+    def text(self, source: YamlNode, what: str) -> str | None:
+        """A text."""
+        if isinstance(source, YamlScalar) and (source.quoted or not source.empty):
+            return source.text
+        self.problem(source.position, f"{what} must be a text")
+        return None
+
+    def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
+        """One of some words."""
+        word = self.text(source, what)
+        if word is None or word in words:
+            return word
+        close = closest_first(word, words)
+        known = close if len(close) <= 3 else words
+        self.problem(source.position, f"there is no {what} {word!r}", known)
+        return None
+
+    def duration(self, source: YamlNode, what: str) -> float | None:
+        """A duration in seconds."""
+        text = self.text(source, what)
+        if text is None:
+            return None
+        try:
+            return read_duration(text)
+        except ConfigError as error:
+            self.wrong(source.position, error)
+            return None
+
+    def whole(self, source: YamlNode, what: str) -> int | None:
+        """A whole number of at least 0."""
+        text = self.text(source, what)
+        if text is not None and re.fullmatch(r"\d{1,9}", text):
+            return int(text)
+        if text is not None:
+            self.problem(source.position, f"{what} must be a whole number of at least 0", ["1"])
+        return None
+
+    def pattern(
+        self, key: YamlScalar, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
+    ) -> list[Place] | None:
+        """The nodes that a pattern means, None (noted) when it is wrong.
+
+        Args:
+            key: The pattern.
+            places: The nodes of the mission; None when they are not known.
+            skills_only: Whether only nodes that run a skill count.
+            unused: Whether the name of a skill that the mission does not use is allowed.
+        """
+        if places is None:
+            return []
+        candidates = places.uses() if skills_only else list(places.places.values())
+        try:
+            found = matching(key.text, candidates)
+        except ConfigError as error:
+            self.wrong(key.position, error)
+            return None
+        if found or (unused and key.text in self.declarations):
+            return found
+        self.wrong(key.position, unmatched(key.text, places, self.declarations, skills_only=skills_only))
+        return None
+
+    def quantities(
+        self, source: YamlNode | None, what: str, owner: str, kinds: Mapping[str, Kind | None], **hints: Any
+    ) -> dict[str, Any]:
+        """Values by name, in SI units where their kind is known.
+
+        Args:
+            source: The table.
+            what: What one of them is: an input, an output or a key.
+            owner: What has them, for messages.
+            kinds: The kind of each that there is.
+            **hints: Further arguments of :meth:`table`.
+        """
+        wanted: dict[str, Any] = {}
+        for key, item in self.table(source, f"the {what}s", **hints):
+            if key.text not in kinds:
+                valid = closest_first(key.text, kinds) or (f"no {what}s",)
+                self.problem(key.position, f"{owner} has no {what} {key.text!r}", valid)
+                continue
+            kind = kinds[key.text]
+            try:
+                wanted[key.text] = plain(item) if kind is None else read_kind(plain(item), kind)
+            except ConfigError as error:
+                self.wrong(item.position, error)
+        return wanted
+
+    def mission(self, source: YamlNode, what: str) -> str | None:
+        """The name of a mission that can run."""
+        name = self.text(source, what)
+        if name is None:
+            return None
+        if name.endswith((".yaml", ".yml")):
+            path = Path(os.path.normpath(self.file.parent / name))
+            if not path.exists():
+                message = f"there is no file {str(path)!r}: paths are counted from the folder of this file"
+                meant = [os.path.relpath(name, self.file.parent)] if Path(name).exists() else []
+                self.problem(source.position, message, meant)
+                return None
+            name = path.stem
+            if self._added.setdefault(name, path) != path:
+                message = f"the mission {name!r} is {self._added[name]} in this file already"
+                self.problem(source.position, message)
+            known = self.library.find(name)
+            if known is None or known.file != path:
+                added = self.library.add_file(path)
+                add_neighbours([added] if added is not None else [], self.library)
+        try:
+            mission = self.library.get(name)
+            self.maps.of(mission, self.library, self.declarations)
+        except ConfigError as error:
+            where = f"{error.file}:{error.line}:{error.column}: " if error.file and error.line else ""
+            unknown = name not in self.library and not self.library.unreadable().get(name)
+            close = closest_first(name, self.library.names())[:3]
+            valid = (*close, "missions: [FOLDER] at the top of this file") if unknown else error.valid
+            self.problem(source.position, f"{where}{error.problem}", valid)
+            return None
+        return name
+
+    def trigger(self, mission: YamlNode, entries: Entries, what: str) -> Trigger | None:
+        """How a mission is started.
+
+        Args:
+            mission: Its name or file.
+            entries: ``inputs`` and the keys of :data:`TRIGGER_KEYS`.
+            what: What the name is called, for messages.
+        """
+        name = self.mission(mission, what)
+        # An input that stands there with nothing behind it is not given, also when the file gives it to all.
+        inputs = {
+            key.text: input_text(value)
+            for key, value in self.table(entries.get("inputs"), "inputs")
+            if not (isinstance(value, YamlScalar) and value.empty)
+        }
+        options: dict[str, Any] = {}
+        if "policy" in entries:
+            policies = [policy.value for policy in TriggerPolicy]
+            options["policy"] = self.choice(entries["policy"], "policy", policies)
+        if "priority" in entries:
+            options["priority"] = self.whole(entries["priority"], "priority") or 0
+        if "caller" in entries:
+            options["caller"] = self.text(entries["caller"], "caller")
+        refused = self.text(entries["refused"], "refused") if "refused" in entries else None
+        if name is None:
+            return None
+        if refused is None:
+            self._check_inputs(name, entries.get("inputs"), mission, inputs)
+        position = entries["refused"].position if "refused" in entries else mission.position
+        return Trigger(name, inputs, options, refused, position)
+
+    def _check_inputs(
+        self, name: str, source: YamlNode | None, mission: YamlNode, inputs: Mapping[str, str]
+    ) -> None:
+        ports = self.library.get(name).inputs
+        for key, value in self.table(source, "inputs"):
+            if key.text not in ports:
+                valid = closest_first(key.text, ports) or ("no inputs",)
+                self.problem(key.position, f"{name} has no input {key.text!r}", valid)
+            elif key.text in inputs:
+                try:
+                    read_port(inputs[key.text], ports[key.text])
+                except ConfigError as error:
+                    self.wrong(value.position, error)
+        missing = [port for port in ports if ports[port].required and port not in inputs]
+        if missing:
+            place = source.position if source is not None else mission.position
+            self.problem(place, f"{name} needs the input {' and '.join(missing)}", [f"{missing[0]}: ..."])
+
+
+def plain(source: YamlNode) -> Any:
+    """A source as plain texts, lists and tables."""
+    match source:
+        case YamlScalar():
+            return source.text
+        case YamlSequence():
+            return [plain(item) for item in source.items]
+        case YamlMapping():
+            return {key.text: plain(value) for key, value in source.entries}
+
+
+def input_text(source: YamlNode) -> str:
+    """An input of a mission as a caller would write it, on one line."""
+    match source:
+        case YamlScalar():
+            return source.text
+        case YamlSequence():
+            return f"({', '.join(input_text(item) for item in source.items)})"
+        case YamlMapping():
+            return f"{{{', '.join(f'{key.text}: {input_text(value)}' for key, value in source.entries)}}}"
+
+
+def _fill_in(
+    source: YamlNode, values: Mapping[str, YamlNode], unknown: Callable[[Position, str], object]
+) -> YamlNode:
+    """Put the values of an example where ``<name>`` stands.
+
+    Args:
+        source: The source.
+        values: The values by name. One that stands alone may be a list or a table.
+        unknown: Called with the position and the name of each that has no value.
+    """
+    match source:
+        case YamlScalar():
+            return _fill_in_text(source, values, unknown)
+        case YamlSequence():
+            return YamlSequence(
+                tuple(_fill_in(item, values, unknown) for item in source.items), source.position
+            )
+        case YamlMapping():
+            filled = []
+            for key, value in source.entries:
+                name = _fill_in_text(key, values, unknown)
+                filled.append(
+                    (name if isinstance(name, YamlScalar) else key, _fill_in(value, values, unknown))
+                )
+            return YamlMapping(tuple(filled), source.position)
+
+
+def _fill_in_text(
+    source: YamlScalar, values: Mapping[str, YamlNode], unknown: Callable[[Position, str], object]
+) -> YamlNode:
+    names = _PARAMETER.findall(source.text)
+    if not names:
+        return source
+    for name in names:
+        if name not in values:
+            unknown(source.position, name)
+            return source
+    alone = _PARAMETER.fullmatch(source.text)
+    if alone is not None:
+        value = values[alone[1]]
+        return (
+            YamlScalar(value.text, value.quoted, source.position) if isinstance(value, YamlScalar) else value
+        )
+    text = _PARAMETER.sub(lambda match: input_text(values[match[1]]), source.text)
+    return YamlScalar(text, True, source.position)
+
+
+# ---- skills: which skill does what ----------------------------------------------------------------------
+
+
+def read_mocks(
+    reader: SourceReader, source: YamlNode | None, places: MissionMap | None, *, default: bool
+) -> list[MockEntry]:
+    """Read the mocks under ``skills``.
+
+    Args:
+        reader: Notes what is wrong.
+        source: The table.
+        places: The nodes of the mission; None when it is not known, then less is checked.
+        default: Whether they are for the whole file, and need not be used by each mission in it.
+    """
+    entries = []
+    for key, value in reader.table(source, "skills"):
+        if default and key.text in reader.library and key.text not in reader.declarations:
+            continue  # a mission that is mocked whole where it is called; here it is not
+        found = reader.pattern(key, places, skills_only=True, unused=default)
+        if found is None and not default:
+            continue
+        users: Users = [(reader.declarations[place.skill], place) for place in found or () if place.skill]
+        if "*" in key.text.split("/")[-1]:
+            users = []  # other mocks may answer for some of them; the start of the mission decides
+        if not users and key.text in reader.declarations:
+            users = [(reader.declarations[key.text], None)]
+        make = _read_mock(reader, value, users)
+        if make is not None:
+            entries.append(MockEntry(key.text, make, default, key.position))
+    return entries
+
+
+def _read_mock(reader: SourceReader, value: YamlNode, users: Users) -> Callable[[], Script] | None:
+    """What makes the script of a mock."""
+    if isinstance(value, YamlMapping) and value.get("switch") is not None:
+        return _read_switch(reader, value, users)
+    replies = _read_script(reader, value, users)
+    return (lambda: replies) if replies else None
+
+
+def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[MockReply, ...]:
+    """Read a script; empty (noted) when it is wrong."""
+    if not isinstance(source, YamlScalar) or source.empty:
+        reader.problem(source.position, "a script must be a text", _SCRIPTS)
+        return ()
+    try:
+        replies = parse_script(source.text)
+    except ScriptError as error:
+        position = source.position
+        if source.first_column is not None:
+            position = replace(position, column=source.first_column + error.offset)
+        reader.wrong(position, error)
+        return ()
+    problems: dict[str, ConfigError] = {}
+    for reply in replies:
+        for declaration, place in users:
+            try:
+                step = to_step(reply, declaration)
+                if place is not None:
+                    check_outputs(step, place)
+            except ConfigError as error:
+                problems.setdefault(error.problem, error)
+    for problem, found in problems.items():
+        reader.wrong(_quoted_position(source, problem), found)
+    return () if problems else replies
+
+
+def _quoted_position(source: YamlScalar, problem: str) -> Position:
+    """Where the word that a problem quotes stands in a script; its beginning when it is not there."""
+    quoted = re.search(r"'([^']+)'", problem)
+    if source.first_column is None or quoted is None:
+        return source.position
+    at = source.text.find(quoted[1])
+    return replace(source.position, column=source.first_column + at) if at >= 0 else source.position
+
+
+def _read_switch(reader: SourceReader, table: YamlMapping, users: Users) -> Callable[[], Script] | None:
+    """A mock that looks at an input: ``{switch: label, cases: {kitchen: ...}, default: ...}``."""
+    entries = reader.values(table, "a mock with switch", SWITCH_KEYS)
+    name = reader.text(entries["switch"], "switch")
+    port = _port_of(reader, entries["switch"], name or "", users)
+    cases: list[tuple[Any, tuple[MockReply, ...]]] = []
+    for case, value in reader.table(entries.get("cases"), "cases"):
+        replies = _read_script(reader, value, users)
+        if any(reply.lasts is not None for reply in replies):
+            problem = "a case of a switch counts its calls and has no time"
+            reader.problem(value.position, problem, ["3 times", "once"])
+        try:
+            cases.append((read_port(case.text, port) if port else case.text, replies))
+        except ConfigError as error:
+            reader.wrong(case.position, error)
+    default = _read_script(reader, entries["default"], users) if "default" in entries else ()
+    if "cases" not in entries and "default" not in entries:
+        reader.problem(table.position, "the mock has no cases", ["cases: {kitchen: SUCCESS}"])
+    if port is None or name is None or (not cases and not default):
+        return None
+    return lambda: _choice(name, cases, default)
+
+
+def _port_of(reader: SourceReader, source: YamlNode, name: str, users: Users) -> Port | None:
+    for declaration, _ in users:
+        if name not in declaration.inputs:
+            message = f"{declaration.name} has no input {name!r}"
+            reader.problem(source.position, message, closest_first(name, declaration.inputs))
+            return None
+    return users[0][0].inputs[name] if users else None
+
+
+def _choice(
+    name: str, cases: list[tuple[Any, tuple[MockReply, ...]]], default: tuple[MockReply, ...]
+) -> Script:
+    """The script of a mock with ``switch``; each case counts its own calls."""
+    calls = [(value, item_per_call(replies)) for value, replies in cases]
+    otherwise = item_per_call(default)
+
+    def choose(inputs: Inputs) -> Any:
+        found = next((replies for value, replies in calls if same(value, inputs[name])), otherwise)
+        reply = next(found, None)
+        if reply is None:
+            raise MockError(f"the mock provides for no (further) call with {name} {inputs[name]!r}")
+        return reply
+
+    return choose
+
+
+# ---- when: what happens while the mission runs ----------------------------------------------------------
+
+
+class WhenReader:
+    """Reads the list under ``when``.
+
+    Args:
+        reader: Notes what is wrong.
+        places: The nodes of the scenario's mission; None when it is not known.
+
+    Attributes:
+        started: The nodes of the missions that it starts, by the names that ``as`` gives them.
+    """
+
+    def __init__(self, reader: SourceReader, places: MissionMap | None) -> None:
+        self.started: dict[str, MissionMap] = {}
+        self._reader = reader
+        self._places = places
+
+    def read(self, source: YamlNode | None) -> Iterator[Happening]:
+        """What happens, in order."""
+        for item in self._reader.items(source):
+            if not isinstance(item, YamlMapping):
+                self._refuse(item)
+                continue
+            kind = self._kind(item)
+            act = self._act(item, kind) if kind is not None else None
+            if kind is not None and act is not None:
+                yield Happening(kind, act, item.position)
+
+    def _refuse(self, item: YamlNode) -> None:
+        word, _, rest = item.text.strip().partition(" ") if isinstance(item, YamlScalar) else ("", "", "")
+        if not word or word in WHEN_KEYS:
+            valid = [f"{word}: {rest}".strip()] if word else ["advance: 3 s", "stop:"]
+            self._reader.problem(item.position, "an event must be a table (key: value)", valid)
+        else:
+            self._unknown(item.position, f"{word} {rest}".strip())
+
+    def _unknown(self, position: Position, name: str) -> None:
+        word, _, rest = name.partition(" ")
+        known = (*WHEN_KEYS, "at")
+        valid = (f"{word}: {rest}",) if word in known and rest else closest_first(name, known)
+        self._reader.problem(position, f"there is no event {name!r}", valid)
+
+    def _kind(self, table: YamlMapping) -> str | None:
+        """The key that says what happens; ``at`` when only time passes."""
+        kinds = [key for key, _ in table.entries if key.text in WHEN_KEYS]
+        if len(kinds) > 1:
+            message = f"{kinds[1].text!r} cannot be combined with {kinds[0].text!r}"
+            valid = [f"an entry of its own: - {kinds[1].text}: ..."]
+            self._reader.problem(kinds[1].position, message, valid)
+            return None
+        if kinds:
+            return kinds[0].text
+        unknown = next((key for key, _ in table.entries if key.text != "at"), None)
+        if unknown is not None:
+            self._unknown(unknown.position, unknown.text)
+        elif not table.entries:
+            self._reader.problem(table.position, "nothing happens here", list(WHEN_KEYS))
+        return "at" if table.entries and unknown is None else None
+
+    def _act(self, table: YamlMapping, kind: str) -> Act | None:
+        entries = self._reader.values(table, kind, (kind, *WHEN_KEYS.get(kind, ()), "at"))
+        act: Act | None = (lambda scene: None) if kind == "at" else self._action(kind, entries)
+        at = self._reader.duration(entries["at"], "at") if "at" in entries else None
+        if at is None or act is None:
+            return act
+
+        def wait_then_act(scene: ScenarioPlay) -> None:
+            wait = at + scene.play.started - scene.stage.now
+            if wait < -1e-6:
+                raise AssertionError(f"at {at:g} s has passed already")
+            scene.stage.advance(max(0.0, wait))
+            act(scene)
+
+        return wait_then_act
+
+    def _action(self, kind: str, entries: Entries) -> Act | None:
+        match kind:
+            case "advance":
+                seconds = self._reader.duration(entries["advance"], "advance")
+                return (lambda scene: scene.stage.advance(seconds)) if seconds is not None else None
+            case "until":
+                return self._until(entries)
+            case "start":
+                return self._start(entries)
+            case "expect":
+                return self._expect(entries["expect"])
+            case "resume":
+                return lambda scene: scene.stage.resume()
+            case "release":
+                return lambda scene: scene.stage.release()
+        source = entries[kind]
+        empty = isinstance(source, YamlScalar) and source.empty
+        reason = _REASON if empty else self._reader.text(source, "a reason") or _REASON
+        do = {"stop": Stage.stop, "pause": Stage.pause, "override": Stage.override}[kind]
+        return lambda scene: do(scene.stage, reason)
+
+    def _until(self, entries: Entries) -> Act | None:
+        pattern = entries["until"]
+        name = self._reader.text(pattern, "until")
+        status = RUNNING
+        if "is" in entries:
+            status = self._reader.choice(entries["is"], "status", STATUSES) or ""
+        if not isinstance(pattern, YamlScalar) or not name or not status:
+            return None
+        if self._reader.pattern(pattern, self._places) is None:
+            return None
+        return lambda scene: _wait_for(scene, name, status)
+
+    def _expect(self, source: YamlNode) -> Act:
+        expectation = ThenReader(self._reader, self._places).read(source, "expect")
+        if (isinstance(source, YamlScalar) and source.empty) or (
+            isinstance(source, YamlMapping) and not source.entries
+        ):
+            valid = ["expect: {status: RUNNING}"]
+            self._reader.problem(source.position, "nothing is expected here", valid)
+        return lambda scene: scene.expect(expectation)
+
+    def _start(self, entries: Entries) -> Act | None:
+        reader = self._reader
+        trigger = reader.trigger(entries["start"], entries, "start")
+        if trigger is None:
+            return None
+        name = trigger.mission
+        if "as" in entries:
+            name = reader.text(entries["as"], "as") or name
+        if name in self.started:
+            position = entries.get("as", entries["start"]).position
+            message = f"something else is called {name!r} here already"
+            reader.problem(position, message, [f"as: second_{trigger.mission}"])
+        mission = reader.library.get(trigger.mission)
+        self.started[name] = reader.maps.of(mission, reader.library, reader.declarations)
+        return lambda scene: scene.start(trigger, name)
+
+
+def _wait_for(scene: ScenarioPlay, pattern: str, status: str) -> None:
+    scene.stage.run_until(pattern, status, play=scene.play)
+
+
+# ---- then: what must hold -------------------------------------------------------------------------------
+
+
+class ThenReader:
+    """Reads a table under ``then`` or ``expect``.
+
+    Args:
+        reader: Notes what is wrong.
+        places: The nodes of the mission; None when it is not known.
+    """
+
+    def __init__(self, reader: SourceReader, places: MissionMap | None) -> None:
+        self._reader = reader
+        self._places = places
+
+    def read(self, source: YamlNode | None, what: str, happens: Collection[str] | None = None) -> Expectation:
+        """Read a table.
+
+        Args:
+            source: The table.
+            what: What the table is called, for messages.
+            happens: What happens before; None when that is not known.
+        """
+        reader = self._reader
+        if isinstance(source, YamlScalar) and source.text.upper() in RUN_STATUSES:
+            valid = [f"{what}: {{status: {source.text.upper()}}}"]
+            reader.problem(source.position, f"{what} must be a table (key: value)", valid)
+            source = None
+        entries = reader.entries(source, what, THEN_KEYS)
+        checks: list[Check] = []
+        for name, (key, value) in entries.items():
+            before = len(reader.findings)
+            assertions = list(self._assertions(name, value))
+            if not assertions and len(reader.findings) == before:
+                reader.problem(key.position, f"{name} expects nothing", ["leaving it out"])
+            checks += [Check(assertion, key.position) for assertion in assertions]
+        written = entries["status"][1] if "status" in entries else None
+        known = isinstance(written, YamlScalar) and written.text in RUN_STATUSES
+        status = RunStatus(written.text) if isinstance(written, YamlScalar) and known else None
+        self._check_code(entries["code"][1] if "code" in entries else None, status)
+        if written is not None and happens is not None:
+            self._check_status(written.position, status, happens)
+        return Expectation(tuple(checks), status in _GOES_ON)
+
+    def _check_code(self, source: YamlNode | None, status: RunStatus | None) -> None:
+        """Note a code with which the mission can never end."""
+        if not isinstance(source, YamlScalar) or self._places is None or not source.text:
+            return
+        fails = self._places.prospects.codes | _RUN_CODES
+        known = {
+            None: {"ok", "stopped", *fails},
+            RunStatus.SUCCEEDED: {"ok"},
+            RunStatus.STOPPED: {"stopped"},
+            RunStatus.FAILED: fails,
+        }.get(status)
+        if known is None or source.text in known:
+            return
+        word = f"a run that is {status.value}" if status is not None else ""
+        if status is None or status is RunStatus.FAILED:
+            word = self._places.mission
+        message = f"{word} cannot end with the code {source.text!r}"
+        self._reader.problem(source.position, message, closest_first(source.text, known))
+
+    def _check_status(self, position: Position, status: RunStatus | None, happens: Collection[str]) -> None:
+        """Note a status that nothing under ``when`` can bring about."""
+        wanted = {RunStatus.STOPPED: _STOPS, RunStatus.PAUSED: ("pause",)}.get(status) if status else None
+        if status and wanted and not any(word in happens for word in wanted):
+            message = f"the run cannot be {status.value}: nothing under 'when' does that"
+            self._reader.problem(position, message, [f"when: [{{at: 3 s, {wanted[0]}: enough}}]"])
+
+    def _assertions(self, name: str, value: YamlNode) -> Iterator[Assertion]:
+        match name:
+            case "status":
+                status = self._reader.choice(value, "status", RUN_STATUSES)
+                if status is not None:
+                    yield partial(Play.assert_status, status=status)
+            case "code" | "reason":
+                text = self._reader.text(value, name)
+                if text is not None:
+                    yield lambda play: play.assert_why(**{name: text})
+            case "leaf":
+                if self._is_pattern(value, name, skills_only=False):
+                    yield partial(Play.assert_why, leaf=plain(value))
+            case "outputs":
+                yield from self._outputs(value)
+            case "keys":
+                prospects = self._places.prospects if self._places is not None else None
+                if prospects is not None:
+                    kinds = {key: prospects.kinds.get(key) for key in prospects.keys}
+                    keys = self._reader.quantities(value, "key", self._mission, kinds)
+                    if keys:
+                        yield partial(Play.assert_keys, keys=keys)
+            case "duration" | "within":
+                seconds = self._reader.duration(value, "a duration")
+                if seconds is not None:
+                    yield lambda play: play.assert_duration(seconds, at_most=name == "within")
+            case "calls" | "only_calls":
+                yield from self._calls(value, only=name == "only_calls")
+            case "called":
+                yield from self._called(value)
+            case "not_called":
+                for item in self._reader.items(value):
+                    if self._is_pattern(item, "a skill", skills_only=True, unused=True):
+                        yield partial(_assert_called, pattern=plain(item), times=0)
+            case "nodes":
+                yield from self._nodes(value)
+            case "trace":
+                yield from self._trace(value)
+            case "tree":
+                text = self._reader.text(value, name)
+                if text is not None:
+                    yield partial(Play.assert_tree, expected=text)
+
+    @property
+    def _mission(self) -> str:
+        return self._places.mission if self._places is not None else ""
+
+    def _is_pattern(self, source: YamlNode, what: str, *, skills_only: bool, unused: bool = False) -> bool:
+        """Whether a source is a pattern that means a node; if not, that is noted."""
+        if self._reader.text(source, what) is None or not isinstance(source, YamlScalar):
+            return False
+        found = self._reader.pattern(source, self._places, skills_only=skills_only, unused=unused)
+        return found is not None
+
+    def _outputs(self, value: YamlNode) -> Iterator[Assertion]:
+        """Outputs by name; an empty table stands for none at all."""
+        if self._places is None:
+            return
+        kinds = {name: port.kind for name, port in self._places.outputs.items()}
+        outputs = self._reader.quantities(value, "output", self._mission, kinds)
+        if isinstance(value, YamlMapping) and not value.entries:
+            yield _assert_no_outputs
+        elif outputs:
+            yield partial(Play.assert_outputs, outputs=outputs)
+
+    def _calls(self, value: YamlNode, *, only: bool) -> Iterator[Assertion]:
+        """Calls in their order: patterns, or tables of a pattern and inputs."""
+        wanted: list[tuple[str, Mapping[str, Any]]] = []
+        for item in self._reader.items(value):
+            if isinstance(item, YamlScalar):
+                pairs: tuple[tuple[YamlScalar, YamlNode | None], ...] = ((item, None),)
+            elif isinstance(item, YamlMapping) and len(item.entries) == 1:
+                pairs = item.entries
+            else:
+                valid = ["turn: {angle: 45 deg}"]
+                self._reader.problem(item.position, "a call is a skill, or a skill and inputs", valid)
+                continue
+            for key, inputs in pairs:
+                found = self._reader.pattern(key, self._places, skills_only=True)
+                if found is not None:
+                    wanted.append((key.text, self._inputs(inputs, found)))
+        if wanted or only:
+            yield lambda play: play.assert_calls(wanted, only=only)
+
+    def _inputs(self, source: YamlNode | None, users: list[Place]) -> dict[str, Any]:
+        """The inputs that a call must have, in SI units."""
+        wanted: dict[str, Any] = {}
+        is_count = isinstance(source, YamlScalar) and source.text.isdigit()
+        before = len(self._reader.findings)
+        for skill in dict.fromkeys(place.skill for place in users if place.skill):
+            kinds = {name: port.kind for name, port in self._reader.declarations[skill].inputs.items()}
+            valid = [f"called: {{{skill}: {plain(source)}}}"] if is_count and source is not None else []
+            wanted |= self._reader.quantities(source, "input", skill, kinds, valid=valid)
+            if len(self._reader.findings) > before:
+                break
+        return wanted
+
+    def _called(self, value: YamlNode) -> Iterator[Assertion]:
+        """Numbers of calls by pattern; or a list of patterns that were called at least once."""
+        if not isinstance(value, YamlMapping):
+            for item in self._reader.items(value):
+                if self._is_pattern(item, "a skill", skills_only=True):
+                    yield partial(_assert_called, pattern=plain(item), times=None)
+            return
+        for key, item in value.entries:
+            users = self._reader.pattern(key, self._places, skills_only=True, unused=True)
+            if users is None:
+                continue
+            inputs: dict[str, Any] = {}
+            count = item.get("times") if isinstance(item, YamlMapping) else item
+            times = self._reader.whole(count, "a number of calls") if count is not None else None
+            if isinstance(item, YamlMapping):
+                rest = tuple((name, each) for name, each in item.entries if name.text != "times")
+                inputs = self._inputs(YamlMapping(rest, item.position), users)
+            yield partial(_assert_called, pattern=key.text, times=times, inputs=inputs)
+
+    def _nodes(self, value: YamlNode) -> Iterator[Assertion]:
+        """Statuses by pattern: every node that it means has the status."""
+        for key, item in self._reader.table(value, "nodes"):
+            status = self._reader.choice(item, "status", STATUSES)
+            if status is not None and self._reader.pattern(key, self._places) is not None:
+                yield partial(_assert_nodes, pattern=key.text, status=status)
+
+    def _trace(self, value: YamlNode) -> Iterator[Assertion]:
+        """The lines of a trace, or a table of ``of`` (a pattern), ``inner`` and ``lines``."""
+        pattern, inner, source = "**", False, value
+        if isinstance(value, YamlMapping):
+            entries = self._reader.values(value, "trace", ("of", "inner", "lines"))
+            if "of" in entries:
+                if not self._is_pattern(entries["of"], "of", skills_only=False):
+                    return
+                pattern = plain(entries["of"])
+            if "inner" in entries:
+                inner = self._reader.choice(entries["inner"], "value", ("true", "false")) == "true"
+            if "lines" not in entries:
+                self._reader.problem(value.position, "the trace has no lines", ["lines: [...]"])
+                return
+            source = entries["lines"]
+        lines = [line for item in self._reader.items(source) for line in self._trace_lines(item)]
+        if lines or isinstance(source, YamlSequence):
+            yield lambda play: play.assert_trace("\n".join(lines), pattern, inner=inner)
+
+    def _trace_lines(self, item: YamlNode) -> Iterator[str]:
+        """The lines in one item of a list: one, or those of a block of text."""
+        for text in (self._reader.text(item, "a line of a trace") or "").splitlines():
+            try:
+                line = read_line(text)
+            except ConfigError as error:
+                self._reader.wrong(item.position, error)
+                continue
+            if self._reader.pattern(YamlScalar(line.node, True, item.position), self._places) is not None:
+                yield text
+
+
+def _assert_no_outputs(play: Play) -> None:
+    if play.outputs:
+        play.fail(f"{play.run.mission} gave the outputs {', '.join(play.outputs)}, not none")
+
+
+def _assert_called(
+    play: Play, pattern: str, times: int | None, inputs: Mapping[str, Any] | None = None
+) -> None:
+    play.assert_called(pattern, times=times, inputs=inputs)
+
+
+def _assert_nodes(play: Play, pattern: str, status: str) -> None:
+    for place in matching(pattern, play.places.places.values()):
+        now = play.record.statuses.get(place.path, INVALID)
+        if now != status:
+            play.fail(f"{place.short} is {now}, not {status}")
+
+
+# ---- the file -------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +966,11 @@ class Libraries:
         self, folders: tuple[Path, ...] = (), declarations: Mapping[str, SkillDeclaration] | None = None
     ) -> None:
         self.declarations = declarations if declarations is not None else all_declarations()
-        self.maps = MissionMaps()
         self._folders = folders
-        self._known: dict[tuple[Path, ...], MissionLibrary] = {}
+        self._known: dict[tuple[Path, ...], tuple[MissionLibrary, MissionMaps]] = {}
 
-    def load(self, home: Path, folders: tuple[Path, ...]) -> MissionLibrary:
-        """The missions of the package, of the common folders and of these.
+    def load(self, home: Path, folders: tuple[Path, ...]) -> tuple[MissionLibrary, MissionMaps]:
+        """The missions of the package, of the common folders and of these, with their maps.
 
         Args:
             home: The folder of the scenario file; missions that it names by file join the library.
@@ -74,14 +980,15 @@ class Libraries:
             ConfigError: A folder does not exist.
         """
         if (home, *folders) not in self._known:
-            self._known[home, *folders] = MissionLibrary.load([*self._folders, *folders])
+            library = MissionLibrary.load([*self._folders, *folders])
+            self._known[home, *folders] = library, MissionMaps()
         return self._known[home, *folders]
 
     def own_missions(self) -> Iterator[tuple[Mission, MissionLibrary]]:
         """The missions of the folders that scenario files and the caller name, each with its library; those
-        of Florence and of other packages are none of them.
+        of Florence and of other packages are left out.
         """
-        for (_, *folders), library in self._known.items():
+        for (_, *folders), (library, _) in self._known.items():
             own = {folder.resolve() for folder in (*self._folders, *folders)}
             yield from ((each, library) for each in library if each.file.parent.resolve() in own)
 
@@ -92,26 +999,18 @@ def read_scenarios(file: Path, libraries: Libraries) -> ScenarioFile:
         source = read_yaml(file)
     except ConfigError as error:
         return ScenarioFile(file, (), (finding_from_error(error),))
-    reading = Reading(file, MissionLibrary(), libraries.maps, libraries.declarations)
-    scenarios = list(_FileReader(reading, libraries).scenarios(source))
-    return ScenarioFile(file, tuple(scenarios), tuple(sort_findings(reading.findings)))
+    reader = SourceReader(file, MissionLibrary(), MissionMaps(), libraries.declarations)
+    scenarios = list(_FileReader(reader, libraries).scenarios(source))
+    return ScenarioFile(file, tuple(scenarios), tuple(sort_findings(reader.findings)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Surroundings:
-    """What a scenario is read with: as the folders have it, or with stubs for some missions."""
-
-    library: MissionLibrary
-    declarations: Mapping[str, SkillDeclaration]
-    maps: MissionMaps
-
-    def enter(self, reading: Reading) -> None:
-        reading.library, reading.declarations, reading.maps = self.library, self.declarations, self.maps
+_Surroundings = tuple[MissionLibrary, Mapping[str, SkillDeclaration], MissionMaps]
+"""What a scenario is read with: as the folders have it, or with stubs for some missions."""
 
 
 class _FileReader:
-    def __init__(self, reading: Reading, libraries: Libraries) -> None:
-        self._reading = reading
+    def __init__(self, reader: SourceReader, libraries: Libraries) -> None:
+        self._reader = reader
         self._libraries = libraries
         self._mission: YamlNode | None = None
         self._given: dict[str, YamlNode] = {}
@@ -119,133 +1018,123 @@ class _FileReader:
         self._mocks: dict[tuple[str, tuple[str, ...]], list[MockEntry]] = {}
         self._not_playable: set[tuple[str, tuple[str, ...]]] = set()
         self._stubs: tuple[str, ...] = ()
-        self._plain: _Surroundings | None = None
-        self._stubbed: dict[tuple[str, ...], _Surroundings] = {}
+        self._surroundings: dict[tuple[str, ...], _Surroundings] = {}
 
     def scenarios(self, source: YamlNode) -> Iterator[Scenario]:
-        reading = self._reading
+        reader = self._reader
         if not isinstance(source, YamlMapping):
-            reading.problem(source.position, "a scenario file must be a table", FILE_KEYS)
+            reader.problem(source.position, "a scenario file must be a table", FILE_KEYS)
             return
-        top = reading.entries(source, "a scenario file", FILE_KEYS)
-        self._load_missions(top["missions"][1] if "missions" in top else None)
-        self._mission = top["mission"][1] if "mission" in top else None
-        self._given = self._given_of(top["given"][1] if "given" in top else None)
+        top = reader.values(source, "a scenario file", FILE_KEYS)
+        self._load_missions(top.get("missions"))
+        self._mission = top.get("mission")
+        self._given = reader.values(top.get("given"), "given", GIVEN_KEYS)
         if "scenarios" not in top:
-            reading.problem(
-                source.position, "the file has no scenarios", ["scenarios: [{name: ..., then: ...}]"]
-            )
+            valid = ["scenarios: [{name: ..., then: ...}]"]
+            reader.problem(source.position, "the file has no scenarios", valid)
             return
         count = 0
-        for item in reading.items(top["scenarios"][1]):
+        for item in reader.items(top["scenarios"]):
             for values, filled in self._examples(item):
                 count += 1
                 if count > MAX_SCENARIOS:
-                    reading.problem(item.position, f"the file has more than {MAX_SCENARIOS} scenarios")
+                    reader.problem(item.position, f"the file has more than {MAX_SCENARIOS} scenarios")
                     return
                 yield from self._scenario(filled, values)
 
     def _load_missions(self, source: YamlNode | None) -> None:
-        reading = self._reading
+        reader = self._reader
         folders = []
-        for item in reading.items(source):
-            name = reading.text(item, "a folder of missions")
-            folder = Path(os.path.normpath(reading.file.parent / name)) if name else None
+        for item in reader.items(source):
+            name = reader.text(item, "a folder of missions")
+            folder = Path(os.path.normpath(reader.file.parent / name)) if name else None
             if folder is not None and not folder.is_dir():
-                reading.problem(item.position, f"there is no folder {str(folder)!r}")
+                reader.problem(item.position, f"there is no folder {str(folder)!r}")
             elif folder is not None:
                 folders.append(folder)
-        reading.library = self._libraries.load(reading.file.parent.resolve(), tuple(folders))
+        library, maps = self._libraries.load(reader.file.parent.resolve(), tuple(folders))
         # Skills that are only declared, beside missions that were imported, are mocked like any other.
-        reading.declarations = reading.library.with_declared(self._libraries.declarations)
-
-    def _given_of(self, source: YamlNode | None) -> dict[str, YamlNode]:
-        entries = self._reading.entries(source, "given", GIVEN_KEYS)
-        return {name: value for name, (_, value) in entries.items()}
+        declarations = library.with_declared(self._libraries.declarations)
+        self._surroundings[()] = library, declarations, maps
+        reader.library, reader.declarations, reader.maps = self._surroundings[()]
 
     def _examples(self, item: YamlNode) -> Iterator[tuple[dict[str, YamlNode], YamlNode]]:
         """A scenario once for each of its examples, filled in."""
-        reading = self._reading
+        reader = self._reader
         source = item.get("examples") if isinstance(item, YamlMapping) else None
         if source is None or not isinstance(item, YamlMapping):
             yield {}, item
             return
         rest = YamlMapping(tuple(e for e in item.entries if e[0].text != "examples"), item.position)
-        examples = list(_example_rows(reading, source))
+        examples = list(_example_rows(reader, source))
         if not examples:
-            reading.problem(source.position, "there are no examples", ["[{room: kitchen}, {room: hall}]"])
+            reader.problem(source.position, "there are no examples", ["[{room: kitchen}, {room: hall}]"])
         for values in examples:
-            told: set[Position] = set()
-
-            def unknown(
-                position: Position,
-                name: str,
-                values: dict[str, YamlNode] = values,
-                told: set[Position] = told,
-            ) -> None:
-                if position not in told:
-                    told.add(position)
-                    reading.problem(position, f"the examples have no {name!r}", closest_first(name, values))
-
-            filled = fill_in(rest, values, unknown)
-            if not told:
+            unknown: dict[Position, str] = {}
+            filled = _fill_in(rest, values, unknown.setdefault)
+            for position, name in unknown.items():
+                reader.problem(position, f"the examples have no {name!r}", closest_first(name, values))
+            if not unknown:
                 yield values, filled
 
     def _scenario(self, item: YamlNode, values: dict[str, YamlNode]) -> Iterator[Scenario]:
-        reading = self._reading
-        before = len(reading.findings)
-        entries = {
-            name: value for name, (_, value) in reading.entries(item, "a scenario", SCENARIO_KEYS).items()
-        }
+        reader = self._reader
+        before = len(reader.findings)
+        entries = reader.values(item, "a scenario", SCENARIO_KEYS)
         if not isinstance(item, YamlMapping):
             return
         name = self._name(item, entries.get("name"), values)
-        own = self._given_of(entries.get("given"))
-        then, refused, others_source = _split_then(entries.get("then"))
+        own = reader.values(entries.get("given"), "given", GIVEN_KEYS)
+        then, refused, others = _split_then(entries.get("then"))
         if isinstance(then, YamlScalar) and then.empty:
             then = None
         mission = entries.get("mission", self._mission)
         if mission is None:
-            reading.problem(item.position, "the scenario names no mission", ["mission: goto_user"])
+            reader.problem(item.position, "the scenario names no mission", ["mission: goto_user"])
             return
         merged = {**self._given, **own, "inputs": _merged(self._given.get("inputs"), own.get("inputs"))}
-        if refused is not None:
-            merged["refused"] = refused
-        given = {key: value for key, value in merged.items() if value is not None}
-        trigger = read_trigger(reading, mission, given, "mission")
+        given = {key: value for key, value in {**merged, "refused": refused}.items() if value is not None}
+        trigger = reader.trigger(mission, given, "mission")
         self._use_stubs(trigger.mission if trigger is not None else None, own.get("skills"))
         places = self._places(trigger.mission) if trigger is not None else None
-        mocks = [
-            *self._common_mocks(places),
-            *read_mocks(reading, own.get("skills"), places, default=False),
-        ]
-        known = len(reading.findings)
-        when, others = read_happenings(reading, entries.get("when"), places)
-        happens = [each.text for each in when] if len(reading.findings) == known else None
-        expectation = read_expectation(reading, then, places, "then", happens)
-        runs = self._runs(others_source, others)
-        self._check_expecting(item, then, bool(runs), refused is not None)
-        if len(reading.findings) > before or trigger is None:
+        own_mocks = read_mocks(reader, own.get("skills"), places, default=False)
+        mocks = [*self._common_mocks(places), *own_mocks]
+        known = len(reader.findings)
+        when = WhenReader(reader, places)
+        happenings = tuple(when.read(entries.get("when")))
+        happens = [each.kind for each in happenings] if len(reader.findings) == known else None
+        expectations = {"": ThenReader(reader, places).read(then, "then", happens)}
+        expectations |= self._runs(others, when.started)
+        self._check_expecting(item, then, len(expectations) > 1, refused is not None)
+        if len(reader.findings) > before or trigger is None:
             return
         if (trigger.mission, self._stubs) in self._not_playable:
             return
         yield Scenario(
-            name, reading.file, item.position, trigger, tuple(mocks), when, expectation, runs,
-            reading.library, reading.maps,
-        )  # fmt: skip
+            name,
+            reader.file,
+            item.position,
+            trigger,
+            tuple(mocks),
+            happenings,
+            expectations,
+            reader.library,
+            reader.maps,
+            self._libraries.declarations,
+        )
 
-    def _runs(self, source: YamlNode | None, others: Mapping[str, MissionMap]) -> dict[str, Expectation]:
+    def _runs(self, source: YamlNode | None, started: Mapping[str, MissionMap]) -> dict[str, Expectation]:
         """What must hold of the missions that the scenario starts beside its own."""
-        reading = self._reading
+        reader = self._reader
         runs: dict[str, Expectation] = {}
-        for key, value in reading.table(source, "runs"):
-            if key.text not in others:
+        for key, value in reader.table(source, "runs"):
+            if key.text not in started:
                 message = f"no run is called {key.text!r}"
-                reading.problem(key.position, message, closest_first(key.text, others))
+                reader.problem(key.position, message, closest_first(key.text, started))
                 continue
-            runs[key.text] = read_expectation(reading, value, others[key.text], "then")
+            runs[key.text] = ThenReader(reader, started[key.text]).read(value, "then")
             if isinstance(value, YamlScalar) and value.empty:
-                reading.problem(key.position, f"nothing is expected of the run {key.text!r}", _THEN)
+                reader.problem(key.position, f"nothing is expected of the run {key.text!r}", _THEN)
         return runs
 
     def _check_expecting(self, item: YamlMapping, then: YamlNode | None, runs: bool, refused: bool) -> None:
@@ -254,87 +1143,77 @@ class _FileReader:
         if refused and entries:
             key = entries[0][0]
             message = f"{key.text} can never hold: a mission that is refused does not run"
-            self._reading.problem(key.position, message, ["leaving it out"])
+            self._reader.problem(key.position, message, ["leaving it out"])
         empty = isinstance(then, YamlMapping) and not entries and not runs and not refused
         unknown = [key.text for key, _ in item.entries if key.text not in SCENARIO_KEYS]
         if empty or (then is None and not get_close_matches("then", unknown)):
-            self._reading.problem(item.position, "the scenario expects nothing", _THEN)
+            self._reader.problem(item.position, "the scenario expects nothing", _THEN)
 
     def _common_mocks(self, places: MissionMap | None) -> list[MockEntry]:
         """The mocks for the whole file, held against each mission once."""
         key = (places.mission if places is not None else "", self._stubs)
         if key not in self._mocks:
-            before = len(self._reading.findings)
-            self._mocks[key] = read_mocks(self._reading, self._given.get("skills"), places, default=True)
-            if len(self._reading.findings) > before:
+            before = len(self._reader.findings)
+            self._mocks[key] = read_mocks(self._reader, self._given.get("skills"), places, default=True)
+            if len(self._reader.findings) > before:
                 self._not_playable.add(key)
         return self._mocks[key]
 
     def _use_stubs(self, mission: str | None, own: YamlNode | None) -> None:
         """Let stubs stand for the called missions that the mocks of the next scenario name."""
-        reading, self._stubs = self._reading, ()
-        if self._plain is None:
-            self._plain = _Surroundings(reading.library, reading.declarations, reading.maps)
-        self._plain.enter(reading)
+        reader = self._reader
+        self._stubs = ()
+        reader.library, reader.declarations, reader.maps = self._surroundings[()]
         if mission is None:
             return
-        keys = [key.text for source in (self._given.get("skills"), own) for key in _keys(source)]
-        patterns = list(_readable_patterns(keys))
-        self._stubs = mocked_missions(patterns, self._places(mission), reading.declarations)
-        if not self._stubs:
-            return
-        if self._stubs not in self._stubbed:
-            library = copied(reading.library)
-            put_stubs(self._stubs, library, reading.declarations)
-            known = library.with_declared(self._libraries.declarations)
-            self._stubbed[self._stubs] = _Surroundings(library, known, MissionMaps())
-        self._stubbed[self._stubs].enter(reading)
+        tables = [each for each in (self._given.get("skills"), own) if isinstance(each, YamlMapping)]
+        patterns = list(_readable_patterns(key.text for table in tables for key, _ in table.entries))
+        self._stubs = mocked_missions(patterns, self._places(mission), reader.declarations)
+        if self._stubs not in self._surroundings:
+            library = copied(reader.library)
+            put_stubs(self._stubs, library, reader.declarations)
+            declarations = library.with_declared(self._libraries.declarations)
+            self._surroundings[self._stubs] = library, declarations, MissionMaps()
+        reader.library, reader.declarations, reader.maps = self._surroundings[self._stubs]
 
     def _places(self, mission: str) -> MissionMap:
-        reading = self._reading
-        return reading.maps.of(reading.library.get(mission), reading.library, reading.declarations)
+        reader = self._reader
+        return reader.maps.of(reader.library.get(mission), reader.library, reader.declarations)
 
     def _name(self, item: YamlMapping, source: YamlNode | None, values: Mapping[str, YamlNode]) -> str:
-        name = self._reading.text(source, "name") if source is not None else None
+        name = self._reader.text(source, "name") if source is not None else None
         if not name:
-            self._reading.problem(item.position, "the scenario has no name", ["name: the room is unknown"])
+            self._reader.problem(item.position, "the scenario has no name", ["name: the room is unknown"])
             name = "?"
         if values and name in self._names:
             name += f" [{', '.join(f'{key}={input_text(value)}' for key, value in values.items())}]"
         if name in self._names:
-            self._reading.problem(
-                item.position,
-                f"two scenarios are called {name!r} (the first in line {self._names[name]})",
-                ["another name", "name: ... <parameter>"] if values else ["another name"],
-            )
+            message = f"two scenarios are called {name!r} (the first in line {self._names[name]})"
+            valid = ["another name", *(["name: ... <parameter>"] if values else [])]
+            self._reader.problem(item.position, message, valid)
         self._names[name] = item.position.line
         return name
 
 
-def _example_rows(reading: Reading, source: YamlNode) -> Iterator[dict[str, YamlNode]]:
+def _example_rows(reader: SourceReader, source: YamlNode) -> Iterator[dict[str, YamlNode]]:
     """A list of tables; or a table of columns, each a list of the same length."""
     if isinstance(source, YamlMapping):
-        columns = {key.text: reading.items(value) for key, value in source.entries}
+        columns = {key.text: reader.items(value) for key, value in source.entries}
         lengths = {len(column) for column in columns.values()}
         if len(lengths) > 1:
-            reading.problem(source.position, "the columns of the examples have different lengths")
+            reader.problem(source.position, "the columns of the examples have different lengths")
             return
         for cells in zip(*columns.values(), strict=True):
             yield dict(zip(columns, cells, strict=True))
         return
-    for item in reading.items(source):
-        row = {key.text: value for key, value in reading.table(item, "an example")}
+    for item in reader.items(source):
+        row = {key.text: value for key, value in reader.table(item, "an example")}
         if row:
             yield row
 
 
-def _keys(source: YamlNode | None) -> Iterator[YamlScalar]:
-    if isinstance(source, YamlMapping):
-        yield from (key for key, _ in source.entries)
-
-
 def _readable_patterns(texts: Iterable[str]) -> Iterator[Pattern]:
-    """The patterns; what is none is told where the mocks are read."""
+    """The patterns; a text that is not one is reported where the mocks are read."""
     for text in texts:
         with contextlib.suppress(ConfigError):
             yield read_pattern(text)

@@ -1,7 +1,7 @@
 """JSON Schema of scenario files, so that editors complete and check them while they are written.
 
 What a schema cannot say (whether a pattern matches a node, whether a code belongs to a skill) is left to
-``florence test``, which tells it with its place before anything is played.
+``florence test``, which reports it with its place before anything is played.
 """
 
 from __future__ import annotations
@@ -11,9 +11,7 @@ from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.mission_testing.record import STATUSES
-from florence_bt.mission_testing.scenarios._scenario_checks import STATUS_WORDS, THEN_KEYS
-from florence_bt.mission_testing.scenarios._scenario_events import KINDS
-from florence_bt.mission_testing.scenarios._scenario_mocks import ENDINGS
+from florence_bt.mission_testing.scenarios.scenario_file import RUN_STATUSES, THEN_KEYS, WHEN_KEYS
 from florence_bt.runtime.run import TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.schema import DRAFT
@@ -54,7 +52,6 @@ def scenario_schema(library: MissionLibrary, declarations: Mapping[str, SkillDec
             "given": _given(),
             "skills": _skills(declarations),
             "script": _script(),
-            "step": _step(),
             "inputs": {"type": "object", "description": "Inputs by name, as in a mission file."},
             "scenario": _scenario(),
             "happening": _happening(),
@@ -115,35 +112,7 @@ def _script() -> Schema:
         required=["switch"],
     )
     text = {"type": "string", "examples": ["SUCCESS", "FAILURE no_path", _SCRIPT_EXAMPLE]}
-    step = {"anyOf": [text, {"$ref": "#/definitions/step"}]}
-    return {"anyOf": [*step["anyOf"], switch, {"type": "array", "items": step, "minItems": 1}]}
-
-
-def _step() -> Schema:
-    phase = _table("A phase.", {"for": _DURATION, "saying": _TEXT}, required=["for"])
-    return {
-        **_table(
-            "What one call gets.",
-            {
-                "success": {"type": ["object", "null"], "description": "It succeeds with these outputs."},
-                "failure": {
-                    "type": ["string", "integer", "null"],
-                    "description": "It fails with this code, or this error number of the ROS server.",
-                },
-                "cancelled": {"type": "null", "description": "Its own side cancels it."},
-                "never": {"type": "null", "description": "It runs until it is cancelled."},
-                "raises": {"type": "string", "description": "It raises an exception with this text."},
-                "running": {"anyOf": [_DURATION, _one_or_more({"anyOf": [_DURATION, phase]})]},
-                "saying": _TEXT,
-                "accept_after": _DURATION,
-                "cancel_takes": _DURATION,
-                "reason": _TEXT,
-                "times": _COUNT,
-                "lasts": _DURATION,
-            },
-        ),
-        "oneOf": [{"required": [ending]} for ending in ENDINGS],
-    }
+    return {"anyOf": [text, switch]}
 
 
 def _scenario() -> Schema:
@@ -171,7 +140,6 @@ def _scenario() -> Schema:
 
 
 def _happening() -> Schema:
-    words = "|".join(KINDS)
     keys: Schema = {
         "at": _DURATION,
         "advance": _DURATION,
@@ -189,10 +157,10 @@ def _happening() -> Schema:
     }
     tables = [
         _table(f"{kind}.", {key: keys[key] for key in (kind, *more, "at")}, required=[kind])
-        for kind, more in KINDS.items()
+        for kind, more in WHEN_KEYS.items()
     ]
     wait = _table("Wait until so long after the start.", {"at": _DURATION}, required=["at"])
-    return {"anyOf": [{"type": "string", "pattern": rf"^\s*({words})\b|<"}, *tables, wait]}
+    return {"anyOf": [*tables, wait]}
 
 
 def _expect(declarations: Mapping[str, SkillDeclaration]) -> Schema:
@@ -206,13 +174,7 @@ def _expect(declarations: Mapping[str, SkillDeclaration]) -> Schema:
     }
     counted = {"anyOf": [_COUNT, {"type": "object"}]}
     keys: Schema = {
-        "status": {
-            "anyOf": [
-                {"enum": [status.upper() for status in STATUS_WORDS]},
-                {"enum": [status.lower() for status in STATUS_WORDS]},
-                {"type": "string", "pattern": "<"},
-            ]
-        },
+        "status": {"anyOf": [{"enum": list(RUN_STATUSES)}, {"type": "string", "pattern": "<"}]},
         "code": _TEXT,
         "reason": {**_TEXT, "description": "The reason contains this."},
         "leaf": {**patterns, "description": "The node that caused it."},

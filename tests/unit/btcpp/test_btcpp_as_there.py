@@ -95,7 +95,7 @@ def test_the_goal_updater_hands_its_goal_on(told):
         '<GoalUpdater input_goal="{goal}" output_goal="{newer}"><A goal="{newer}"/></GoalUpdater>'
     )
     assert "- set: {newer: $goal}" in text
-    assert any("newer goals that come by its topic are not heard" in message for _, message in found)
+    assert any("newer goals that come by its topic are not received" in message for _, message in found)
 
 
 # ---- version 4.11 -------------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def test_a_value_that_is_handed_over_as_a_text_and_computed_with_is_named(export
     inner = "inputs: {far: {type: length, default: 1 m}, on: {type: boolean, default: true}, near: {type: length, default: 1 m}}\noutputs: {twice: {type: length}}\ntree: {sequence: [{set: {twice: '${$far * 2}'}}, {beep: , when: $on}, {beep: , when: $near < 2 m}]}"
     outer = "inputs: {far: {type: length, default: 1 m}}\ntree: {run: inner, with: {far: $far, near: 3 m}}"
     _, losses = exported(outer, {"inner": inner})
-    assert losses == ["on: BehaviorTree.CPP hands a text over, and inner computes with it"]
+    assert losses == ["on: BehaviorTree.CPP passes a text, and inner computes with it"]
 
 
 def test_what_would_be_skipped_there_is_named(exported):

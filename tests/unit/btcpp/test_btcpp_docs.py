@@ -4,15 +4,8 @@ import re
 from pathlib import Path
 
 from florence_bt.btcpp import import_trees
-from florence_bt.btcpp.vocabulary import (
-    CONTROLS,
-    DECORATORS,
-    LEAVES,
-    NAV2_CONTROLS,
-    OWN_PORTS,
-    POST_CONDITIONS,
-    PRE_CONDITIONS,
-)
+from florence_bt.btcpp.node_models import known_nodes
+from florence_bt.btcpp.vocabulary import POST_CONDITIONS, PRE_CONDITIONS
 from florence_bt.trees.language.declarations import collect_declarations
 
 PAGE = (Path(__file__).parents[3] / "docs" / "btcpp.md").read_text(encoding="utf-8")
@@ -29,7 +22,6 @@ def test_the_example_becomes_what_the_page_says(tmp_path):
 
 
 def test_every_element_is_on_the_page():
-    known = CONTROLS | DECORATORS | LEAVES | NAV2_CONTROLS | set(OWN_PORTS)
-    known |= {*PRE_CONDITIONS, *POST_CONDITIONS, "SubTree"}
+    known = {*known_nodes(), *PRE_CONDITIONS, *POST_CONDITIONS, "SubTree"}
     named = set(re.findall(r"[A-Z_]\w+", PAGE)) | {"Switch3", "Switch4", "Switch5", "RetryUntilSuccesful"}
     assert sorted(known - named) == []

@@ -176,7 +176,7 @@ def test_version_3(exchange, told):
     assert (
         "warning",
         8,
-        "BlackboardCheck: no node of a mission does this; in its place stands a node that fails",
+        "BlackboardCheck: no node of a mission does this; replaced by a node that fails",
     ) in told(xml)
 
 
@@ -253,7 +253,7 @@ LOST = [
     ('<Precondition if="a ? 1 : 0"><A/></Precondition>', "warning", "a ? b : c inside an expression"),
     ('<SubTree ID="Elsewhere" x="{y}"/>', "warning", "the tree 'Elsewhere' is not in this file"),
     ('<navigate_to goal="{g}" colour="red"/>', "warning", "the skill navigate_to has no input or output 'colour'"),
-    ('<Sleep msec="soon"/>', "warning", "is no number of milliseconds"),
+    ('<Sleep msec="soon"/>', "warning", "is not a number of milliseconds"),
     ('<A _uid="3" _fullpath="x"/>', "notice", "what Groot keeps for itself is left out"),
 ]  # fmt: skip
 
@@ -291,8 +291,12 @@ def test_what_breaks_the_rules_of_the_format_is_an_error(exchange, nodes, line, 
 
 def test_more_errors_of_the_format(told):
     assert told(f"{ROOT}</root>")[0][::2] == ("error", "the file has no tree")
+    models = '<TreeNodesModel><Action ID="A"/></TreeNodesModel>'
+    assert told(f"{ROOT.split(' main_')[0]}>{models}</root>")[0][::2] == ("error", "the file has no tree")
     twice = '<BehaviorTree ID="MainTree"><A/></BehaviorTree>'
-    assert told(f"{ROOT}{twice}{twice}</root>")[0][2].startswith("the tree 'MainTree' stands twice (first in")
+    assert told(f"{ROOT}{twice}{twice}</root>")[0][2].startswith(
+        "the tree 'MainTree' is duplicated (first in"
+    )
     assert (
         told(f"{ROOT}<BehaviorTree ID='MainTre'><A/></BehaviorTree></root>")[0][2]
         == "there is no tree 'MainTree' to execute"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from florence_bt.btcpp.si_values import read_number
+from florence_bt.btcpp.values import read_number
 
 
 @pytest.mark.parametrize(

@@ -5,24 +5,17 @@ from xml.sax.saxutils import quoteattr
 
 import pytest
 
+from florence_bt.btcpp.node_models import category_of, known_nodes
 from florence_bt.btcpp.vocabulary import (
-    CONTROLS,
-    DECORATORS,
-    LEAVES,
-    NAV2_CONTROLS,
-    OWN_PORTS,
     POST_CONDITIONS,
     PRE_CONDITIONS,
-    category_of,
 )
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
-TAGS = sorted(
-    CONTROLS | DECORATORS | LEAVES | NAV2_CONTROLS | set(OWN_PORTS) | {"SubTree", "Action", "Foo", "turn"}
-)
+TAGS = sorted(set(known_nodes()) | {"SubTree", "Action", "Foo", "turn"})
 VALUES = [
     *(
         "{a}",

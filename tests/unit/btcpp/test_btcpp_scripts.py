@@ -2,11 +2,17 @@
 
 import pytest
 
-from florence_bt.btcpp.convert_scripts import set_nodes
+from florence_bt.btcpp.convert import set_nodes
 from florence_bt.btcpp.names import Names, identifier
-from florence_bt.btcpp.script import parse_expression, parse_script
-from florence_bt.btcpp.script_terms import Inexpressible, condition_text, script_of, value_text
-from florence_bt.btcpp.si_values import quantity_text, si_text
+from florence_bt.btcpp.script import (
+    Inexpressible,
+    condition_text,
+    parse_condition,
+    parse_script,
+    script_of,
+    value_text,
+)
+from florence_bt.btcpp.values import quantity_text, si_text
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.expressions.parser import parse_expression as parse_ours
@@ -52,7 +58,7 @@ class Keys:
     ],
 )
 def test_conditions(script, ours):
-    text = condition_text(parse_expression(script), Keys())
+    text = condition_text(parse_condition(script), Keys())
     assert text == ours
     parse_ours(text)
 
@@ -101,7 +107,7 @@ def test_broken_scripts(script, message):
 )
 def test_what_expressions_do_not_have(script):
     with pytest.raises(ConfigError, match="no equivalent"):
-        condition_text(parse_expression(script), Keys())
+        condition_text(parse_condition(script), Keys())
 
 
 @pytest.mark.parametrize(
@@ -118,7 +124,7 @@ def test_what_expressions_do_not_have(script):
 )
 def test_our_expressions_as_scripts(ours, script):
     assert script_of(parse_ours(ours).term) == script
-    parse_expression(script)
+    parse_condition(script)
 
 
 @pytest.mark.parametrize("ours", ["$p.x < 1 m", "abs($a) > 1", '$s == "it\'s"', "$s == 'é'"])
@@ -128,9 +134,9 @@ def test_expressions_that_no_script_can_say(ours):
 
 
 def test_values_take_the_unit_that_is_wanted():
-    assert value_text(parse_expression("far * 2 + 1"), Keys(), Kind.LENGTH) == "$far * 2 + 1 m"
-    assert value_text(parse_expression("2 + 1"), Keys(), Kind.LENGTH) == "2 m + 1 m"
-    assert value_text(parse_expression("2 * 3"), Keys(), Kind.DURATION) == "2 s * 3"
+    assert value_text(parse_condition("far * 2 + 1"), Keys(), Kind.LENGTH) == "$far * 2 + 1 m"
+    assert value_text(parse_condition("2 + 1"), Keys(), Kind.LENGTH) == "2 m + 1 m"
+    assert value_text(parse_condition("2 * 3"), Keys(), Kind.DURATION) == "2 s * 3"
 
 
 @pytest.mark.parametrize("kind", list(UNITS))
@@ -150,4 +156,3 @@ def test_names():
     assert {name: identifier(name) for name in names} == names
     given = Names("key", {"wait"})
     assert [given.of(name) for name in ("A", "a", "A", "wait", "é")] == ["a", "a_2", "a", "key_wait", "key"]
-    assert given.changed() == {"A": "a", "a": "a_2", "wait": "key_wait", "é": "key"}

@@ -1,13 +1,12 @@
 """What the tests of the test tools share: a stage with a small mission, and scenarios read and played."""
 
-import itertools
 import textwrap
 
 import pytest
 
 from florence_bt.mission_testing import Stage
+from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
-from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
 from tests.unit.mission_testing.greeting import GREET, SEEN
 
 
@@ -54,7 +53,6 @@ def play(read, libraries):
     def play(text, head=HEAD):
         found = read(text, head)
         assert found.findings == (), found.findings
-        seconds = itertools.count()
-        return [run_scenario(scenario, libraries, lambda: next(seconds)) for scenario in found.scenarios]
+        return [run_scenario(scenario) for scenario in found.scenarios]
 
     return play

@@ -4,7 +4,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing import Stage
-from florence_bt.mission_testing.trace import TraceLine, read_line
+from florence_bt.mission_testing.record import TraceLine, read_line
 
 
 @pytest.fixture
@@ -27,13 +27,13 @@ def test_a_line():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        *[(text, "no line of a trace") for text in ("", "x", "x: SUCCESS", "3 s x")],
+        *[(text, "not a line of a trace") for text in ("", "x", "x: SUCCESS", "3 s x")],
         ("3 s x: success", "no status 'success'"),
         ("3 s x: INVALID", "no status 'INVALID'"),
         *[(text, "needs a unit") for text in ("3 x: SUCCESS", "3 s: SUCCESS")],
         ("3 m x: SUCCESS", "not a unit"),
         ("-3 s x: SUCCESS", "cannot be"),
-        ("3 s a//b: SUCCESS", "no pattern"),
+        ("3 s a//b: SUCCESS", "not a pattern"),
     ],
 )
 def test_what_is_no_line(text, says):
@@ -63,7 +63,7 @@ def test_a_difference_shows_only_what_differs(play):
 
 @pytest.mark.parametrize("text", ["0 s navigate_to: RUNNING", "0 s navigate_to: RUNNING\n" * 3])
 def test_lines_that_are_missing_or_too_many(play, text):
-    with pytest.raises(AssertionError, match="the trace is another one"):
+    with pytest.raises(AssertionError, match="the trace differs"):
         play.assert_trace(text, "navigate_to")
 
 

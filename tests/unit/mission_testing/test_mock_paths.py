@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing.known import all_declarations
 from florence_bt.mission_testing.paths import (
+    all_declarations,
     closest_paths,
     made_up_place,
     map_mission,

@@ -2,8 +2,8 @@
 
 import pytest
 
+from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import read_scenarios
-from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
 
 
 def problems(results):
@@ -14,7 +14,7 @@ def test_a_scenario_that_holds(play):
     (result,) = play("""
         - name: it works
           then:
-            status: success
+            status: SUCCEEDED
             code: ok
             outputs: {}
             keys: {hotspot: {x: 4 m, y: 5 m, yaw: 0 deg}, room: kitchen}
@@ -35,7 +35,6 @@ def test_a_scenario_that_holds(play):
                   [+] drive to the hotspot
     """)
     assert result.passed, result.problems
-    assert result.seconds == 1
 
 
 @pytest.mark.parametrize(
@@ -58,8 +57,8 @@ def test_a_scenario_that_holds(play):
         ("not_called: navigate_to", "'navigate_to' was started once, not never"),
         ("nodes: {get_hotspot: FAILURE}", "get_hotspot is SUCCESS, not FAILURE"),
         ("trace: [0 s get_hotspot: FAILURE]", None),
-        ('trace: ["0 s get_hotspot: FAILURE"]', "the trace is another one:"),
-        ("tree: nothing", "the tree is another one:"),
+        ('trace: ["0 s get_hotspot: FAILURE"]', "the trace differs:"),
+        ("tree: nothing", "the tree differs:"),
     ],
 )
 def test_each_expectation_can_fail(read, play, then, says):
@@ -85,16 +84,16 @@ def test_what_happens_meanwhile(play):
           when: [{at: 4 s, stop: enough}]
           then: {status: STOPPED, reason: enough, duration: 4.5 s}
         - name: words
-          when: [advance 4 s, stop the cat is in the way]
+          when: [advance: 4 s, stop: the cat is in the way]
           then: {status: STOPPED, reason: the cat is in the way}
         - name: paused
           when:
             - until: navigate_to
-            - pause
+            - pause:
             - expect: {status: PAUSED, called: {navigate_to: 1}}
             - advance: 1 h
             - resume:
-            - advance 1 s
+            - advance: 1 s
             - expect: {status: RUNNING}
           then: {status: SUCCEEDED, called: {navigate_to: 2}}
         - name: it goes on
@@ -104,8 +103,8 @@ def test_what_happens_meanwhile(play):
           when:
             - {at: 1 s, override: by hand}
             - {start: goto_pose, inputs: {x: 1 m, y: 2 m}, refused: by hand}
-            - release
-            - advance 1 s
+            - release:
+            - advance: 1 s
             - {start: goto_pose, inputs: {x: 1 m, y: 2 m}, as: again}
           then: {status: STOPPED, runs: {again: {status: SUCCEEDED, duration: 10 s}}}
         - name: preempted
@@ -123,12 +122,12 @@ def test_what_happens_meanwhile(play):
 @pytest.mark.parametrize(
     ("when", "says"),
     [
-        ("[advance 5 s, {at: 3 s}]", "at 3 s has passed already"),
-        ("[resume]", "is not paused"),
-        ("[advance 20 s, pause]", "no mission is running"),
+        ("[advance: 5 s, {at: 3 s}]", "at 3 s has passed already"),
+        ("[resume: ]", "is not paused"),
+        ("[advance: 20 s, pause: ]", "no mission is running"),
         ("[{start: goto_room, inputs: {room: x}}]", "goto_room was refused"),
         (
-            "[advance 20 s, {start: goto_pose, inputs: {x: 0 m, y: 0 m}, refused: x}]",
+            "[advance: 20 s, {start: goto_pose, inputs: {x: 0 m, y: 0 m}, refused: x}]",
             "should have been refused",
         ),
         ("[{start: goto_room, inputs: {room: x}, refused: apples}]", "the refusal does not contain 'apples'"),
@@ -149,23 +148,23 @@ def test_a_skill_without_a_mock_is_told(play):
     assert "get_hotspot has no mock" in problems([result])[0]
 
 
-def test_scripts_as_steps(play):
+def test_scripts_of_several_steps(play):
     text = """
         - name: steps
           mission: approach_user
           given:
             inputs: {user: "(3 m, 2 m, 0 deg)"}
             skills:
-              get_robot_pose: {success: {pose: {x: 0 m, y: 0 m, yaw: 0 deg}}}
+              get_robot_pose: 'SUCCESS (pose={x: 0 m, y: 0 m, yaw: 0 deg})'
               propose_approach_pose:
                 switch: trial
                 cases:
-                  1: [{running: 50 ms, success: {pose: [1 m, 0 m, 0 deg]}}]
+                  1: running 50 ms, then SUCCESS (pose=(1 m, 0 m, 0 deg))
                   2: FAILURE pose_occupied
                 default: SUCCESS (pose=(3 m, 0 m, 0 deg))
-              navigate_to:
-                - {running: [{for: 2 s, saying: off we go}, 1 s], failure: 208, reason: no way, times: 1}
-                - {accept_after: 1 s, cancel_takes: 1 s, running: 3 s, saying: again, success: }
+              navigate_to: >-
+                running 2 s saying "off we go", running 1 s, then FAILURE 208 "no way" once,
+                then accepted after 1 s, cancel takes 1 s, running 3 s saying "again", then SUCCESS
           when:
             - at: 1 s
             - expect:
@@ -227,7 +226,7 @@ def test_missions_of_other_folders_and_files(tmp_path, libraries):
     )
     found = read_scenarios(file, libraries)
     assert found.findings == ()
-    assert all(run_scenario(s, libraries, lambda: 0.0).passed for s in found.scenarios)
+    assert all(run_scenario(s).passed for s in found.scenarios)
 
 
 def test_a_scenario_with_an_unknown_parameter_is_not_played(read):

@@ -144,7 +144,7 @@ def test_a_generator_that_yields_no_duration(stage):
         yield "soon"
 
     stage.mock("navigate_to", drive)
-    with pytest.raises(MockError, match="no duration"):
+    with pytest.raises(MockError, match="not a duration"):
         stage.run("greet")
 
 
@@ -178,7 +178,7 @@ def test_a_success_must_give_what_the_mission_reads(stage):
         ("navigat_to", "SUCCESS", "matches no skill", "navigate_to"),
         ("gret/**/navigate_to", "SUCCESS", "matches no skill", "navigate_to"),
         ("turn", "SUCCESS", "does not use", "defaults"),
-        ("look around", "SUCCESS", "no skill but a node of the tree", "look_for_user"),
+        ("look around", "SUCCESS", "not a skill but a node of the tree", "look_for_user"),
         ("look around/*", "FAILURE no_path", "cannot fail with 'no_path'", "no_user_seen"),
     ],
 )

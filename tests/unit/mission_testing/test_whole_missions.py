@@ -5,8 +5,8 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing import Stage, fail
 from florence_bt.mission_testing.coverage import Coverage
+from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
-from florence_bt.mission_testing.scenarios.scenario_run import run_scenario
 
 SEEN = "running 8 s, then SUCCESS (user=(3 m, 2 m, 180 deg), distance=2 m, user_id=1)"
 WAVE = """\
@@ -119,13 +119,14 @@ def test_in_scenarios(tmp_path):
         "    then: {status: SUCCEEDED}\n",
     )
     assert found.findings == ()
-    results = [run_scenario(each, libraries, lambda: 0.0) for each in found.scenarios]
+    results = [run_scenario(each) for each in found.scenarios]
     assert [problem for result in results for problem in result.problems] == []
     coverage = Coverage()
     for result in results[:1]:
         scenario = result.scenario
         coverage.add_mission(scenario.library.get("goto_user"), scenario.library)
-        coverage.add_mission(libraries.load(tmp_path, ()).get("detect_user"), libraries.load(tmp_path, ()))
+        library, _ = libraries.load(tmp_path, ())
+        coverage.add_mission(library.get("detect_user"), library)
         coverage.add_runs(result.plays)
     inside, outside = coverage.report(libraries.declarations)
     assert inside.nodes_seen.seen == 0, "what is mocked away is not covered"
@@ -139,7 +140,7 @@ def test_in_scenarios(tmp_path):
             "given: {skills: {detect_user: FAILURE no_pth}}, then: {status: FAILED}",
             "cannot fail with 'no_pth'",
         ),
-        ("then: {not_called: detect_user}", "no skill but a mission that is called"),
+        ("then: {not_called: detect_user}", "not a skill but a mission that is called"),
         ("given: {skills: {detect_user: FAILURE}}, then: {called: {turn: 1}}", None),
         ("given: {skills: {detect_user: FAILURE}}, then: {leaf: settle}", "matches no node"),
     ],
@@ -174,7 +175,7 @@ def test_a_skill_that_is_only_declared_in_scenarios(waving):
     )
     assert found.findings == ()
     (scenario,) = found.scenarios
-    result = run_scenario(scenario, libraries, lambda: 0.0)
+    result = run_scenario(scenario)
     assert result.passed
     coverage = Coverage()
     coverage.add_mission(scenario.library.get("x"), scenario.library)

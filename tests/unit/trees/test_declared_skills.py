@@ -2,7 +2,7 @@
 
 import pytest
 
-from florence_bt.btcpp.written import write_yaml
+from florence_bt.btcpp.mission_text import write_yaml
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.checks.lint import check

@@ -1,4 +1,4 @@
-"""Mission files as they are written: nodes as plain tables and lists, and their YAML text."""
+"""Mission files as text: nodes as plain tables and lists, and their YAML."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def read_flow(text: str) -> Any:
     """Read what :func:`write_flow` wrote.
 
     Raises:
-        ConfigError: It is no YAML of that kind.
+        ConfigError: It is not YAML of that kind.
     """
     try:
         return _plain(parse_yaml(text.encode(), Path("value")))

@@ -1,4 +1,4 @@
-"""What our own export wrote beside a script, and whether it still says the same as the script.
+"""What our own export wrote beside a script, and the check that it still says the same as the script.
 
 An editor may have changed the script. Then the script counts, and our own words beside it are left aside.
 """
@@ -9,12 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from florence_bt.btcpp.script import parse_script
-from florence_bt.btcpp.script_terms import script_of
-from florence_bt.btcpp.scripts_out import set_script
-from florence_bt.btcpp.values_out import case_text
+from florence_bt.btcpp.mission_text import read_flow
+from florence_bt.btcpp.script import parse_script, script_of, set_script
+from florence_bt.btcpp.values import case_text
 from florence_bt.btcpp.vocabulary import MARK
-from florence_bt.btcpp.written import read_flow
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
@@ -38,14 +36,14 @@ def skip_script(when: Term | None, unless: Term | None) -> str:
     return parts[0] if len(parts) == 1 else " || ".join(f"({part})" for part in parts)
 
 
-def trusted(element: Element, mark: str, script: str) -> str | None:
+def matching_expression(element: Element, mark: str, script: str) -> str | None:
     """The expression of a mark, None when there is none or it does not say what the script says."""
     text = element.get(mark)
     term = _term(text)
     return text if term is not None and _says(lambda: script_of(term), script) else None
 
 
-def trusted_guards(element: Element) -> dict[str, str] | None:
+def matching_guards(element: Element) -> dict[str, str] | None:
     """``when`` and ``unless`` of the marks, None when they do not say what ``_skipIf`` says."""
     texts = {
         name: element.get(f"{MARK}_{name}") for name in ("when", "unless") if element.get(f"{MARK}_{name}")
@@ -71,7 +69,7 @@ def _says(script: Callable[[], str], written: str) -> bool:
         return False  # not what our export would have written
 
 
-def trusted_values(element: Element) -> Any:
+def matching_values(element: Element) -> Any:
     """The values of our own mark on a ``Script``, None when they do not say what the script says."""
     text = element.get(f"{MARK}_set")
     if not text:
@@ -87,7 +85,7 @@ def trusted_values(element: Element) -> Any:
     return values if _says(lambda: set_script(node.values), element.get("code")) else None
 
 
-def trusted_cases(element: Element, written: list[str]) -> list[str] | None:
+def matching_cases(element: Element, written: list[str]) -> list[str] | None:
     """The cases of our own mark on a ``Switch``, None when they are not those that stand in the file."""
     try:
         cases = read_flow(f"[{element.get(f'{MARK}_cases')}]")

@@ -1,12 +1,20 @@
-"""What nodes declare about their ports in ``TreeNodesModel``."""
+"""What nodes declare about their ports in ``TreeNodesModel``, and the nodes that are known without one.
+
+``known_nodes.xml`` has the nodes whose meaning the import knows: those of BehaviorTree.CPP, controls of Nav2,
+and ours, whose names begin with ``Florence``. ``nav2_nodes.xml`` has the ports that the nodes of Nav2 write.
+"""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
 
+from florence_bt.btcpp.mission_text import Quoted
 from florence_bt.btcpp.vocabulary import CATEGORIES, KIND_UNITS
-from florence_bt.btcpp.xml_source import Element
+from florence_bt.btcpp.xml_source import Element, read_xml
 from florence_bt.core.declaration import Kind
 
 _PORTS = {"input_port": "in", "output_port": "out", "inout_port": "inout", "bidirectional_port": "inout"}
@@ -91,7 +99,7 @@ def _port(element: Element) -> PortModel:
 
 
 def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
-    """The kind for a C++ type and a unit, None when there is none."""
+    """The kind for a C++ type and a unit, None when there is not one."""
     with_unit = next((kind for kind, text in KIND_UNITS.items() if text == f"[{unit}]"), None)
     name = type_name.strip().removeprefix("BT::")
     if name in ("double", "float", "long double"):
@@ -105,3 +113,42 @@ def kind_of_type(type_name: str, unit: str = "") -> Kind | None:
     if _TEXTS.fullmatch(name):
         return Kind.TEXT
     return Kind.POSE if _POSES.fullmatch(name) else None
+
+
+@cache
+def known_nodes() -> Mapping[str, NodeModel]:
+    """The nodes whose meaning the import knows, with all their ports."""
+    return read_models(read_xml(Path(__file__).with_name("known_nodes.xml")))
+
+
+def category_of(tag: str) -> str | None:
+    """``Action``, ``Condition``, ``Control`` or ``Decorator``; None for a node whose meaning is not known."""
+    model = known_nodes().get(tag)
+    return model.category if model is not None else None
+
+
+def ports_of(tag: str) -> list[str]:
+    """The ports of a node whose meaning is known."""
+    return list(known_nodes()[tag].ports) if tag in known_nodes() else []
+
+
+NAV2_ERROR_PORTS = {"error_code_id": (Kind.INTEGER, "0"), "error_msg": (Kind.TEXT, Quoted(""))}
+"""The ports of how an action ended -> kind and value at the start, as Nav2's bt_navigator gives them."""
+_NAV2_POSES = ("goal", "start", "pose", "current_pose", "ref_pose", "target_pose", "input_goal")
+"""Ports of Nav2's nodes that are read and hold a pose."""
+
+
+@cache
+def nav2_nodes() -> Mapping[str, NodeModel]:
+    """The nodes of Nav2 with the ports that they write."""
+    return read_models(read_xml(Path(__file__).with_name("nav2_nodes.xml")))
+
+
+def nav2_port(node: str, port: str) -> PortModel | None:
+    """A port of a node of Nav2; one that is not among those written is read. None for other nodes."""
+    if node not in nav2_nodes():
+        return None
+    written = nav2_nodes()[node].ports.get(port)
+    if written is not None:
+        return replace(written, type_name="")
+    return PortModel("in", Kind.POSE if port in _NAV2_POSES else None)

@@ -1,14 +1,14 @@
-"""Collects the nodes that become skills, and declares those that this installation lacks."""
+"""Custom nodes: nodes of other projects become skills; those that this installation lacks are declared."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from florence_bt.btcpp.key_uses import Ports, pointer
+from florence_bt.btcpp.data_flow import Ports, pointer
 from florence_bt.btcpp.names import Names, skill_names
-from florence_bt.btcpp.port_models import PortModel
-from florence_bt.btcpp.si_values import read_number, read_truth
+from florence_bt.btcpp.node_models import PortModel
+from florence_bt.btcpp.values import read_number, read_truth
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
@@ -23,7 +23,7 @@ _NEUTRAL = {Kind.TEXT: "", Kind.BOOLEAN: False, Kind.INTEGER: 0}
 
 
 @dataclass
-class SkillEntry:
+class CustomNode:
     """A node that becomes a skill.
 
     Attributes:
@@ -43,7 +43,7 @@ class SkillEntry:
     directions: dict[str, str] = field(default_factory=dict)
 
 
-class SkillBook:
+class CustomNodes:
     """The skills of one import.
 
     Args:
@@ -55,16 +55,16 @@ class SkillBook:
         self._ports = ports
         self._source = source
         self._names = skill_names()
-        self._entries: dict[str, SkillEntry] = {}
+        self._entries: dict[str, CustomNode] = {}
 
-    def entry(self, node: str, element: Element) -> SkillEntry:
+    def entry(self, node: str, element: Element) -> CustomNode:
         """The entry of a node; the element is one of its uses."""
         if node not in self._entries:
             model = self._ports.model(node)
             stated = element.tag if element.tag in ("Action", "Condition") else None
             category = (model.category if model else None) or stated or "Action"
             name = self._ports.skill_of.get(node) or self._names.of(node)
-            self._entries[node] = SkillEntry(node, name, category)
+            self._entries[node] = CustomNode(node, name, category)
         self._entries[node].uses.append(element)
         return self._entries[node]
 
@@ -81,7 +81,7 @@ class SkillBook:
         lacking = [entry for entry in self._entries.values() if self._ports.skill(entry.node) is None]
         return [self._declaration(entry, kind_of) for entry in sorted(lacking, key=lambda entry: entry.name)]
 
-    def _declaration(self, entry: SkillEntry, kind_of: KindOf) -> SkillDeclaration:
+    def _declaration(self, entry: CustomNode, kind_of: KindOf) -> SkillDeclaration:
         model = self._ports.model(entry.node)
         ports = dict(model.ports) if model is not None and entry.node in self._ports.models else {}
         for port, direction in entry.directions.items():
@@ -99,7 +99,7 @@ class SkillBook:
         instant = entry.category == "Condition"
         return SkillDeclaration(entry.name, summary, inputs, outputs, deadline_s=DEADLINE_S, instant=instant)
 
-    def _default(self, entry: SkillEntry, port: str, about: PortModel, kind: Kind) -> object:
+    def _default(self, entry: CustomNode, port: str, about: PortModel, kind: Kind) -> object:
         """The default of an input: the model's, or a neutral value when some uses leave the port out."""
         if about.default is not None and pointer(about.default, port) is None:
             value = _read(about.default, kind)
