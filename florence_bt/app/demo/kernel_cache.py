@@ -6,8 +6,8 @@ compiled. The check costs a few milliseconds: only the standard library may be i
 
 ``warm_up`` compiles everything and leaves a stamp where numba leaves its code. The stamp says what was
 compiled (the sources of all modules named ``*_kernels.py``), for what (versions of numba and Python, the
-instructions of the processor), and in which files it is. As numba does, it follows ``NUMBA_CACHE_DIR``, and when
-the package cannot be written it goes to the user's cache folder.
+instructions of the processor), and in which files it is. As numba does, it follows ``NUMBA_CACHE_DIR``, and
+when the package cannot be written it goes to the user's cache folder.
 
 ``python -m florence_bt.app.demo.kernel_cache`` compiles what is missing; ``make setup`` calls it.
 """
