@@ -80,7 +80,7 @@ class Log:
         self._mode = "w"
         self._lock = threading.Lock()
         self._running: set[subprocess.Popen[str]] = set()
-        self._ended = False
+        self._failed_first: BaseException | None = None
 
     def side_by_side(self, *works: Callable[[], None]) -> None:
         """Do several things at once, as many as there are cores; when one fails, end the commands of all.
@@ -93,10 +93,10 @@ class Log:
             try:
                 for one in as_completed(running):
                     one.result()
-            except BaseException:
+            except BaseException as error:
                 pool.shutdown(wait=False, cancel_futures=True)
-                self._end_commands()
-                raise
+                # Not what failed because it was ended here, or in what runs beside this.
+                raise self._end_commands(error) from None
 
     def do(self, label: str, step: Step) -> None:
         """Do a step that is not up to date, and print what begins and how many seconds it took."""
@@ -133,7 +133,7 @@ class Log:
 
     def _start(self, words: list[str], environment: Mapping[str, str]) -> subprocess.Popen[str]:
         with self._lock:
-            if self._ended:
+            if self._failed_first:
                 raise StepFailed(f"not started, because something else failed: {words[0]}")
             try:
                 process = subprocess.Popen(
@@ -152,13 +152,18 @@ class Log:
             self._running.add(process)
             return process
 
-    def _end_commands(self) -> None:
-        """End every command that runs, with all that it started, and start no more."""
+    def _end_commands(self, error: BaseException) -> BaseException:
+        """End every command that runs, with all that it started, and start no more.
+
+        Returns:
+            The error for which that was done first.
+        """
         with self._lock:
-            self._ended = True
+            self._failed_first = self._failed_first or error
             running = tuple(self._running)
         for process in running:
             _end_group(process)
+        return self._failed_first
 
     def _keep(self, text: str) -> None:
         with self._lock:

@@ -266,6 +266,22 @@ def test_when_one_thing_fails_the_commands_beside_it_are_ended(steps, tmp_path):
     ]
 
 
+def test_the_first_failure_is_reported_and_not_what_was_ended_because_of_it(steps, tmp_path):
+    log = steps.progress.Log(tmp_path / "log")
+    started = threading.Barrier(3, timeout=30.0)
+
+    def sleep() -> None:
+        started.wait()
+        log.call([sys.executable, "-c", "import time; time.sleep(100)"])
+
+    def fail() -> None:
+        started.wait()
+        log.call([sys.executable, "-c", "raise SystemExit(3)"])
+
+    with pytest.raises(steps.progress.StepFailed, match="code 3"):
+        log.side_by_side(sleep, lambda: log.side_by_side(sleep, fail))
+
+
 def test_the_step_of_the_kernels_asks_the_stamp_that_florence_up_asks(steps, tmp_path, monkeypatch):
     commands = []
 
