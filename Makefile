@@ -16,7 +16,8 @@ help: ## list the commands
 setup: ## make .venv with everything in it, or bring it up to date
 	@$(PYTHON) tools/setup.py
 
-demo: setup ## run the demonstration in the simulated flat (ARGS="--help" for its options)
+demo: ## run the demonstration in the simulated flat (ARGS="--help" for its options)
+	@$(PYTHON) tools/setup.py demo
 	$(BIN)/florence demo $(ARGS)
 
 test: setup ## run every test that needs no hardware

@@ -4,6 +4,7 @@ compiled hot loops.
 Runs on a bare Python 3.11 or 3.12 (standard library only) and is called by the Makefile::
 
     python3 tools/setup.py            # set up, or bring up to date; does nothing when nothing changed
+    python3 tools/setup.py demo       # the same without the packages that only tests and checks need
     python3 tools/setup.py lock       # choose the newest fitting versions and write requirements.lock
 
 Each step leaves a stamp with a hash of what it was made from, written when the step is through: what is up to
@@ -23,22 +24,38 @@ if sys.version_info < (3, 11):  # noqa: UP036 (it may be run by any Python)
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from setup_steps import dependencies, interfaces, kernels, machine
-from setup_steps.progress import Log, StepFailed
+from setup_steps.progress import Log, Step, StepFailed
 
 
-def set_up() -> None:
-    """Bring ``.venv`` up to date."""
+def set_up(*, for_tests: bool = True) -> None:
+    """Bring ``.venv`` up to date.
+
+    Args:
+        for_tests: With the packages that only tests and checks need.
+    """
     machine.check()
     log = Log(machine.STATE / "setup.log")
-    steps = [
-        *dependencies.steps(log),
-        *interfaces.steps(log),
+    python, build = dependencies.python_step(log), dependencies.packages_step(log, dependencies.BUILD)
+    ros = interfaces.step(log)
+    rest = [
+        dependencies.packages_step(log, dependencies.RUN),
         dependencies.florence_step(log),
         kernels.step(log),
+        *([dependencies.packages_step(log, dependencies.TEST)] if for_tests else []),
     ]
-    done = [log.progress(number, len(steps), step) for number, step in enumerate(steps, 1)]
-    if any(done):
-        print(f"ready: {machine.VENV.name}/bin/florence --help", flush=True)
+    steps = [python, build, ros, *rest]
+    labels = {step.title: f"[{number}/{len(steps)}]" for number, step in enumerate(steps, 1)}
+
+    def do(*some: Step) -> None:
+        for step in some:
+            log.do(labels[step.title], step)
+
+    if all(step.is_done() for step in steps):
+        return
+    do(python, build)
+    # The compiler and pip keep a core each busy.
+    log.side_by_side(lambda: do(ros), lambda: do(*rest))
+    print(f"ready: {machine.VENV.name}/bin/florence --help", flush=True)
 
 
 def main() -> int:
@@ -47,10 +64,10 @@ def main() -> int:
     Returns:
         0 when everything is in place, 1 when a step failed, 2 for a wrong command line.
     """
-    verbs = {"": set_up, "lock": dependencies.lock}
+    verbs = {"": set_up, "demo": lambda: set_up(for_tests=False), "lock": dependencies.lock}
     verb = " ".join(sys.argv[1:])
     if verb not in verbs:
-        print(f"unknown: {verb} (would have worked: nothing, lock)", file=sys.stderr)
+        print(f"unknown: {verb} (would have worked: nothing, demo, lock)", file=sys.stderr)
         return 2
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:

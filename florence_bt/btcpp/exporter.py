@@ -29,7 +29,7 @@ from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language import model
-from florence_bt.trees.language._facts import chain_back, cycles
+from florence_bt.trees.language.analysis import chain_back, cycles
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.syntax import Term, parts_of

@@ -25,11 +25,10 @@ from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.checks.outcomes import Prospects, prospects_of
 from florence_bt.trees.language import model
-from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.compile import Origin, compile_mission, origin_of
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.origin import Origin, origin_of
 
 MAX_SHOWN = 5
 """How many paths an error lists."""

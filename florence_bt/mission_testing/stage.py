@@ -22,7 +22,6 @@ from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.neighbours import add_neighbours
 
 __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
@@ -100,7 +99,7 @@ class Stage:
             return self.library.get(str(mission)).name
         if (added := self.library.add_file(path)) is None:
             raise next(f for f in self.library.findings if f.file == str(path)).as_error()
-        add_neighbours([added], self.library)
+        self.library.add_neighbours([added])
         self.places_of(path.stem)
         return path.stem
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import subprocess
@@ -9,10 +10,11 @@ import sys
 import tempfile
 import tomllib
 import venv
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from . import machine
-from .progress import Log, Step, StepFailed, content_hash
+from .progress import Log, Step, StepFailed, content_hash, stamped
 
 LOCK = machine.ROOT / "requirements.lock"
 PROJECT = machine.ROOT / "pyproject.toml"
@@ -20,39 +22,88 @@ EDITABLE = [PROJECT, machine.ROOT / "setup.py", machine.ROOT / "florence_bt" / "
 """The files that an editable install is made from."""
 
 PIP = ("-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar", "off")
+INSTALL = (*PIP, "--no-deps", "--no-build-isolation", "--use-pep517", "--no-compile")
+"""Everything is pinned: nothing is resolved. A module gets its byte code at its first import."""
+
+LAYOUT = "2"
+"""Raise it when a .venv of before must be made again from nothing."""
 LOCK_HEADER = """\
 # Every package that .venv gets, in the versions that were tested (Python 3.11 and 3.12).
 # Written by `make lock` from pyproject.toml; do not edit.
 """
+BUILD, RUN, TEST = "build", "run", "test"
+SECTIONS = {
+    BUILD: "ROS 2, and what building the interface packages needs",
+    RUN: "what florence needs besides",
+    TEST: "what only tests and checks need",
+}
+EXTRAS = {BUILD: ("ros", "build"), RUN: ("robot", "sim", "draw")}
+"""Extras of pyproject.toml whose packages belong to a section; all others belong to the last one."""
 
 
-def steps(log: Log) -> list[Step]:
-    """The steps up to a Python with every dependency, in order."""
-    python = _python()
-    return [
-        Step(
-            f"Python {sys.version_info.major}.{sys.version_info.minor} in {machine.VENV.name}",
-            machine.STATE / "python.stamp",
-            lambda: python if machine.PYTHON.exists() else "missing",
-            _make_venv,
-        ),
-        Step(
-            f"{_pins()} packages of {LOCK.name}",
-            machine.STATE / "packages.stamp",
-            lambda: content_hash([python, LOCK]),
-            lambda: log.call([machine.PYTHON, *PIP, "--no-deps", "-r", LOCK]),
-        ),
-    ]
+def python_step(log: Log) -> Step:
+    """The step that makes an empty environment."""
+    return stamped(
+        f"Python {sys.version_info.major}.{sys.version_info.minor} in {machine.VENV.name}",
+        machine.STATE / "python.stamp",
+        lambda: _python() if machine.PYTHON.exists() else "missing",
+        lambda: _make_venv(log),
+    )
+
+
+def packages_step(log: Log, section: str) -> Step:
+    """The step that installs a section of the lock."""
+    pins = read_lock(LOCK.read_text())[section]
+    return stamped(
+        f"{len(pins)} packages: {SECTIONS[section]}",
+        machine.STATE / f"packages-{section}.stamp",
+        lambda: content_hash([_python(), *pins]),
+        lambda: log.call([machine.PYTHON, *INSTALL, *pins]),
+    )
 
 
 def florence_step(log: Log) -> Step:
     """The step that installs Florence itself, in place."""
-    return Step(
+    return stamped(
         "florence-bt",
         machine.STATE / "florence.stamp",
-        lambda: content_hash([_python(), LOCK, *(file for file in EDITABLE if file.exists())]),
-        lambda: log.call([machine.PYTHON, *PIP, "--no-deps", "--no-build-isolation", "-e", machine.ROOT]),
+        lambda: content_hash([_python(), *(file for file in EDITABLE if file.exists())]),
+        lambda: log.call([machine.PYTHON, *INSTALL, "-e", machine.ROOT]),
     )
+
+
+def read_lock(text: str) -> dict[str, list[str]]:
+    """The pins of each section of the lock, ``name==version``.
+
+    Raises:
+        StepFailed: A section is missing.
+    """
+    pins: dict[str, list[str]] = {}
+    headings = {f"# {text}": section for section, text in SECTIONS.items()}
+    for line in text.splitlines():
+        if line in headings:
+            section = pins.setdefault(headings[line], [])
+        elif line and not line.startswith("#"):
+            section.append(line)
+    if missing := SECTIONS.keys() - pins:
+        raise StepFailed(f"{LOCK.name} has no section {', '.join(sorted(missing))}: make lock")
+    return pins
+
+
+def write_lock(everything: Iterable[str], parts: Mapping[str, Iterable[str]]) -> str:
+    """The text of the lock.
+
+    Args:
+        everything: All pins.
+        parts: For all sections but the last the pins that it needs; what an earlier section has is left out.
+    """
+    left = set(everything)
+    lines = [LOCK_HEADER]
+    for section, text in SECTIONS.items():
+        here = left & set(parts.get(section, left))
+        left -= here
+        lines += [f"# {text}", *sorted(here), ""]
+    return "\n".join(lines)
 
 
 def lock() -> None:
@@ -65,23 +116,42 @@ def lock() -> None:
     """
     if sys.version_info[:2] != machine.PYTHONS[0]:
         raise StepFailed("the lock is made with Python 3.11, the oldest one: make lock PYTHON=python3.11")
+    project = tomllib.loads(PROJECT.read_text())
+    extras = project["project"]["optional-dependencies"]
+    always = {BUILD: project["build-system"]["requires"], RUN: project["project"]["dependencies"]}
     with tempfile.TemporaryDirectory() as folder:
-        log = Log(Path(folder) / "lock.log")
-        report = Path(folder) / "report.json"
         venv.create(Path(folder) / "venv", with_pip=True)
-        python = Path(folder) / "venv" / "bin" / "python"
-        log.call([python, *PIP, "--dry-run", "--ignore-installed", "--report", report, *_requirements()])
-        chosen = [package["metadata"] for package in json.loads(report.read_text())["install"]]
-    pins = sorted(f"{_normal(package['name'])}=={package['version']}" for package in chosen)
-    LOCK.write_text(LOCK_HEADER + "\n".join(pins) + "\n")
-    print(f"{LOCK.name}: {len(pins)} packages")
+        everything = _resolve(Path(folder), [*_join(always.values()), *_join(extras.values())])
+        chosen = Path(folder) / "chosen.txt"
+        chosen.write_text("\n".join(everything))
+        parts = {
+            section: _resolve(
+                Path(folder), ["-c", chosen, *always[section], *_join(extras[extra] for extra in names)]
+            )
+            for section, names in EXTRAS.items()
+        }
+    LOCK.write_text(write_lock(everything, parts))
+    print(f"{LOCK.name}: {len(everything)} packages")
+
+
+def _resolve(folder: Path, requirements: Iterable[str | Path]) -> list[str]:
+    """The pins that pip chooses for requirements."""
+    report = folder / "report.json"
+    Log(folder / "lock.log").call(
+        [
+            *(folder / "venv" / "bin" / "python", *PIP, "--dry-run", "--ignore-installed"),
+            *("--report", report, *requirements),
+        ]
+    )
+    chosen = [package["metadata"] for package in json.loads(report.read_text())["install"]]
+    return sorted(f"{_normal(package['name'])}=={package['version']}" for package in chosen)
 
 
 def _python() -> str:
-    return f"{sys.version_info[:2]} {Path(sys.base_prefix).resolve()}"
+    return f"{LAYOUT} {sys.version_info[:2]} {Path(sys.base_prefix).resolve()}"
 
 
-def _make_venv() -> None:
+def _make_venv(log: Log) -> None:
     # Not from a virtual environment's own interpreter: .venv must not depend on another one.
     python = getattr(sys, "_base_executable", sys.executable)
     done = subprocess.run(
@@ -89,20 +159,13 @@ def _make_venv() -> None:
     )
     if done.returncode != 0:
         raise StepFailed(f"cannot make {machine.VENV}:\n{done.stdout}{done.stderr}")
+    # Packages that come as sources are built with it, and they may come before it.
+    setuptools = next(pin for pin in read_lock(LOCK.read_text())[BUILD] if pin.startswith("setuptools=="))
+    log.call([machine.PYTHON, *PIP, "--no-deps", "--no-compile", setuptools])
 
 
-def _pins() -> int:
-    return sum("==" in line for line in LOCK.read_text().splitlines())
-
-
-def _requirements() -> list[str]:
-    project = tomllib.loads(PROJECT.read_text())
-    extras = project["project"]["optional-dependencies"]
-    return [
-        *project["build-system"]["requires"],
-        *project["project"]["dependencies"],
-        *(requirement for extra in extras.values() for requirement in extra),
-    ]
+def _join(lists: Iterable[list[str]]) -> list[str]:
+    return list(itertools.chain.from_iterable(lists))
 
 
 def _normal(name: str) -> str:

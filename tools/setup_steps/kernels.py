@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import subprocess
 
-from setup_steps import machine
-from setup_steps.dependencies import LOCK
-from setup_steps.progress import Log, Step, content_hash
+from . import machine
+from .progress import Log, Step
 
-PACKAGE = machine.ROOT / "florence_bt"
-MARK = "njit("
+MODULE = "florence_bt.app.demo.kernel_cache"
 
 
 def step(log: Log) -> Step:
-    """Compile everything that numba compiles; the results are kept beside the sources."""
+    """Compile everything that numba compiles; ``florence up`` looks at the same stamp before it starts."""
     return Step(
         "hot loops compiled",
-        machine.STATE / "kernels.stamp",
-        lambda: content_hash([LOCK, *_sources()]),
-        lambda: log.call([machine.PYTHON, "-m", "florence_bt.app.demo.warm_up"]),
+        lambda: machine.PYTHON.exists() and _is_done(),
+        lambda: log.call([machine.PYTHON, "-m", MODULE]),
     )
 
 
-def _sources() -> list[Path]:
-    return sorted(file for file in PACKAGE.rglob("*.py") if MARK in file.read_text(encoding="utf-8"))
+def _is_done() -> bool:
+    check = f"import sys; from {MODULE} import is_compiled; sys.exit(0 if is_compiled() else 1)"
+    return subprocess.run([machine.PYTHON, "-c", check], capture_output=True, check=False).returncode == 0

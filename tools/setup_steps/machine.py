@@ -20,6 +20,9 @@ STATE = VENV / "florence-setup"
 """Stamps, logs and build folders."""
 
 PYTHONS = ((3, 11), (3, 12))
+C_COMPILERS = ("CC", "cc", "gcc", "clang")
+CXX_COMPILERS = ("CXX", "c++", "g++", "clang++")
+"""The variable that names a compiler, then those that CMake looks for."""
 
 
 def check() -> None:
@@ -36,7 +39,7 @@ def check() -> None:
         )
     if importlib.util.find_spec("ensurepip") is None:
         problems.append("Python's venv module is not complete: apt install python3-venv")
-    if not (_compiler("CC", "cc", "gcc", "clang") and _compiler("CXX", "c++", "g++", "clang++")):
+    if not (compiler(*C_COMPILERS) and compiler(*CXX_COMPILERS)):
         problems.append(
             "no C and C++ compiler (the ROS interfaces are compiled here): apt install build-essential; "
             "or name one: CC=... CXX=... make setup"
@@ -62,5 +65,7 @@ def only_one() -> Iterator[None]:
         yield
 
 
-def _compiler(variable: str, *names: str) -> bool:
-    return any(shutil.which(name) for name in (os.environ.get(variable, ""), *names) if name)
+def compiler(variable: str, *names: str) -> str:
+    """Path of the compiler that CMake takes, empty when there is none."""
+    found = (shutil.which(name) for name in (os.environ.get(variable, ""), *names) if name)
+    return next(filter(None, found), "")

@@ -1,4 +1,4 @@
-"""A step with its stamp, the log file, and the short lines that a person sees meanwhile."""
+"""A step of the set-up, the log file of its commands, and the short lines that a person sees meanwhile."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,7 +28,7 @@ def content_hash(parts: Iterable[Path | str]) -> str:
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, str):
-            digest.update(part.encode())
+            digest.update(part.encode() + b"\0")
             continue
         for file in sorted(part.rglob("*")) if part.is_dir() else [part]:
             if file.is_file():
@@ -41,25 +42,34 @@ class Step:
 
     Attributes:
         title: What a person reads.
-        stamp: File that holds the hash when the step is through.
-        fingerprint: Hash of what the step is made from.
+        is_done: Whether nothing changed since the step was last done.
         work: Does it.
     """
 
     title: str
-    stamp: Path
-    fingerprint: Callable[[], str]
+    is_done: Callable[[], bool]
     work: Callable[[], None]
 
-    def up_to_date(self) -> bool:
-        """Whether nothing changed since the step was last done."""
-        return self.stamp.is_file() and self.stamp.read_text() == self.fingerprint()
 
-    def run(self) -> None:
-        """Do it, and remember that it was done."""
-        self.work()
-        self.stamp.parent.mkdir(parents=True, exist_ok=True)
-        self.stamp.write_text(self.fingerprint())
+def stamped(title: str, stamp: Path, fingerprint: Callable[[], str], work: Callable[[], None]) -> Step:
+    """A step that leaves a stamp when it is through.
+
+    Args:
+        title: What a person reads.
+        stamp: File that holds the fingerprint of what the step was made from.
+        fingerprint: Hash of what the step would be made from now.
+        work: Does it.
+    """
+
+    def is_done() -> bool:
+        return stamp.is_file() and stamp.read_text() == fingerprint()
+
+    def work_and_stamp() -> None:
+        work()
+        stamp.parent.mkdir(parents=True, exist_ok=True)
+        stamp.write_text(fingerprint())
+
+    return Step(title, is_done, work_and_stamp)
 
 
 class Log:
@@ -70,29 +80,32 @@ class Log:
         self._mode = "w"
         self._lock = threading.Lock()
         self._running: set[subprocess.Popen[str]] = set()
+        self._failed_first: BaseException | None = None
 
-    def end_commands(self) -> None:
-        """End every command that runs, with all that it started."""
-        for process in tuple(self._running):
-            _end_group(process)
+    def side_by_side(self, *works: Callable[[], None]) -> None:
+        """Do several things at once, as many as there are cores; when one fails, end the commands of all.
 
-    def progress(self, number: int, total: int, step: Step) -> bool:
-        """Do a step that is not up to date, and say so: what begins, and the seconds that it took.
-
-        Returns:
-            Whether there was something to do.
+        Raises:
+            StepFailed: The first one that failed.
         """
-        if step.up_to_date():
-            return False
-        print(f"[{number}/{total}] {step.title} ...", end="", flush=True)
+        with ThreadPoolExecutor(max(2, len(os.sched_getaffinity(0)))) as pool:
+            running = [pool.submit(work) for work in works]
+            try:
+                for one in as_completed(running):
+                    one.result()
+            except BaseException as error:
+                pool.shutdown(wait=False, cancel_futures=True)
+                # Not what failed because it was ended here, or in what runs beside this.
+                raise self._end_commands(error) from None
+
+    def do(self, label: str, step: Step) -> None:
+        """Do a step that is not up to date, and print what begins and how many seconds it took."""
+        if step.is_done():
+            return
+        print(f"{label} {step.title} ...", flush=True)
         begin = time.monotonic()
-        try:
-            step.run()
-        except BaseException:
-            print(flush=True)
-            raise
-        print(f" {time.monotonic() - begin:.0f} s", flush=True)
-        return True
+        step.work()
+        print(f"{label} {step.title}: {time.monotonic() - begin:.0f} s", flush=True)
 
     def call(self, command: Iterable[str | Path], environment: Mapping[str, str] | None = None) -> None:
         """Run a command to its end.
@@ -101,21 +114,7 @@ class Log:
             StepFailed: It cannot be started or ended with an error; the message has the tail of its output.
         """
         words = [str(word) for word in command]
-        try:
-            process = subprocess.Popen(
-                words,
-                env={**os.environ, **(environment or {})},
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                errors="replace",
-                # A group of its own, so that an interrupted set-up leaves no compiler behind.
-                start_new_session=True,
-            )
-        except OSError as error:
-            raise StepFailed(f"cannot run {words[0]}: {error}") from error
-        self._running.add(process)
+        process = self._start(words, {**os.environ, **(environment or {})})
         try:
             output, _ = process.communicate()
         except BaseException:
@@ -131,6 +130,40 @@ class Log:
                 f"this failed with code {process.returncode}: {' '.join(words)}\n{tail}\n"
                 f"the whole output: {self._path}"
             )
+
+    def _start(self, words: list[str], environment: Mapping[str, str]) -> subprocess.Popen[str]:
+        with self._lock:
+            if self._failed_first:
+                raise StepFailed(f"not started, because something else failed: {words[0]}")
+            try:
+                process = subprocess.Popen(
+                    words,
+                    env=environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                    errors="replace",
+                    # A group of its own, so that an interrupted set-up leaves no compiler behind.
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise StepFailed(f"cannot run {words[0]}: {error}") from error
+            self._running.add(process)
+            return process
+
+    def _end_commands(self, error: BaseException) -> BaseException:
+        """End every command that runs, with all that it started, and start no more.
+
+        Returns:
+            The error for which that was done first.
+        """
+        with self._lock:
+            self._failed_first = self._failed_first or error
+            running = tuple(self._running)
+        for process in running:
+            _end_group(process)
+        return self._failed_first
 
     def _keep(self, text: str) -> None:
         with self._lock:

@@ -21,6 +21,7 @@ from florence_bt.app.bringup.signals import ignored, once
 from florence_bt.app.bringup.simulated import clear_ports
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
+from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
 from florence_bt.core.serving import ServedAction
@@ -28,7 +29,7 @@ from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.skills.served import ACTIONS, SERVED
 
 READY_BUDGET_S = 90.0
-"""Wall seconds that all nodes get to start; the first start compiles the hot loops."""
+"""Wall seconds that all nodes get to start."""
 DEVICES_S = 6.0
 """Wall seconds that the devices of a robot get to answer, and the robot to know its pose, before "ready"."""
 LAST_RUN_S = 2.0
@@ -81,6 +82,7 @@ class System:
         """Start the processes; they are not ready yet."""
         self._interrupts.enter_context(once())
         try:
+            ensure_compiled(self._report)
             self._supervisor.start(groups(self.options))
         except BaseException:
             self._down()

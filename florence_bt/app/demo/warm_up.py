@@ -1,14 +1,19 @@
-"""Runs everything that numba compiles once, so that the compiled code is on disk: ``make setup`` calls it.
+"""Runs every function once that numba compiles, so that its compiled code is on disk (``kernel_cache``).
 
-The first call of a hot loop takes seconds to compile. On a robot, or in a simulation with a clock, that
+The first call of such a function takes seconds to compile. On a robot, or in a simulation with a clock, that
 would be seconds without control.
 """
 
 from __future__ import annotations
 
+import importlib
+from pathlib import Path
+
 import numpy as np
+from numba.core.registry import CPUDispatcher
 
 from florence_bt.app.bringup.simulated import robot_frames
+from florence_bt.app.demo.kernel_cache import PACKAGE, kernel_modules, mark_compiled
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import FlorenceError
 from florence_bt.drivers.kinect.camera import View
@@ -50,5 +55,27 @@ def _warm_up_kinect() -> None:
     driver.coloured_points(driver.colour(VideoFrame(640, 480, 0.0, large), 0.0))
 
 
+def compiled_files() -> list[str]:
+    """Numba's index files, one for each function that it has compiled.
+
+    Raises:
+        FlorenceError: A function of a kernel module has none: the run did not call it, or it is not cached.
+    """
+    files = []
+    for module_file in kernel_modules():
+        name = ".".join(module_file.relative_to(PACKAGE.parent).with_suffix("").parts)
+        module = importlib.import_module(name)
+        for function in vars(module).values():
+            if not isinstance(function, CPUDispatcher) or function.py_func.__module__ != name:
+                continue
+            folder = Path(function.stats.cache_path or "")
+            found = sorted(folder.glob(f"{module_file.stem}.{function.py_func.__qualname__}-*.nbi"))
+            if not found:
+                raise FlorenceError(f"{name}.{function.py_func.__name__} was not compiled")
+            files += [str(file) for file in found]
+    return files
+
+
 if __name__ == "__main__":
     warm_up()
+    mark_compiled(compiled_files())

@@ -58,7 +58,6 @@ from florence_bt.runtime.run import RunStatus, TriggerPolicy
 from florence_bt.trees.language.findings import ERROR, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.neighbours import add_neighbours
 
 TRIGGER_KEYS = ("policy", "priority", "caller", "refused")
 FILE_KEYS = ("mission", "missions", "given", "scenarios")
@@ -297,7 +296,7 @@ class SourceReader:
             known = self.library.find(name)
             if known is None or known.file != path:
                 added = self.library.add_file(path)
-                add_neighbours([added] if added is not None else [], self.library)
+                self.library.add_neighbours([added] if added is not None else [])
         try:
             mission = self.library.get(name)
             self.maps.of(mission, self.library, self.declarations)

@@ -1,11 +1,12 @@
-"""The robot's xacro file, read by our own reader and by yourdfpy."""
+"""The robot's xacro file, read by our own reader and by MuJoCo's reader of URDF."""
 
 from __future__ import annotations
 
-import io
 import math
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import yaml
@@ -79,38 +80,40 @@ def test_the_camera_is_level_and_its_optical_frame_looks_along_z(buffer):
     assert optical.rotation @ [0.0, 1.0, 0.0] == pytest.approx([0.0, 0.0, -1.0], abs=1e-9)
 
 
-def test_yourdfpy_agrees_on_every_frame(robot, buffer):
-    yourdfpy = pytest.importorskip("yourdfpy")
-    model = yourdfpy.URDF.load(
-        io.BytesIO(robot.urdf_text.encode()),
-        load_meshes=False,
-        build_scene_graph=True,
-        load_collision_meshes=False,
-    )
-    assert model.validate()
-    assert model.base_link == "base_footprint"
+def mujoco_model(robot: RobotDescription) -> mujoco.MjModel:
+    """The robot as MuJoCo reads it, with each link as a body of its own."""
+    urdf = ET.fromstring(robot.urdf_text)
+    options = ET.SubElement(ET.SubElement(urdf, "mujoco"), "compiler")
+    options.attrib.update(fusestatic="false", discardvisual="false")
+    return mujoco.MjModel.from_xml_string(ET.tostring(urdf, encoding="unicode"))
+
+
+def test_mujoco_agrees_on_every_frame(robot, buffer):
+    model = mujoco_model(robot)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
     children = [child for _, child, _ in robot.frames]
-    assert sorted(model.link_map) == sorted(["base_footprint", *children])
+    bodies = [model.body(number).name for number in range(1, model.nbody)]
+    assert sorted(bodies) == sorted(["base_footprint", *children])
     for child in children:
-        theirs = model.get_transform(child, "base_footprint")
         ours = buffer.lookup("base_footprint", child)
-        assert theirs[:3, :3] == pytest.approx(ours.rotation, abs=1e-9)
-        assert theirs[:3, 3] == pytest.approx(ours.translation, abs=1e-9)
+        assert data.body(child).xmat.reshape(3, 3) == pytest.approx(ours.rotation, abs=1e-9)
+        assert data.body(child).xpos == pytest.approx(ours.translation, abs=1e-9)
 
 
 def test_standoffs_have_the_heights_of_the_document_and_thin_collision_shapes(robot):
-    yourdfpy = pytest.importorskip("yourdfpy")
-    model = yourdfpy.URDF.load(
-        io.BytesIO(robot.urdf_text.encode()), load_meshes=False, build_scene_graph=False
-    )
-    standoffs = {name: link for name, link in model.link_map.items() if name.startswith("standoff_")}
+    model = mujoco_model(robot)
+    standoffs = [model.body(number) for number in range(model.nbody)]
+    standoffs = [body for body in standoffs if body.name.startswith("standoff_")]
     assert len(standoffs) == 12
-    for name, link in standoffs.items():
-        length = float(name.split("_")[1].removesuffix("cm")) / 100
-        for shape in (*link.visuals, *link.collisions):
-            assert shape.geometry.cylinder.length == length
-            assert shape.geometry.cylinder.radius == 0.005
-    assert "standoff_25cm_4_link" in standoffs
+    for body in standoffs:
+        length = float(body.name.split("_")[1].removesuffix("cm")) / 100
+        shapes = [model.geom(number) for number in range(model.ngeom) if model.geom(number).bodyid == body.id]
+        assert [shape.contype[0] for shape in shapes] == [0, 1]  # what is seen, and what is touched
+        for shape in shapes:
+            assert shape.type == mujoco.mjtGeom.mjGEOM_CYLINDER
+            assert shape.size[:2] == pytest.approx([0.005, length / 2])
+    assert "standoff_25cm_4_link" in [body.name for body in standoffs]
 
 
 def test_the_standoffs_that_the_laser_sees_are_within_the_robot_radius(robot, buffer):

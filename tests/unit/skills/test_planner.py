@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
@@ -135,15 +137,27 @@ def test_paths_over_random_costs_arrive_and_never_cross_walls(seed: int) -> None
     assert plan.length >= start.distance_to(goal) - 1e-9
 
 
-def test_as_short_as_scikit_image_finds() -> None:
-    graph = pytest.importorskip("skimage.graph")
+def test_as_short_as_the_shortest_path_over_neighbouring_cells() -> None:
     place = costmap()
-    costs = np.where(place.master < 253, np.minimum(50 + 3.0 * place.master, 253), -1)
-    solver = graph.MCP_Geometric(costs)
-    start, goal = place.cell_of(1.0, 1.0), place.cell_of(7.0, 1.0)
-    solver.find_costs([start], [goal])
-    cells = np.array(solver.traceback(goal))
-    length = np.hypot(*np.diff(cells, axis=0).T).sum() * 0.05
+    costs = np.minimum(50 + 3.0 * place.master, 253)
+    cells = np.arange(costs.size).reshape(costs.shape)
+    free = place.master < 253
+    steps = []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        one = np.s_[: costs.shape[0] - down, max(0, -right) : costs.shape[1] - max(0, right)]
+        other = np.s_[down:, max(0, right) : costs.shape[1] + min(0, right)]
+        # A step costs the mean of its two cells for each metre.
+        step = 0.05 * math.hypot(down, right) * (costs[one] + costs[other]) / 2
+        open_ = free[one] & free[other]
+        steps.append((cells[one][open_], cells[other][open_], step[open_]))
+    begins, ends, weights = (np.concatenate(parts) for parts in zip(*steps, strict=True))
+    graph = coo_array((weights, (begins, ends)), shape=(costs.size, costs.size)).tocsr()
+    start, goal = (int(cells[place.cell_of(x, 1.0)]) for x in (1.0, 7.0))
+    _, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    way = [goal]
+    while way[-1] != start:
+        way.append(before[way[-1]])
+    length = np.hypot(*np.diff(np.array(np.unravel_index(way, costs.shape)), axis=1)).sum() * 0.05
     assert planned(Pose2(1.0, 1.0), Pose2(7.0, 1.0)).length < 1.03 * length
 
 

@@ -1,0 +1,169 @@
+"""The check that all kernels are compiled, on a package of its own; nothing is compiled here."""
+
+import json
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from florence_bt.app.demo import kernel_cache
+from florence_bt.app.demo.kernel_cache import (
+    MESSAGE,
+    PACKAGE,
+    STAMP,
+    ensure_compiled,
+    is_compiled,
+    kernel_modules,
+    mark_compiled,
+    stamp_folders,
+)
+
+
+@pytest.fixture(autouse=True)
+def folders(monkeypatch, tmp_path):
+    """The environment of a user who has chosen nothing, with a cache folder of the test's own."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def package(tmp_path) -> Path:
+    """A package with one kernel module, which numba has compiled."""
+    package = tmp_path / "package"
+    (package / "skill" / "__pycache__").mkdir(parents=True)
+    (package / "skill" / "_wave_kernels.py").write_text("spread = 1\n")
+    (package / "skill" / "other.py").write_text("other = 1\n")
+    index_of(package).write_text("index")
+    mark_compiled([str(index_of(package))], package)
+    return package
+
+
+def index_of(package: Path) -> Path:
+    return package / "skill" / "__pycache__" / "_wave_kernels.spread-1.py311.nbi"
+
+
+def test_compiled_code_is_found_beside_the_package(package):
+    assert is_compiled(package)
+    assert (package / "__pycache__" / STAMP).is_file()
+
+
+def test_nothing_is_compiled_in_a_fresh_checkout(tmp_path):
+    (tmp_path / "_kernels.py").write_text("")
+    assert not is_compiled(tmp_path)
+
+
+def test_a_changed_kernel_must_be_compiled_and_another_module_need_not(package):
+    (package / "skill" / "other.py").write_text("other = 2\n")
+    assert is_compiled(package)
+    (package / "skill" / "_wave_kernels.py").write_text("spread = 2\n")
+    assert not is_compiled(package)
+    (package / "skill" / "_wave_kernels.py").write_text("spread = 1\n")
+    assert is_compiled(package)
+
+
+def test_a_new_kernel_module_must_be_compiled(package):
+    (package / "_kernels.py").write_text("")
+    assert not is_compiled(package)
+
+
+def test_removed_code_must_be_compiled_again(package):
+    index_of(package).unlink()
+    assert not is_compiled(package)
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"made_from": 1}', "\x00"])
+def test_a_damaged_stamp_is_as_good_as_none(package, text):
+    (package / "__pycache__" / STAMP).write_text(text)
+    assert not is_compiled(package)
+
+
+def test_another_numba_or_processor_needs_other_code(package, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "version", lambda name: version(name) + ".1")
+    assert not is_compiled(package)
+    monkeypatch.undo()
+    monkeypatch.setattr(kernel_cache, "_instructions", lambda: "flags: other")
+    assert not is_compiled(package)
+
+
+def test_numbas_own_folder_holds_the_stamp_and_no_other_counts(package, monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
+    assert not is_compiled(package)
+    mark_compiled([str(index_of(package))], package)
+    assert is_compiled(package)
+    assert [file.name for file in (tmp_path / "numba").rglob("*.json")] == [STAMP]
+
+
+def test_two_checkouts_share_a_numba_folder(package, monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
+    assert {*stamp_folders(package)}.isdisjoint(stamp_folders(tmp_path / "second"))
+
+
+def test_a_package_that_cannot_be_written_has_its_stamp_in_the_users_cache(tmp_path):
+    package = tmp_path / "package"
+    package.mkdir()
+    (package / "_kernels.py").write_text("")
+    (package / "__pycache__").write_text("a file, so that nobody can make the folder, not even root")
+    mark_compiled([], package)
+    assert is_compiled(package)
+    assert [file.name for file in (tmp_path / "cache" / "numba").rglob("*.json")] == [STAMP]
+
+
+def test_without_compiler_nothing_has_to_be_compiled(tmp_path, monkeypatch):
+    (tmp_path / "_kernels.py").write_text("")
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert is_compiled(tmp_path)
+
+
+def test_compiling_is_announced_and_happens_in_a_child_process(tmp_path, monkeypatch):
+    said, called = [], []
+
+    def run(command, **_):
+        called.append((command, list(said)))
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    ensure_compiled(said.append, tmp_path)
+    assert called == [([sys.executable, "-m", "florence_bt.app.demo.warm_up"], [MESSAGE])]
+    assert said == [MESSAGE]
+
+
+def test_what_is_compiled_costs_no_process_and_no_word(package, monkeypatch):
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: pytest.fail("a process was started"))
+    ensure_compiled(pytest.fail, package)
+
+
+def test_a_computer_that_cannot_compile_says_why_and_goes_on(tmp_path, monkeypatch):
+    done = subprocess.CompletedProcess(
+        [], 1, "", "Traceback\nModuleNotFoundError: No module named 'mujoco'\n"
+    )
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: done)
+    said = []
+    ensure_compiled(said.append, tmp_path)
+    assert said[0] == MESSAGE
+    assert "first drive may stop for seconds" in said[1]
+    assert said[1].endswith("No module named 'mujoco'")
+
+
+def test_every_function_that_numba_compiles_is_in_a_kernel_module():
+    decorated = [file for file in PACKAGE.rglob("*.py") if "njit(" in file.read_text(encoding="utf-8")]
+    assert kernel_modules() == sorted(decorated)
+
+
+def test_the_check_loads_neither_numba_nor_numpy():
+    code = (
+        "import sys; from florence_bt.app.demo.kernel_cache import is_compiled; is_compiled();"
+        "print([name for name in ('numba', 'numpy', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ}
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_stamp_names_what_it_was_made_from(package):
+    stamp = json.loads((package / "__pycache__" / STAMP).read_text())
+    assert stamp["files"] == [str(index_of(package))]
