@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import statistics
+import struct
 import subprocess
 import sys
 import threading
@@ -144,7 +145,7 @@ class Script:
         self._thread.start()
 
     def _run(self) -> None:
-        from florence_bt.drivers.turtlebot.codec import ChecksumForm, encode_frame
+        from florence_bt.drivers.turtlebot.codec.packets import PACKETS
         from florence_bt.drivers.turtlebot.sequences import STREAMED_PACKETS
 
         values = dict.fromkeys(range(7, 43), 0) | {33: 512, 35: 3, 25: 2000, 26: 2700, 22: 15000}
@@ -153,7 +154,13 @@ class Script:
             self._line.read()
             # The frame's number goes as the wall signal, so that the answer can be told from the others.
             number += 1
-            frame = encode_frame(STREAMED_PACKETS, values | {27: number % 4096}, ChecksumForm.WITHOUT_HEADER)
+            values[27] = number % 4096
+            body = b"".join(
+                struct.pack(f">B{PACKETS[packet].code}", packet, values[packet])
+                for packet in STREAMED_PACKETS
+            )
+            counted = bytes([len(body)]) + body
+            frame = bytes([19]) + counted + bytes([-sum(counted) % 256])
             self._line.write(frame[:-1])
             self.sent.append(time.perf_counter())
             self._line.write(frame[-1:])

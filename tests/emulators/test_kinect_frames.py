@@ -15,9 +15,10 @@ from florence_bt.drivers.connection import DeviceReader
 from florence_bt.drivers.kinect.codec import METRES_OF_RAW
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
 from florence_bt.drivers.kinect.sources import SocketFrameSource
-from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer, pack_depth, quantise
+from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer, pack_depth
 
 DEPTH = np.linspace(0.6, 5.0, 240 * 320, dtype=np.float32).reshape(240, 320)
+RAW = np.rint((3.3309495161 - 1.0 / DEPTH) / 0.0030711016).astype(np.uint16)
 COLOUR = np.arange(24 * 32 * 3, dtype=np.uint32).astype(np.uint8).reshape(24, 32, 3)
 
 
@@ -53,18 +54,13 @@ def test_the_packing_is_the_bits_one_after_the_other(values: list[int]) -> None:
     assert pack_depth(np.array(values, np.uint16)) == expected
 
 
-def test_quantisation() -> None:
-    depth = np.array([0.557, 1.144, 3.848, np.nan, np.inf, 0.0, 0.2, -1.0], np.float32)
-    assert quantise(depth).tolist() == [500, 800, 1000, 2047, 2047, 2047, 2047, 2047]
-
-
 def test_a_depth_picture_arrives(server: KinectFrameServer, source: SocketFrameSource) -> None:
-    server.send_depth(DEPTH, 12.5)
+    server.send_raw_depth(RAW, 12.5)
     frame = receive(server, source)
     assert isinstance(frame, DepthFrame)
     assert frame.timestamp == 12.5
     metres = frame.metres()
-    np.testing.assert_array_equal(metres, METRES_OF_RAW[quantise(DEPTH)])
+    np.testing.assert_array_equal(metres, METRES_OF_RAW[RAW])
     # Half a quantisation step: 0.5 * 0.0030711016 * z^2.
     assert (np.abs(metres - DEPTH) <= 0.00155 * np.maximum(metres, DEPTH) ** 2).all()
 
@@ -97,7 +93,7 @@ def test_a_slow_client_misses_frames_and_gets_only_whole_ones(
     server: KinectFrameServer, source: SocketFrameSource
 ) -> None:
     for count in range(100):
-        server.send_depth(DEPTH, float(count))
+        server.send_raw_depth(RAW, float(count))
     assert server.dropped > 50
     stamps = []
     while (frame := receive(server, source, tries=3)) is not None:
@@ -106,7 +102,7 @@ def test_a_slow_client_misses_frames_and_gets_only_whole_ones(
     assert stamps[0] == 0.0
     assert len(stamps) == 100 - server.dropped
     assert source.skipped == 0
-    server.send_depth(DEPTH, 200.0)
+    server.send_raw_depth(RAW, 200.0)
     frame = receive(server, source)
     assert frame is not None and frame.timestamp == 200.0
 
@@ -194,7 +190,7 @@ def test_only_what_is_asked_for_is_sent(server: KinectFrameServer, source: Socke
     server.poll()
     assert not server.colour_wanted
     server.send_colour(COLOUR, 1.0)
-    server.send_depth(DEPTH, 2.0)
+    server.send_raw_depth(RAW, 2.0)
     assert isinstance(receive(server, source), DepthFrame)
     source.request(colour=True)
     server.poll()

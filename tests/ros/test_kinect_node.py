@@ -17,7 +17,7 @@ from std_msgs.msg import Float64, UInt8, UInt16
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.drivers.kinect.camera import View
-from florence_bt.drivers.kinect.codec import METRES_OF_RAW
+from florence_bt.drivers.kinect.codec import METRES_OF_RAW, raw_from_metres
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
 from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, find_fakenect
 from florence_bt.drivers.kinect.motor.node import KinectMotorNode
@@ -72,7 +72,7 @@ def sending(server: KinectFrameServer, condition: Callable[[], Any]) -> Callable
         nonlocal next_frame
         if time.monotonic() >= next_frame:
             next_frame = time.monotonic() + PERIOD_S
-            server.send_depth(DEPTH, 0.0)
+            server.send_raw_depth(raw_from_metres(DEPTH), 0.0)
             server.send_colour(COLOUR, 0.0)
         return condition()
 

@@ -66,7 +66,7 @@ class EmptyWorld:
 
 def simulator_beside_a_driver(ros, monkeypatch):
     """The world, the simulator over it, a driver's publisher of scans, and what publishes one of a stamp."""
-    monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)  # whatever holds this machine up
+    monkeypatch.setattr(simulator_node, "READER_TIMEOUT_S", 600.0)  # whatever holds this machine up
     hardware = EmptyWorld()
     scans = ros.add(FlorenceNode("driver")).create_publisher(LaserScan, "scan", SENSOR)
     simulator = ros.add(SimulatorNode(lambda: hardware, parameters={"speed": 20.0}))
@@ -132,7 +132,7 @@ def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
 
 def test_the_simulated_time_waits_for_the_filters(ros, monkeypatch):
     """What the driver has read is of no use before navigation is given it."""
-    monkeypatch.setattr(simulator_node, "PATIENCE_S", 600.0)
+    monkeypatch.setattr(simulator_node, "READER_TIMEOUT_S", 600.0)
     hardware = EmptyWorld()
     filters = ros.add(FlorenceNode("filters"))
     scans = {name: filters.create_publisher(LaserScan, name, SENSOR) for name in ("scan", "filtered_scan")}

@@ -12,12 +12,12 @@ MOST_DOUBLINGS, LONGEST_PAUSE = 4, 10
 class RetryPolicy:
     """Counts failures, and the time without scans while a stream runs.
 
-    A sensor that works again for as long as it rested last is forgiven; one that fails again before that
-    rests longer each time.
+    Once a sensor has worked for as long as the last pause was, its failures no longer count; one that fails
+    again before that gets a longer pause each time.
 
     Attributes:
         failures: How often it failed in a row.
-        pause_s: How long it rested, or rests, after the last of them.
+        pause_s: The pause after the last of them, in seconds.
         why: What the sensor sent first in the place of a scan; empty while scans come.
     """
 
@@ -25,7 +25,7 @@ class RetryPolicy:
         """Begin without failures.
 
         Args:
-            first_pause_s: The rest after the first failure.
+            first_pause_s: The pause after the first failure, in seconds.
             check_timeout_s: How long it may send other things than scans.
         """
         self._first_pause_s = first_pause_s
@@ -50,7 +50,7 @@ class RetryPolicy:
             self.reset_failures()
 
     def reset_failures(self) -> None:
-        """The failures so far do not count any more."""
+        """Forget the failures so far."""
         self.failures = 0
 
     def interrupt(self, why: str, now: float) -> bool:

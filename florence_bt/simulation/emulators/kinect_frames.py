@@ -25,21 +25,9 @@ from florence_bt.core.socket_paths import short_path
 
 DEPTH, VIDEO = 1, 2
 ALL_KINDS = DEPTH | VIDEO
-NOTHING_MEASURED = 2047
 SEND_BUFFER = 1 << 20
 
 _HEAD = struct.Struct(">4sBxHHdI")
-
-
-def quantise(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Metres to raw values as the device has them: round((3.3309495161 - 1/z) / 0.0030711016).
-
-    NaN, infinity, zero and what lies nearer than raw value 0 (0.30 m) become 2047.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        raw = np.rint((3.3309495161 - 1.0 / depth_m) * (1.0 / 0.0030711016))
-        usable = np.isfinite(depth_m) & (depth_m > 0.0) & (raw >= 0.0) & (raw < 1084.0)
-    return np.where(usable, raw, NOTHING_MEASURED).astype(np.uint16)
 
 
 def pack_depth(raw: NDArray[np.uint16]) -> bytes:
@@ -148,17 +136,8 @@ class KinectFrameServer:
                 self._clients.append(_Client(connection))
         self._clients = [client for client in self._clients if self._flush(client)]
 
-    def send_depth(self, depth_m: NDArray[np.float32], timestamp: float) -> None:
-        """Send a depth picture.
-
-        Args:
-            depth_m: Shape (height, width), metres along the optical axis; NaN where nothing is measured.
-            timestamp: Seconds.
-        """
-        self.send_raw_depth(quantise(depth_m), timestamp)
-
     def send_raw_depth(self, raw: NDArray[np.uint16], timestamp: float) -> None:
-        """Send a depth picture of a sensor that quantises by itself.
+        """Send a depth picture.
 
         Args:
             raw: Shape (height, width), 11-bit values, 2047 where nothing is measured.

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.mjcf import (
     BASE_GEOM,
-    SCENE_GROUP,
     TIMESTEP_S,
     WHEEL_RADIUS_M,
     build_mjcf,
@@ -198,44 +196,6 @@ class SimulatedWorld:
             return self._walkers[mocap].pose
         pose = next(spec.pose for spec in self.people if spec.name == name)
         return Pose2(pose.x, pose.y, normalize_angle(pose.yaw))
-
-    def cast(
-        self, origin: NDArray[np.float64], directions: NDArray[np.float64], max_range: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Follow rays until they meet something that is not the robot.
-
-        Args:
-            origin: Shape (3,), map frame, metres.
-            directions: Shape (n, 3), unit vectors in the map frame.
-            max_range: What is further is not seen, metres.
-
-        Returns:
-            Distances in metres, infinite where nothing was met, and the row of :attr:`scene` that was met
-            (-1 for nothing), both of shape (n,).
-        """
-        count = len(directions)
-        rows = np.empty(count, np.int32)
-        distances = np.empty(count)
-        group = np.zeros(6, np.uint8)
-        group[SCENE_GROUP] = 1
-        mujoco.mj_multiRay(
-            m=self._model,
-            d=self._data,
-            pnt=np.asarray(origin, float),
-            vec=np.ascontiguousarray(directions, float).reshape(-1),
-            geomgroup=group,
-            flg_static=True,
-            bodyexclude=-1,
-            geomid=rows,
-            dist=distances,
-            normal=None,
-            nray=count,
-            cutoff=max_range,
-        )
-        missed = (rows < 0) | (distances > max_range)
-        distances[missed] = np.inf
-        rows[missed] = -1
-        return distances, rows
 
     def _mocap_of(self, name: str) -> int:
         names = [spec.name for spec in self.people]

@@ -11,6 +11,7 @@ from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters, KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserParameters, LaserSensor
+from tests.unit.simulation.mujoco_rays import cast
 
 UPSIDE_DOWN = Transform3.from_xyz_rpy((0.0573, 0.0, 0.13), (math.pi, 0.0, 0.0))
 UPRIGHT = Transform3.from_xyz_rpy((0.0573, 0.0, 0.13), (0.0, 0.0, 0.0))
@@ -69,7 +70,7 @@ def test_laser_agrees_with_general_ray_casting(flat, people, yaw, mount):
     angles = (np.arange(769) - 384) * STEP_RAD
     place = Transform3.from_pose2(pose) @ mount
     directions = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1) @ place.rotation.T
-    expected, _ = world.cast(place.translation, directions, 5.6)
+    expected, _ = cast(world, place.translation, directions, 5.6)
     assert np.array_equal(np.isinf(ranges), np.isinf(expected))
     seen = np.isfinite(ranges)
     assert np.allclose(ranges[seen], expected[seen], atol=1e-9)
@@ -115,7 +116,7 @@ def test_depth_agrees_with_general_ray_casting(flat, people, size, pose):
     lengths = np.linalg.norm(rays, axis=-1)
     place = Transform3.from_pose2(pose) @ CAMERA
     directions = (rays / lengths[..., None]).reshape(-1, 3) @ place.rotation.T
-    expected, _ = world.cast(place.translation, directions, 20.0)
+    expected, _ = cast(world, place.translation, directions, 20.0)
     with np.errstate(invalid="ignore"):
         expected = expected.reshape(u.shape) / lengths
     depth = kinect.true_depth()

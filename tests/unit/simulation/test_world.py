@@ -8,6 +8,7 @@ from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
+from tests.unit.simulation.mujoco_rays import cast
 
 HALL = Pose2(8.9, 2.95, math.pi)
 
@@ -121,7 +122,7 @@ def test_a_walking_person_stops_for_the_robot(flat):
     world.step_to(12.0)
     assert world.person_pose("bob").x == pytest.approx(8.3, abs=0.03)
     assert world.contacts == []
-    ranges, rows = world.cast(np.array([5.0, 2.95, 1.0]), np.array([[1.0, 0.0, 0.0]]), 10.0)
+    ranges, rows = cast(world, np.array([5.0, 2.95, 1.0]), np.array([[1.0, 0.0, 0.0]]), 10.0)
     assert world.scene.names[rows[0]] == "bob" and ranges[0] == pytest.approx(3.3 - 0.11, abs=0.05)
 
 
@@ -141,7 +142,7 @@ def test_cast_meets_walls_but_never_the_robot(flat):
     world = SimulatedWorld(flat)
     directions = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
     origin = np.array([8.9, 2.95, 0.5])
-    ranges, rows = world.cast(origin, directions, 3.0)
+    ranges, rows = cast(world, origin, directions, 3.0)
     assert ranges[1] == pytest.approx(0.75) and world.scene.names[rows[1]] == "middle_wall"
     assert ranges[2] == pytest.approx(0.5) and world.scene.names[rows[2]] == "floor"
     assert ranges[0] == pytest.approx(1.02) and world.scene.names[rows[0]] == "front_door"
