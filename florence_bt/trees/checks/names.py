@@ -48,9 +48,9 @@ class NameChecks:
         check = self._values.check
         match node:
             case model.RunSkill():
-                self._check_use(node)
+                self._check_run_skill(node)
             case model.CallMission():
-                self._check_call(node)
+                self._check_call_mission(node)
             case model.Retry(attempts=count):
                 check(count, COUNT, "retry")
             case model.Repeat(rounds=count):
@@ -84,7 +84,7 @@ class NameChecks:
 
     # ---- skills and missions --------------------------------------------------------------------------
 
-    def _check_use(self, node: model.RunSkill) -> None:
+    def _check_run_skill(self, node: model.RunSkill) -> None:
         declaration = self._analysis.declarations.get(node.skill)
         if declaration is None:
             self._unknown_kind(node)
@@ -112,7 +112,7 @@ class NameChecks:
             valid = sorted(self._analysis.declarations) + list(NODE_KINDS)
         self._findings.error(node.position, f"there is no skill and no kind of node {node.skill!r}", valid)
 
-    def _check_call(self, node: model.CallMission) -> None:
+    def _check_call_mission(self, node: model.CallMission) -> None:
         name = node.mission.text
         mission = self._analysis.library.find(name)
         unreadable = self._analysis.library.unreadable().get(name) if mission is None else None

@@ -129,7 +129,7 @@ def range_of(port: Port) -> tuple[str, ...]:
 
 
 def _suggestion(text: str, kind: Kind) -> str:
-    """The value probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
+    """What is probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     match = _QUANTITY.fullmatch(plain)

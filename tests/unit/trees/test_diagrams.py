@@ -7,8 +7,8 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from florence_bt.app.mission_files.draw import png_of
-from florence_bt.trees.drawings._box_text import MAX_CHARS, box_lines
 from florence_bt.trees.drawings._layout import Item, lay_out
+from florence_bt.trees.drawings._svg import MAX_CHARS, box_lines
 from florence_bt.trees.drawings.diagram import Box, diagram_of
 from florence_bt.trees.drawings.draw import FORMATS, SYMBOLS, draw
 from florence_bt.trees.language.loader import MissionLibrary
