@@ -1,4 +1,4 @@
-"""A run of the journal as text for people: where it stands and why, and what its skills did when."""
+"""A run of the journal as text for people: its state and the reason, and what its skills did when."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def match_ends(events: Sequence[JournaledEvent]) -> Iterator[tuple[int, int]]:
 
     A clean-up and the only skill in it have the same node, but other names. A cancelled end is that of the
     oldest open run of its node, any other end that of the latest: a run that
-    was left can still be ending when its node starts the skill anew.
+    was left can still be ending when its node starts the skill again.
 
     Yields:
         Index of a start and index of its end.

@@ -31,7 +31,7 @@ class Queries:
         node: The node that serves them.
         missions: What runs the missions.
         declarations: What the skills say about themselves.
-        skills: The skills by name; those that are missing are told with the missions.
+        skills: The skills by name; those that are missing are listed with the missions.
         runs_folder: Where the records of earlier runs are.
         goals: The open goals that use the robot.
     """
