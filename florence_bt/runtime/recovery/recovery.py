@@ -31,8 +31,7 @@ from florence_bt.runtime.journal import (
 )
 from florence_bt.runtime.journal.rows import typed
 from florence_bt.runtime.journal.schema import OWN_FILE
-from florence_bt.runtime.journal.text import with_one_clock
-from florence_bt.runtime.journal.tree_text import tree_from_events
+from florence_bt.runtime.journal.text import tree_from_events, with_one_clock
 from florence_bt.runtime.recovery.replay import ReplayDiverged, replay
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
 
