@@ -1,4 +1,4 @@
-"""Decides what becomes of a trigger while another mission runs. Pure: two requests in, a decision out."""
+"""Decides what happens to a trigger while another mission runs. Pure: two requests in, a decision out."""
 
 from __future__ import annotations
 

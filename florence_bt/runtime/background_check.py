@@ -28,7 +28,7 @@ SLICE_S = 0.0005
 """How long the interpreter is kept from the executor at a time."""
 
 WhenFresh = Callable[[str, ReloadReport], None]
-"""Called with why the files could not be checked (mostly empty) and what became of the edits."""
+"""Called with why the files could not be checked (mostly empty) and the report about the edits."""
 
 
 class BackgroundCheck:

@@ -1,6 +1,6 @@
-"""Tells what happens in runs: first to the event log, which must not lose it, then to everybody who listens.
+"""Publishes what happens in runs: first to the event log, which must not lose it, then to the listeners.
 
-A listener that breaks takes no run down: its error is told as an event of its own, once per run.
+A listener that raises ends no run: its error is published as an event of its own, once per run.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ACKNOWLEDGED = frozenset(
         EventKind.ENDED,
     }
 )
-"""Kinds that somebody outside relies on: they are safe in the log before anybody hears of them."""
+"""Kinds that somebody outside relies on: they are safe in the log before any listener gets them."""
 
 
 class EventLog(Protocol):
@@ -70,7 +70,7 @@ class NoLog:
 
 
 class EventBus:
-    """Tells events.
+    """Publishes events.
 
     Args:
         clock: Gives the times of the events.
@@ -88,7 +88,7 @@ class EventBus:
         self._listeners.append(listener)
 
     def publish(self, run: MissionRun, kind: EventKind, **data: Any) -> None:
-        """Tell an event of a run."""
+        """Publish an event of a run."""
         if run.status.final and kind is not EventKind.ENDED:
             return  # a skill that reports its end after its run was closed without it
         event = RunEvent(self._clock.now(), run.run_id, kind, data, run.ticks)
@@ -97,24 +97,24 @@ class EventBus:
 
     @contextmanager
     def publishing(self, run: MissionRun, kind: EventKind, **data: Any) -> Iterator[None]:
-        """Tell an event around what is urgent: the log has it first, the listeners hear of it afterwards."""
+        """Publish an event around what is urgent: the log has it first, the listeners get it afterwards."""
         event = RunEvent(self._clock.now(), run.run_id, kind, data, run.ticks)
         self.log.write(run, event)
         yield
         self._notify(run, event)
 
     def publish_error(self, run: MissionRun, error: Exception) -> None:
-        """Tell that something raised which must not take the executor away."""
+        """Publish an exception that must not end the executor."""
         self.publish(run, EventKind.BROKEN, detail="".join(traceback.format_exception(error)))
 
     def call(self, run: MissionRun, callback: Callable[..., None], *arguments: Any) -> None:
-        """Call somebody who only listens; an error is told once per run and listener."""
+        """Call somebody who only listens; an error is published once per run and listener."""
         try:
             callback(run, *arguments)
         except Exception as error:
-            run_id, told = self._broken if self._broken[0] == run.run_id else (run.run_id, [])
-            if callback not in told:
-                self._broken = (run_id, [*told, callback])
+            run_id, reported = self._broken if self._broken[0] == run.run_id else (run.run_id, [])
+            if callback not in reported:
+                self._broken = (run_id, [*reported, callback])
                 self._publish_listener_error(run, callback, error)
 
     def _notify(self, run: MissionRun, event: RunEvent) -> None:

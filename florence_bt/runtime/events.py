@@ -48,10 +48,6 @@ class RunEvent:
     data: Mapping[str, Any]
     tick: int = 0
 
-    def to_json(self) -> dict[str, Any]:
-        """As plain JSON values."""
-        return {"time": round(self.time, 6), "run": self.run_id, "event": self.kind.value, **plain(self.data)}
-
 
 def plain(value: Any) -> Any:
     """Turn a value into what JSON can hold; what it cannot hold becomes text."""

@@ -35,7 +35,7 @@ __all__ = ["END_LIMIT_S", "QUEUE_LIMIT", "Executor", "RequestRefused"]
 OVERRIDE = "manual override"
 """The name under which the override blocks."""
 QUEUE_LIMIT = 50
-"""How many runs may wait for their turn."""
+"""How many runs may be queued."""
 
 
 class RequestRefused(FlorenceError):
@@ -53,7 +53,7 @@ class Executor:
         run_ids: Names the runs.
         call_soon: Runs a callback on the executor's thread after the current one has returned.
         log: Keeps what happens; nothing is acknowledged before it is safe there.
-        queue_limit: How many runs may wait for their turn.
+        queue_limit: How many runs may be queued.
         stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
         yield_cpu: Called when the skills of a tick were started and only the telling is left.
         reload_at_trigger: Whether a trigger takes edits over itself; otherwise whoever calls it sees to that.
@@ -122,7 +122,7 @@ class Executor:
 
     @property
     def waiting(self) -> tuple[MissionRun, ...]:
-        """The runs that wait for their turn, the next one first."""
+        """The queued runs, the next one first."""
         return tuple(self._queue)
 
     def find(self, run_id: str | None = None) -> MissionRun | None:
@@ -150,7 +150,7 @@ class Executor:
             run: The run.
             colour: Whether to colour the marks for a terminal.
             visited_only: Whether to leave out nodes that were not reached.
-            durations: Whether nodes tell how long they took, on the clock of the run.
+            durations: Whether nodes show how long they took, on the clock of the run.
             width: Characters of a line at most; what nodes say is cut.
         """
         live = (RunStatus.RUNNING, RunStatus.PAUSED)

@@ -1,7 +1,7 @@
 """Mission files while they are edited: a good edit takes effect at the next trigger, a broken one does not.
 
 An edit is good when it passes the check and breaks no mission that calls the edited one. Otherwise the
-version of before stays in force and everybody who asks is told. Runs that go on keep their version.
+old version stays in force, and every answer says so. Runs that go on keep their version.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class MissionFolders:
     """The missions of some folders, kept up to date.
 
     Args:
-        load: Reads all folders anew.
+        load: Reads all folders again.
         declarations: What the skills say about themselves.
         hotspots: The labels of all hotspots, None when they are not known.
         date_ns: Tells the date, in the unit of the files' stamps.

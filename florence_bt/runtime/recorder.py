@@ -1,8 +1,8 @@
-"""What a run leaves behind beside the journal: a folder with its final tree, its result and the path driven.
+"""What a run leaves in addition to the journal: a folder with its final tree, its result and the path driven.
 
 ``<runs>/<run id>/tree.txt`` has the final tree with the reason; ``result.json`` the end and what was measured
-on the way; pictures are drawn from that file. :func:`read_record` reads the end back. What happened in
-between is in the journal (``florence_bt.runtime.journal``).
+on the way; pictures are drawn from that file. What happened in between is in the journal
+(``florence_bt.runtime.journal``).
 """
 
 from __future__ import annotations
@@ -14,12 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.clock import Clock, Timer, call_every
-from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent, plain
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.journal import JournalReader
-from florence_bt.runtime.journal.text import journal_text
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import status_text
 
@@ -30,27 +27,6 @@ PATH_LIMIT = 20_000
 """Points of the path that are kept; of a longer one every second, and so on."""
 
 LOOK_SKILL = "look_for_user"
-
-
-@dataclass(frozen=True, slots=True)
-class PastRun:
-    """The end of a run as its folder tells it.
-
-    Attributes:
-        run_id: Its name.
-        mission: What ran.
-        status: How it ended, a name of :class:`RunStatus`.
-        code: The short code of the end.
-        reason: The reason of the end, empty after success.
-        text: Head line, final tree and reason.
-    """
-
-    run_id: str
-    mission: str
-    status: str
-    code: str
-    reason: str
-    text: str
 
 
 @dataclass
@@ -74,7 +50,7 @@ class RunRecorder:
     """Listens to an executor and keeps a folder per run.
 
     A folder that cannot be written to, or a full disk, stops no mission: the rest of that run is not
-    recorded, which is told once.
+    recorded, which is reported once.
 
     Args:
         executor: Whose runs are recorded.
@@ -177,46 +153,6 @@ class RunRecorder:
         )
         if self._on_recorded is not None and run.started is not None:
             self._on_recorded(record)
-
-
-def read_record(runs_folder: Path, run_id: str) -> PastRun | None:
-    """Read where a recorded run stands or how it ended: from the journal, or from its folder.
-
-    Args:
-        runs_folder: Parent of the runs' folders.
-        run_id: The run's name.
-
-    Returns:
-        What is known, None when no such run is known there.
-    """
-    if not run_id or Path(run_id).name != run_id:
-        return None
-    return _from_journal(runs_folder, run_id) or _from_folder(runs_folder, run_id)
-
-
-def _from_journal(runs_folder: Path, run_id: str) -> PastRun | None:
-    try:
-        with JournalReader(runs_folder) as reader:
-            row = reader.run(run_id)
-            if row is None:
-                return None
-            text = journal_text(row, reader.events(run_id))
-            return PastRun(run_id, row.mission, row.state, row.code, row.reason, text)
-    except FlorenceError:
-        return None  # no journal, or none that this program can read
-
-
-def _from_folder(runs_folder: Path, run_id: str) -> PastRun | None:
-    folder = runs_folder / run_id
-    try:
-        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        text = (folder / "tree.txt").read_text(encoding="utf-8").rstrip("\n")
-        mission, status, code, reason = (
-            str(result[name]) for name in ("mission", "status", "code", "reason")
-        )
-        return PastRun(run_id, mission, status, code, reason, text)
-    except (OSError, ValueError, TypeError, KeyError):
-        return None  # never recorded, or not to its end
 
 
 def result_json(run: MissionRun, record: RunRecord) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def policy_from_text(text: str) -> TriggerPolicy:
     """The policy with this name; empty means ``reject``.
 
     Raises:
-        ConfigError: There is no such policy.
+        ConfigError: The policy is unknown.
     """
     if not text:
         return TriggerPolicy.REJECT

@@ -1,4 +1,4 @@
-"""One run of one mission: what was asked, where it stands, how it ended. Data; the executor acts on it."""
+"""One run of one mission: what was asked, its state, how it ended. Data; the executor acts on it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from florence_bt.trees.drawings.ascii import TreeRow
 
 
 class RunStatus(enum.Enum):
-    """Where a run stands."""
+    """The state of a run."""
 
     QUEUED = "QUEUED"
     RUNNING = "RUNNING"
@@ -76,7 +76,7 @@ class MissionRun:
         run_id: Unique name, sorts by time.
         request: What was asked.
         inputs: The inputs in SI units with defaults filled in.
-        status: Where the run stands.
+        status: The state of the run.
         started: Clock time of the first tick, None before.
         ended: Clock time of the end, None before.
         why: Cause of a failure or a stop.

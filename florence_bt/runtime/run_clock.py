@@ -1,4 +1,4 @@
-"""The clock of one run: the clock of the system, which stands still while the run is paused.
+"""The clock of one run: the clock of the system, which is frozen while the run is paused.
 
 Every time in a tree (time-outs, waits, deadlines, cool-downs) comes from here, so a pause costs a mission no
 time. A run that is taken up after a crash is first driven by a clock by hand and then moved to the real one.
@@ -41,15 +41,15 @@ class RunClock:
 
     @property
     def frozen(self) -> bool:
-        """Whether the time stands still."""
+        """Whether the time is frozen."""
         return self._frozen is not None
 
     def now(self) -> float:
-        """Seconds; the moment of the freeze while the time stands still."""
+        """Seconds; the moment of the freeze while the time is frozen."""
         return self._base.now() - self._behind if self._frozen is None else self._frozen
 
     def call_at(self, when: float, callback: Callback) -> RunTimer:
-        """Call back once at ``when`` on this clock; not while the time stands still."""
+        """Call back once at ``when`` on this clock; not while the time is frozen."""
         timer = RunTimer(self, when, callback)
         self._timers[timer] = None
         if self._frozen is None:
@@ -62,14 +62,14 @@ class RunClock:
         _disarm(timer)
 
     def freeze(self) -> None:
-        """Stop the time; harmless when it stands still already."""
+        """Stop the time; harmless when it is frozen already."""
         if self._frozen is None:
             self._frozen = self.now()
             for timer in self._timers:
                 _disarm(timer)
 
     def thaw(self) -> None:
-        """Let the time go on from where it stands; harmless when it runs."""
+        """Let the time go on from where it was frozen; harmless when it runs."""
         if self._frozen is None:
             return
         self._behind = self._base.now() - self._frozen
@@ -79,7 +79,7 @@ class RunClock:
             self._arm(timer)
 
     def move_to(self, base: Clock) -> None:
-        """Follow another clock from now on. The time stands still until :meth:`thaw`."""
+        """Follow another clock from now on. The time is frozen until :meth:`thaw`."""
         self.freeze()
         self._base = base
 

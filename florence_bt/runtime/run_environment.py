@@ -1,4 +1,4 @@
-"""What every run works with, and what becomes of it when a person takes the robot over."""
+"""What every run works with, and what changes when a person takes the robot over."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RunEnvironment:
         clock: Drives everything.
         wake: Asks for :meth:`TreeRun.step` soon.
         event_bus: Tells what happens.
-        yield_cpu: Called when what is urgent is done, before the rest: those who were told may begin.
+        yield_cpu: Called when what is urgent is done, before the rest: processes that got a goal may begin.
     """
 
     library: MissionLibrary

@@ -1,4 +1,4 @@
-"""The runs that wait for their turn: by priority, then in the order in which they came. Bounded."""
+"""The queued runs: by priority, then in the order in which they came. Bounded."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class RunQueue:
 
     @property
     def full(self) -> bool:
-        """Whether no further run may wait for its turn."""
+        """Whether no further run may be queued."""
         return len(self._runs) >= self.limit
 
     @property

@@ -167,7 +167,7 @@ class TreeRun:
         run.paused = reason
         run.status = RunStatus.PAUSED
         self.clock.freeze()
-        # The log first, so that it tells which skills ended because of the pause.
+        # The log first, so that it shows which skills ended because of the pause.
         with self._environment.event_bus.publishing(run, EventKind.PAUSED, reason=reason, tip=self.tip()):
             try:
                 self._context.suspend()
@@ -186,7 +186,7 @@ class TreeRun:
         """Go on as soon as the skills that were cancelled for the pause have reported their ends.
 
         Args:
-            kind: The event that tells of it.
+            kind: The event that is published.
         """
         self._resume_kind = kind
         self._resume_wanted = True
@@ -273,7 +273,7 @@ class TreeRun:
         self._environment.wake()
 
     def rows(self) -> tuple[TreeRow, ...]:
-        """The tree as it stands, to be drawn."""
+        """The tree as it is now, to be drawn."""
         return tree_rows(self.root, self._ticks.seconds, self._ticks.left)
 
     def abandon(self) -> None:

@@ -1,4 +1,4 @@
-"""Writes what happens in runs. Never raises, never holds the caller up for long, tells its troubles once.
+"""Writes what happens in runs. Never raises, never blocks the caller for long, reports an error once.
 
 With ``background`` a thread of its own writes, so that a slow disk holds no tick up; ``flush`` then waits for
 it, but only so long. Without it everything is written within the call: the rig and tests want that.
@@ -33,7 +33,7 @@ STATE_KINDS = frozenset(
         EventKind.ENDED,
     }
 )
-"""Kinds after which a run stands elsewhere."""
+"""Kinds that change the state of a run."""
 
 
 HANGING_S = 0.05
@@ -179,7 +179,7 @@ class Journal:
         self._report()
 
     def close(self) -> None:
-        """Write what is left and close the file; what is told afterwards is not kept."""
+        """Write what is left and close the file; later events are not kept."""
         if self._closed:
             return
         self.flush()
@@ -189,7 +189,7 @@ class Journal:
         self._guard.close()
 
     def _open(self, run: MissionRun) -> None:
-        """Begin with a run that is new, or go on with the last that ended: somebody who was told broke."""
+        """Begin with a run that is new, or go on with the last that ended: a listener of its end raised."""
         ended, seq = self._ended
         if run.run_id == ended:
             self._seq[ended] = seq

@@ -35,7 +35,7 @@ _ENCODER = json.JSONEncoder(separators=(",", ":"))
 
 @dataclass(frozen=True, slots=True)
 class JournaledRun:
-    """A run as the journal tells it.
+    """A run as it is in the journal.
 
     Attributes:
         run_id: Its name.
@@ -47,7 +47,7 @@ class JournaledRun:
         version: Fingerprint of the mission's text, empty when unknown.
         accepted: Date and time (UTC) of its acceptance, empty when unknown.
         state: Name of a :class:`RunStatus`; of a run that died with its process the last one before.
-        note: What its caller was told beside.
+        note: What its caller was told in addition.
         code: The short code of the end, empty before.
         reason: The reason of the end, empty before and after success.
         cause: The path of the node that caused the end.
@@ -81,7 +81,7 @@ class JournaledRun:
 
     @property
     def status(self) -> RunStatus:
-        """Where the run stands."""
+        """The state of the run."""
         return RunStatus(self.state)
 
     def as_run(self) -> MissionRun:
@@ -109,7 +109,7 @@ class JournaledRun:
 
 @dataclass(frozen=True, slots=True)
 class JournaledEvent:
-    """An event as the journal tells it.
+    """An event as it is in the journal.
 
     Attributes:
         seq: Its number in the run, beginning with 1.

@@ -95,7 +95,7 @@ class JournalBroken(ConfigError):
 def is_damage(error: Exception) -> bool:
     """Whether an error of SQLite means that the file is damaged, not that it is out of reach.
 
-    Text that is not UTF-8 comes as ``UnicodeDecodeError`` when it stands in a message of SQLite itself.
+    Text that is not UTF-8 comes as ``UnicodeDecodeError`` when it is in a message of SQLite itself.
     """
     if isinstance(error, UnicodeDecodeError):
         return True

@@ -54,7 +54,7 @@ class NewRun:
 
 @dataclass(frozen=True, slots=True)
 class RunUpdate:
-    """A run stands elsewhere now; values of what changed."""
+    """The state of a run has changed; values of the columns."""
 
     run_id: str
     values: tuple[Any, ...]
@@ -149,7 +149,7 @@ class Store:
             self._connection = None
 
     def _opened(self, *, fresh: bool) -> sqlite3.Connection:
-        """The connection; made anew when the file was taken away, which is looked at with each new run."""
+        """The connection; opened again when the file was removed, which is checked with each new run."""
         if self._connection is not None and fresh and not self._in_place():
             self.close()
         if self._connection is None:

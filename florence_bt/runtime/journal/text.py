@@ -1,15 +1,17 @@
-"""A run of the journal as text for people: where it stands and why, and what its skills did when."""
+"""A run of the journal as text for people: its state and the reason, and what its skills did when."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from py_trees.common import Status
+
 from florence_bt.core.outcome import Outcome
 from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.journal.rows import JournaledEvent, JournaledRun
-from florence_bt.runtime.journal.tree_text import tree_from_events
 from florence_bt.runtime.status import status_text, values_text
+from florence_bt.trees.drawings.ascii import MARKS, STOPPED
 
 _WORDS = {
     EventKind.QUEUED.value: "queued",
@@ -73,7 +75,7 @@ def match_ends(events: Sequence[JournaledEvent]) -> Iterator[tuple[int, int]]:
 
     A clean-up and the only skill in it have the same node, but other names. A cancelled end is that of the
     oldest open run of its node, any other end that of the latest: a run that
-    was left can still be ending when its node starts the skill anew.
+    was left can still be ending when its node starts the skill again.
 
     Yields:
         Index of a start and index of its end.
@@ -108,3 +110,66 @@ def _skill_line(start: JournaledEvent, end: JournaledEvent | str) -> str:
     how = end.code if not end.reason else f"{end.code}: {end.reason}"
     outputs = f" ->{values_text(end.outputs)}" if end.outputs else ""
     return f"{what}: {how} after {seconds_text(start.time, end.time)}{outputs}"
+
+
+def tree_from_events(events: Iterable[JournaledEvent]) -> str:
+    """Draw what the events of a run say about its nodes: when its process died, or is not asked.
+
+    Nodes appear where their first event puts them; nodes that were never reached are not in the journal.
+
+    Args:
+        events: The events in order.
+
+    Returns:
+        One line per node that was reached: a mark, the name and what it said last; empty without events.
+    """
+    latest: dict[str, JournaledEvent] = {}
+    stopped: set[str] = set()
+    order: dict[str, int] = {}
+    for event in events:
+        if event.kind == EventKind.NODE.value:
+            _note(event, latest, stopped)
+        if event.node:
+            order.setdefault(event.node, len(order))
+    paths = _parents_first([path for path in order if path in latest], order)
+    return "\n".join(_line(path, latest[path], path in stopped) for path in paths)
+
+
+def _note(event: JournaledEvent, latest: dict[str, JournaledEvent], stopped: set[str]) -> None:
+    """Note the last result of a node, or that it was stopped before its end."""
+    if event.new != Status.INVALID.name:
+        latest[event.node] = event
+        stopped.discard(event.node)
+    elif event.old == Status.RUNNING.name:
+        stopped.add(event.node)
+
+
+def _parents_first(paths: list[str], order: dict[str, int]) -> list[str]:
+    """A parent before its children, siblings in the order in which they were reached."""
+    known = set(paths)
+    children: dict[str, list[str]] = {}
+    for path in sorted(paths, key=order.__getitem__):
+        children.setdefault(_parent(path, known), []).append(path)
+    found: list[str] = []
+    todo = list(reversed(children.get("", [])))
+    while todo:
+        path = todo.pop()
+        found.append(path)
+        todo.extend(reversed(children.get(path, [])))
+    return found
+
+
+def _parent(path: str, known: set[str]) -> str:
+    """The nearest node above that is known; names may contain slashes themselves."""
+    while "/" in path:
+        path = path.rpartition("/")[0]
+        if path in known:
+            return path
+    return ""
+
+
+def _line(path: str, event: JournaledEvent, stopped: bool) -> str:
+    depth = path.count("/")
+    reason = f" -- {' '.join(event.reason.split())}" if event.reason else ""
+    mark = STOPPED if stopped else MARKS[Status[event.new]]
+    return f"{'    ' * depth}{mark} {path.rpartition('/')[2]}{reason}"

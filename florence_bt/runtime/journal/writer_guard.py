@@ -1,4 +1,4 @@
-"""Brings jobs to the store and copes with its troubles: what cannot be written waits and is tried again."""
+"""Writes jobs to the store and handles its errors: what cannot be written waits and is tried again."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class WriterGuard:
 
     Attributes:
         trouble: What is wrong with the disk, empty when all is well.
-        prune_error: Why old runs cannot be dropped, empty when all is well; what is new is kept all the same.
+        prune_error: Why old runs cannot be dropped, empty when all is well; new runs are kept anyway.
         done: How many jobs were taken so far, written or not.
     """
 
@@ -131,7 +131,7 @@ class WriterGuard:
             self.trouble = f"the journal was broken ({broken}); it was moved to {aside}, a new one began"
 
     def _make_room(self) -> None:
-        """Keep of each run that it was and where it stands, the last date; the latest runs of all."""
+        """Keep of each run its row and its last state, and the last date; the latest runs of all."""
         last: dict[Any, Job] = {}
         for job in self._waiting:
             match job:

@@ -25,7 +25,7 @@ class Controls:
     Args:
         node: The node that serves them.
         missions: What runs the missions.
-        reload: Reads the mission files again; tells later whether all went well, and a report for people.
+        reload: Reads the mission files again; answers later with its success and a report for people.
         goals: The open goals that use the robot.
     """
 

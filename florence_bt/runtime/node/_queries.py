@@ -13,7 +13,7 @@ from florence_bt.core.skill import MissingSkill, Skill
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
-from florence_bt.runtime.journal.tree_text import tree_from_events
+from florence_bt.runtime.journal.text import tree_from_events
 from florence_bt.runtime.node._convert import mission_to_ros
 from florence_bt.runtime.node._robot_goals import RobotGoals
 from florence_bt.runtime.requests import checked_text
@@ -31,7 +31,7 @@ class Queries:
         node: The node that serves them.
         missions: What runs the missions.
         declarations: What the skills say about themselves.
-        skills: The skills by name; those that are missing are told with the missions.
+        skills: The skills by name; those that are missing are listed with the missions.
         runs_folder: Where the records of earlier runs are.
         goals: The open goals that use the robot.
     """

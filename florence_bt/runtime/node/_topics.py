@@ -1,4 +1,4 @@
-"""What the mission server tells without being asked: the tree as text and the state of the runs. Latched."""
+"""What the mission server publishes: the tree as text and the state of the runs. Both are latched."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class RunTopics:
 
     Args:
         node: The node that publishes.
-        missions: Whose runs are told.
+        missions: The executor whose runs are published.
         on_tree: Called with the run, its tip and its tree whenever the tree reads differently.
     """
 
@@ -40,54 +40,54 @@ class RunTopics:
         self._on_tree = on_tree
         self._tree = node.create_publisher(String, "florence_bt/tree", LATCHED)
         self._state = node.create_publisher(RunState, "florence_bt/run_state", LATCHED)
-        self._told = ""
+        self._published = ""
         self._next = 0.0
         self._later: Timer | None = None
         self._state.publish(RunState(state="IDLE"))
 
     def after_tick(self, run: MissionRun) -> None:
-        """The tree may read differently: tell it now, or soon when it was told a moment ago."""
+        """The tree may read differently: publish it now, or soon when that was done a moment ago."""
         now = self._node.steady.now()
         if now >= self._next:
-            self._tell(run)
+            self._publish_tree(run)
         elif self._later is None:
-            self._later = self._node.steady.call_at(self._next, self._tell_later)
+            self._later = self._node.steady.call_at(self._next, self._publish_later)
 
     def on_event(self, run: MissionRun, event: RunEvent) -> None:
         """Something happened to a run."""
         if event.kind in _QUEUE_EVENTS and self._missions.current not in (None, run):
-            self._tell_of_queue(run, event)
+            self._publish_queue_change(run, event)
         elif event.kind is EventKind.STARTED:
-            self._told = ""
+            self._published = ""
             self._state.publish(run_state_to_ros(run))
         elif event.kind in (EventKind.PAUSED, EventKind.RESUMED):
             self._state.publish(run_state_to_ros(run))
-            self._tell(run)
+            self._publish_tree(run)
         elif event.kind is EventKind.ENDED:
             self._forget_later()
             self._state.publish(run_state_to_ros(run))
             self._tree.publish(String(data=status_text(run, run.tree, self._node.timebase.now())))
 
-    def _tell_of_queue(self, run: MissionRun, event: RunEvent) -> None:
-        """A run came into the queue or left it unserved; the last word stays with the current run."""
+    def _publish_queue_change(self, run: MissionRun, event: RunEvent) -> None:
+        """A run was queued, or left the queue before it began; the current run is published last."""
         self._state.publish(run_state_to_ros(run))
         current = self._missions.current
         assert current is not None
         self._state.publish(run_state_to_ros(current))
 
-    def _tell_later(self) -> None:
+    def _publish_later(self) -> None:
         self._later = None
         current = self._missions.current
         if current is not None:
-            self._tell(current)
+            self._publish_tree(current)
 
-    def _tell(self, run: MissionRun) -> None:
+    def _publish_tree(self, run: MissionRun) -> None:
         self._forget_later()
         self._next = self._node.steady.now() + TREE_PERIOD_S
         tree = self._missions.render(run)
-        if tree == self._told and not run.paused:
+        if tree == self._published and not run.paused:
             return
-        self._told = tree
+        self._published = tree
         self._tree.publish(String(data=status_text(run, tree, self._node.timebase.now())))
         self._on_tree(run, self._missions.tip(), tree)
 

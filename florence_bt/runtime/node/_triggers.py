@@ -90,7 +90,7 @@ class Triggers:
             self._action.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
 
     def on_end(self, run: MissionRun) -> None:
-        """A run has ended; the client of the action is told if it is its own."""
+        """A run has ended; the client of the action gets the result if the run is its own."""
         if run.run_id != self._run_of_action:
             return
         self._run_of_action = None
@@ -184,7 +184,7 @@ class Triggers:
         self._run_of_action = run_id
         self._replaced = self._missions.find(older) if older is not None else None
         if older is not None:
-            # It may still wait in the queue; its client is told that it was replaced.
+            # It may still wait in the queue; its client gets the result that it was replaced.
             self._missions.stop(f"replaced by {run_id}, a newer goal of the action", older)
         return None
 

@@ -119,7 +119,7 @@ class Watching:
             self._looked = False
 
     def _default_is_wanted(self, tree: CompiledTree) -> bool:
-        """Whether the topic that is always there has to tell this tick.
+        """Whether the default topic has to show this tick.
 
         Without a listener only that a tree begins or has ended, so that no tree of an earlier run is latched.
         """

@@ -1,6 +1,6 @@
 """What follows when the process died on its runs: the robot is made safe, then each mission's policy counts.
 
-``abort`` gives the run up, ``restart`` begins the mission anew, ``resume`` goes on where the journal ends.
+``abort`` gives the run up, ``restart`` starts the mission again, ``resume`` goes on where the journal ends.
 Nothing is started while it is not certain that the robot stands still, nor before everything has booted, nor
 when the last entry of the journal is old: then nobody expects the robot to drive off.
 """
@@ -31,8 +31,7 @@ from florence_bt.runtime.journal import (
 )
 from florence_bt.runtime.journal.rows import typed
 from florence_bt.runtime.journal.schema import OWN_FILE
-from florence_bt.runtime.journal.text import with_one_clock
-from florence_bt.runtime.journal.tree_text import tree_from_events
+from florence_bt.runtime.journal.text import tree_from_events, with_one_clock
 from florence_bt.runtime.recovery.replay import ReplayDiverged, replay
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
 

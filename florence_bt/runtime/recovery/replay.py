@@ -171,7 +171,7 @@ class _Replay:
             self._tree.step()
 
     def _go_on_between(self, index: int) -> None:
-        """Let a clean-up beside the tree do what it did between two ticks: hear of an end, start a skill."""
+        """Let a clean-up beside the tree do what it did between two ticks: a skill ends or starts."""
         event = self._events[index]
         self._advance(event.time, self._early_s)
         # A tick that changed nothing is not in the journal.
@@ -184,14 +184,14 @@ class _Replay:
         self._clock.advance_to(self._clock.now())  # a clean-up ticks right after it was woken
         self._note_starts()
         if start is None:
-            if _told(event) not in self._started_between:
-                raise ReplayDiverged(_difference(event.tick, [_told(event)], self._started_between))
-            self._started_between.remove(_told(event))
+            if _recorded(event) not in self._started_between:
+                raise ReplayDiverged(_difference(event.tick, [_recorded(event)], self._started_between))
+            self._started_between.remove(_recorded(event))
 
     def _note_starts(self) -> None:
         """Note what clean-ups have started since the last tick."""
-        told = (event for event in self._done if event.kind is EventKind.SKILL_STARTED)
-        self._started_between += [_did(event) for event in told]
+        started = (event for event in self._done if event.kind is EventKind.SKILL_STARTED)
+        self._started_between += [_did(event) for event in started]
         self._done.clear()
 
     def _tick(self, index: int, *, complete: bool) -> None:
@@ -211,7 +211,7 @@ class _Replay:
             if event.kind == EventKind.SKILL_STARTED.value and event.node in self._watched:
                 self._watched[event.node].ask_again()
         self._tree.step()
-        wanted = [_told(event) for event in compared]
+        wanted = [_recorded(event) for event in compared]
         done = [_did(event) for event in self._done if event.kind.value in _COMPARED]
         self._done.clear()
         if (done[: len(wanted)] if not complete else done) != wanted:
@@ -236,7 +236,7 @@ class _Replay:
             # One that was cancelled for a pause is started again and has its end there.
             if start in records and not (event.data.get("paused") and event.code != "ok"):
                 records[start].tick = event.tick
-                records[start].told_late = end > self._last_change.get(event.tick, -1)
+                records[start].late = end > self._last_change.get(event.tick, -1)
                 records[start].in_pause = bool(event.data.get("paused"))
                 records[start].held = end in self._between.ends
                 records[start].after_leaving = end in unseen and not records[start].held
@@ -248,16 +248,16 @@ class _Recorded:
     """The end of a recorded run of a skill; without a result it went on when the process died.
 
     Attributes:
-        tick: The tick in which the end was told, or after which.
-        told_late: Whether nothing else of that tick was told afterwards. A run that was left ended after it.
-        held: Whether the end is that of a skill of a clean-up, not told yet: it comes between two ticks.
+        tick: The tick in which the end was published, or after which.
+        late: Whether it is the last event of that tick. A run that was left ended after it.
+        held: Whether the end is that of a skill of a clean-up, not published yet: it comes between two ticks.
         in_pause: Whether it ended well in a pause, although it was cancelled for that or left before.
         after_leaving: Whether it ended only after its node had left it: the node never saw the end.
         result: How it ended.
     """
 
     tick: int = 0
-    told_late: bool = False
+    late: bool = False
     held: bool = False
     in_pause: bool = False
     after_leaving: bool = False
@@ -335,14 +335,14 @@ class _RecordedRun:
             self._end(self.record.result)
 
     def let_go(self) -> None:
-        """End if it was left: the process that would have told its end has died."""
+        """End if it was left: the process that would have published its end has died."""
         if self.left and self.result is None:
             self._end(self.record.result or cancelled())
 
     def _has_ended_by(self, tick: int) -> bool:
         if self.record.held or ((self.record.after_leaving or self.record.in_pause) and not self.left):
             return False
-        last = self.record.tick + (self.left and self.record.told_late)
+        last = self.record.tick + (self.left and self.record.late)
         return self.result is None and self.record.result is not None and tick >= last
 
     def _end(self, result: Result | None) -> None:
@@ -351,7 +351,7 @@ class _RecordedRun:
             callback()
 
 
-def _told(event: JournaledEvent) -> tuple[str, ...]:
+def _recorded(event: JournaledEvent) -> tuple[str, ...]:
     if event.kind == EventKind.NODE.value:
         return (event.kind, event.node, event.new)
     return (event.kind, event.node, event.skill, repr(sorted(event.inputs.items())))
@@ -369,9 +369,9 @@ def _difference(tick: int, wanted: list[tuple[str, ...]], done: list[tuple[str, 
     index = next((i for i, (w, d) in enumerate(zip(wanted, done, strict=False)) if w != d), None)
     if index is None:
         index = min(len(wanted), len(done))
-    told = " ".join(wanted[index]) if index < len(wanted) else "nothing more"
+    recorded = " ".join(wanted[index]) if index < len(wanted) else "nothing more"
     did = " ".join(done[index]) if index < len(done) else "nothing more"
-    return f"in tick {tick} the journal has: {told}; the mission now does: {did}"
+    return f"in tick {tick} the journal has: {recorded}; the mission now does: {did}"
 
 
 def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
@@ -398,7 +398,7 @@ def _between_ticks(events: Sequence[JournaledEvent], last_change: dict[int, int]
 
     Args:
         events: Everything that the journal has of a run.
-        last_change: Tick -> index of the last change of a node in it. What a tick does is told before that.
+        last_change: Tick -> index of the last change of a node in it. The events of a tick come before that.
     """
     beside = _starts_beside(events)
     return _BetweenTicks(
@@ -432,7 +432,7 @@ def _ends_after_leaving(events: Sequence[JournaledEvent], last_change: Mapping[i
 
     Args:
         events: Everything that the journal has of a run.
-        last_change: Tick -> index of the last change of a node in it. What a tick does is told before that.
+        last_change: Tick -> index of the last change of a node in it. The events of a tick come before that.
 
     Returns:
         Indices of events.
@@ -443,8 +443,8 @@ def _ends_after_leaving(events: Sequence[JournaledEvent], last_change: Mapping[i
         event = events[end]
         was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value
         # Any other end between two ticks may also be that of a skill that answers at once after a pause.
-        told_late = end > last_change.get(event.tick, -1) and left[end] > start
-        if (was_cancelled or told_late) and (event.tick, event.node) not in answered:
+        late = end > last_change.get(event.tick, -1) and left[end] > start
+        if (was_cancelled or late) and (event.tick, event.node) not in answered:
             found.add(end)
     return frozenset(end for end in found if not events[end].data.get("paused"))
 

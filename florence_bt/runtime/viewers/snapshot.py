@@ -58,7 +58,7 @@ class NodeSnapshot:
         parent_id: None for the root.
         tip_id: The node below that decided last; None for a leaf and for a node that was not reached.
         child_ids: The children in their order.
-        current_child_id: The child that a composite stands at.
+        current_child_id: The current child of a composite.
         type: What it is.
         additional_detail: ``WithMemory``, or the policy of a parallel.
         blackbox_level: How far a drawing may fold it.

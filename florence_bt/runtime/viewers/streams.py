@@ -35,7 +35,7 @@ class StreamParameters:
     activity: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse a period that is no time."""
+        """Refuse a period that is negative or not a number."""
         if math.isnan(self.period) or self.period < 0.0:
             raise ConfigError(
                 f"a snapshot period of {self.period} s",
@@ -96,9 +96,9 @@ def keys_text(values: Mapping[str, Any], names: Sequence[str], activity: Sequenc
     lines = [f"    {name:<{width}} : {lookup(values, name)}" for name in names] or ["    - : -"]
     if activity is None:
         return "\n".join(lines)
-    told = [
+    shown = [
         f"    {item.key:<{width}} : {item.kind} {item.before} -> {item.now}"
         + (f" by {item.client}" if item.client else "")
         for item in activity
     ]
-    return "\n".join(["Blackboard Data", *lines, "Blackboard Activity Stream", *(told or ["    - : -"])])
+    return "\n".join(["Blackboard Data", *lines, "Blackboard Activity Stream", *(shown or ["    - : -"])])

@@ -4,8 +4,6 @@ import itertools
 import json
 from dataclasses import replace
 
-import pytest
-
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure
@@ -13,7 +11,7 @@ from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime import recorder as recorder_module
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import Journal
-from florence_bt.runtime.recorder import RunRecorder, read_record
+from florence_bt.runtime.recorder import RunRecorder
 from florence_bt.runtime.run import MissionRequest, TriggerPolicy
 from florence_bt.runtime.status import status_text
 
@@ -130,7 +128,7 @@ def test_a_folder_out_of_reach_for_a_while_costs_only_the_run_of_that_time(bench
     assert first.status.value == "SUCCEEDED" and len(told) == 1 and first.run_id in told[0]
     second = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
-    assert read_record(tmp_path, second.run_id).status == "SUCCEEDED"
+    assert json.loads((tmp_path / second.run_id / "result.json").read_text())["status"] == "SUCCEEDED"
     assert len(told) == 1
 
 
@@ -141,30 +139,3 @@ def test_without_anybody_to_tell_the_trouble_is_an_event(bench, tmp_path):
     bench.clock.advance(5.0)
     assert run.status.value == "SUCCEEDED"
     assert any(event.kind is EventKind.BROKEN and "runs" in event.data["detail"] for event in bench.events)
-
-
-def test_a_record_reads_back(bench, tmp_path):
-    bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0))
-    run, folder, _ = record(bench, tmp_path, "drive_once")
-    past = read_record(tmp_path, run.run_id)
-    assert (past.run_id, past.mission, past.status) == (run.run_id, "drive_once", "FAILED")
-    assert (past.code, past.reason) == ("blocked", "a chair is in the way")
-    assert past.text == (folder / "tree.txt").read_text().rstrip("\n")
-
-
-@pytest.mark.parametrize("run_id", ["", "..", ".", "nothing", "../secret", "a/b", "/etc", "broken", "\0"])
-def test_what_is_no_record_is_not_found(tmp_path, run_id):
-    (tmp_path / "secret").mkdir()
-    (tmp_path / "runs" / "broken").mkdir(parents=True)
-    (tmp_path / "runs" / "broken" / "result.json").write_text("[1, 2")
-    assert read_record(tmp_path / "runs", run_id) is None
-
-
-def test_a_record_without_a_folder_is_read_from_the_journal(bench, tmp_path):
-    bench.executor._event_bus.log = Journal(tmp_path)
-    run = bench.executor.trigger(MissionRequest("drive_and_work"))
-    bench.clock.advance(1.0)
-    past = read_record(tmp_path, run.run_id)
-    assert past.status == "RUNNING" and "[>] drive" in past.text
-    bench.clock.advance(10.0)
-    assert read_record(tmp_path, run.run_id).text.startswith("drive_and_work: SUCCEEDED")
