@@ -22,8 +22,8 @@ from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text, 
 from florence_bt.core.skill import Inputs
 from florence_bt.core.torn_texts import torn_texts
 from florence_bt.mission_testing.mocks.board import MockError, check_outputs
-from florence_bt.mission_testing.mocks.replies import MockReply
 from florence_bt.mission_testing.mocks.scripts import (
+    MockReply,
     Script,
     ScriptError,
     item_per_call,
