@@ -39,7 +39,7 @@ format: setup ## format the code and repair what the linter can repair
 	$(BIN)/ruff check --fix .
 
 trials: setup ## run goto_user in the rig with 30 seeds and write docs/trials.md
-	$(BIN)/python -m florence_bt.app.demo.trials --runs 30 --out docs/trials.md $(ARGS)
+	$(BIN)/python tools/trials.py --runs 30 --out docs/trials.md $(ARGS)
 
 bench: setup ## run the benchmarks
 	$(PYTEST) benchmarks --benchmark-only $(ARGS)

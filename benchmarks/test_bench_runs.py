@@ -14,12 +14,12 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.mission_testing.mocks.mocks import ScriptedRun, ScriptedSkill, Step
-from florence_bt.runtime.announcer import EventLog
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.event_bus import EventLog
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.missions import MissionFolders
-from florence_bt.runtime.run import MissionRun, Request, RunIds, RunStatus
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus
 from florence_bt.trees.language.declarations import collect_declarations
 
 VALUES = {Kind.POSE: Pose2(1.0, 2.0, 0.5), Kind.TEXT: "kitchen", Kind.BOOLEAN: True, Kind.INTEGER: 1}
@@ -49,7 +49,7 @@ class Stage:
 
     def run(self, times: int) -> None:
         for _ in range(times):
-            run = self.executor.trigger(Request("goto_user", caller="bench"))
+            run = self.executor.trigger(MissionRequest("goto_user", caller="bench"))
             while not run.status.final:
                 self.clock.run_next()
             assert run.status is RunStatus.SUCCEEDED
@@ -127,7 +127,7 @@ class Gaps:
         run.on_change(lambda: self._look(run))
         self._look(run)
 
-    def forget(self, run: MissionRun, event: Event) -> None:
+    def forget(self, run: MissionRun, event: RunEvent) -> None:
         """What comes after the end of a mission run is another mission run."""
         if event.kind is EventKind.ENDED:
             self._ended = 0.0

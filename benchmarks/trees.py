@@ -9,7 +9,6 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from florence_bt.behaviours.keys import KeyStore
-from florence_bt.behaviours.reactive import AlwaysSettled, Reactive
 
 MakeLeaf = Callable[[str], Behaviour]
 MakeComposite = Callable[[str, list[Behaviour]], Behaviour]
@@ -97,23 +96,15 @@ def node_count(root: Behaviour) -> int:
     return sum(1 for _ in root.iterate())
 
 
-class Holds(AlwaysSettled, Behaviour):
+class Holds(Behaviour):
     """A condition over a key, as missions have them."""
 
     def __init__(self, name: str, keys: KeyStore, key: str) -> None:
         super().__init__(name)
         self._keys, self._key = keys, key
-        keys.watch((key,), lambda key: self.touch())
 
     def update(self) -> Status:
         return Status.SUCCESS if self._keys.read(self._key) else Status.FAILURE
-
-
-class Works(Reactive, Behaviour):
-    """A leaf that runs until it is touched."""
-
-    def update(self) -> Status:
-        return Status.RUNNING
 
 
 def conditions(keys: KeyStore) -> MakeLeaf:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.transforms import Transform3, TransformBuffer
 from florence_bt.skills.robot_description.description import RobotDescription, load_description
-from florence_bt.skills.robot_description.footprint import FOOTPRINT
+from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, corners_from_flat
 
 BASE = "base_footprint"
 SHOWN = {
@@ -120,7 +120,8 @@ def _paint(axes: Any, shapes: list[Shape], right: int, up: int) -> None:
 
 
 def _footprint(axes: Any) -> None:
-    corners = np.array([*FOOTPRINT, FOOTPRINT[0]])
+    outline = corners_from_flat(FLORENCE_FOOTPRINT)
+    corners = np.array([*outline, outline[0]])
     axes.plot(corners[:, 0], corners[:, 1], "--", color="tab:orange", linewidth=1.6, label="footprint")
     axes.legend(loc="lower right")
 

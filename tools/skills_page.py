@@ -11,8 +11,8 @@ from pathlib import Path
 
 from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.outcome import COMMON_CODES
-from florence_bt.trees.language._facts import OWN_CODES
 from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.outcomes import OWN_CODES
 from florence_bt.trees.language.quantities import format_value
 
 _HEAD = """\

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -11,7 +10,7 @@ from py_trees.common import Status
 
 from florence_bt.behaviours.composites import stop_watching
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.expressions import Formula
+from florence_bt.behaviours.expressions import CompiledExpression, equal
 from florence_bt.behaviours.keys import ValueProblem, readable, resolve
 from florence_bt.behaviours.stepping import Stepping, Steps
 from florence_bt.behaviours.watched_skill import WatchedSkill
@@ -54,10 +53,6 @@ class _Branching(Stepping):
         self.halt_running()
         return Status.FAILURE
 
-    def active(self) -> Iterable[Behaviour]:
-        """What is being done."""
-        return () if self.current_child is None else (self.current_child,)
-
 
 class If(_Branching):
     """Does one of two branches.
@@ -79,7 +74,7 @@ class If(_Branching):
         self,
         name: str,
         context: TreeContext,
-        condition: Formula | Behaviour,
+        condition: CompiledExpression | Behaviour,
         then: Behaviour,
         otherwise: Behaviour | None = None,
         *,
@@ -114,14 +109,8 @@ class If(_Branching):
                 return self.give_up(problem)
         return (yield from self.branch_steps())
 
-    def active(self) -> Iterable[Behaviour]:
-        """What is being done; without memory the question too."""
-        if self.memory or not isinstance(self._condition, Behaviour):
-            return super().active()
-        return (self._condition, *super().active())
-
     def terminate(self, new_status: Status) -> None:
-        """Watch no more."""
+        """Stop watching."""
         stop_watching(self._watched)
         if self._end_watch is not None:
             self._end_watch()
@@ -149,12 +138,11 @@ class If(_Branching):
         return None
 
     def _watch(self) -> None:
-        if not self.memory and isinstance(self._condition, Formula):
+        if not self.memory and isinstance(self._condition, CompiledExpression):
             self._end_watch = self._context.keys.watch(self._condition.keys, self._on_key)
 
     def _on_key(self, key: str) -> None:
-        assert isinstance(self._condition, Formula)  # only then keys are watched
-        self.touch()
+        assert isinstance(self._condition, CompiledExpression)  # only then keys are watched
         try:
             other = self._condition.holds(self._context.keys) is not self._answer
         except ValueProblem:
@@ -207,7 +195,7 @@ class Switch(_Branching):
         except ValueProblem as error:
             return error.as_result()
         self.feedback_message = f"the value is {readable(value)}"
-        fitting = (branch for wanted, branch in self._cases if any(_same(value, one) for one in wanted))
+        fitting = (branch for wanted, branch in self._cases if any(_fits(value, one) for one in wanted))
         self.branch = next(fitting, self._default)
         if self.branch is None:
             cases = ", ".join(self._labels) or "none"
@@ -215,9 +203,8 @@ class Switch(_Branching):
         return None
 
 
-def _same(value: Any, wanted: Any) -> bool:
-    if isinstance(value, (bool, str)) or isinstance(wanted, (bool, str)):
-        return type(value) is type(wanted) and value == wanted
-    if isinstance(value, (int, float)) and isinstance(wanted, (int, float)):
-        return math.isclose(value, wanted, rel_tol=1e-9, abs_tol=1e-12)
-    return bool(value == wanted)
+def _fits(value: Any, wanted: Any) -> bool:
+    try:
+        return equal(value, wanted)
+    except TypeError:  # values of two kinds
+        return False

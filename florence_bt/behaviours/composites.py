@@ -24,7 +24,7 @@ CLEANUP = "finally"
 
 
 class Selector(PyTreesSelector):
-    """The selector of py_trees, whose children forget their statuses when it starts anew.
+    """The selector of py_trees, whose children forget their statuses when it starts again.
 
     (A stock selector keeps them, so a dump would show failures of an earlier round.)
     """
@@ -48,7 +48,7 @@ class ReactiveSequence(Sequence):
         self._watched = tuple(watched)
 
     def terminate(self, new_status: Status) -> None:
-        """Watch no more."""
+        """Stop watching."""
         stop_watching(self._watched)
 
 
@@ -66,7 +66,7 @@ class ReactiveSelector(Selector):
         self._watched = tuple(watched)
 
     def terminate(self, new_status: Status) -> None:
-        """Watch no more."""
+        """Stop watching."""
         stop_watching(self._watched)
 
 
@@ -111,10 +111,6 @@ class Finally(Stepping):
             return Status.RUNNING
         self.current_child = self._body
         return self._body.status
-
-    def active(self) -> Iterable[Behaviour]:
-        """The body or the clean-up."""
-        return () if self.current_child is None else (self.current_child,)
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Stop; when that interrupts the body or the clean-up, clean up beside the tree."""
@@ -166,7 +162,7 @@ class _CleanupRun:
         where = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(where.filename).name}:{where.lineno}"
         self._result = failure("internal_error", f"{type(error).__name__}: {error} (in {place})")
-        # Skills that the clean-up had started are told to stop; the node that broke may break again.
+        # Skills that the clean-up had started are cancelled; the node that broke may break again.
         for node in self._tree.iterate():
             if not node.children and node.status is Status.RUNNING:
                 with suppress(Exception):
@@ -189,7 +185,7 @@ class _CleanupRun:
 
 
 def stop_watching(watched: Iterable[WatchedSkill]) -> None:
-    """Watch none of these any more."""
+    """Stop watching these."""
     for skill in watched:
         skill.stop_watching()
 

@@ -24,7 +24,7 @@ EndedHook = Callable[[str, str, Result], None]
 
 
 def _ignore(*_: Any) -> None:
-    """Nobody wants to know."""
+    """No subscriber."""
 
 
 def _at_once(callback: Callable[[], None]) -> None:
@@ -41,11 +41,10 @@ class OpenRun:
         run: The run itself; another one after a pause.
         wake: Asks for a tick of the tree that the node belongs to.
         inputs: What the skill was started with; None for a run that was started elsewhere.
-        left: Whether the node that started it looks at it no more; the context then notes its end by itself.
+        left: Whether the node that started it was left; the context then records its end by itself.
         late: Whether the skill took longer than its declaration allows.
         suspended: Whether it was cancelled for a pause and will be started again.
-        told: Whether the end of the cancelled run was told already.
-        touched: Called when the node should look at the run again, before the tick is asked for.
+        end_reported: Whether the end of the cancelled run was reported already.
         deadline: The timer behind ``late``.
         resources: What no other skill may use until this run has ended.
     """
@@ -58,8 +57,7 @@ class OpenRun:
     left: bool = False
     late: bool = False
     suspended: bool = False
-    told: bool = False
-    touched: Callable[[], None] = _ignore
+    end_reported: bool = False
     deadline: Timer | None = None
     resources: frozenset[str] = frozenset()
 
@@ -149,16 +147,16 @@ class TreeContext:
         """The run that uses what a skill needs for itself; None when nothing keeps it from starting."""
         needed = self.declarations[skill].resources
         for entry in tuple(self.runs) if needed else ():
-            # A run that nobody looks at any more may have ended without a word.
+            # A run whose node was left may have ended without notice.
             if entry.resources & needed and not (entry.left and self.poll(entry) is not None):
                 return entry
         return None
 
     def leave(self, entry: OpenRun) -> None:
-        """Cancel a run that no node will look at any more, and wait for its end in the background."""
+        """Cancel the run of a node that is left, and wait for its end in the background."""
         entry.left = True
         _end_limit(entry)
-        if entry.suspended and entry.told:
+        if entry.suspended and entry.end_reported:
             self.drop(entry)
             return
         entry.suspended = False
@@ -166,7 +164,7 @@ class TreeContext:
         self.poll(entry)
 
     def drop(self, entry: OpenRun) -> None:
-        """Keep a run no longer."""
+        """Forget a run."""
         self.runs.remove(entry)
         _end_limit(entry)
         self._call_waiting()
@@ -177,14 +175,14 @@ class TreeContext:
         for entry in tuple(self.runs):
             if entry.inputs is not None and not entry.left and self.poll(entry) is None:
                 entry.suspended = True
-                entry.told = False
+                entry.end_reported = False
                 _end_limit(entry)
                 entry.run.cancel()
                 self._look_at_suspended(entry)
 
     def still_ending(self) -> list[OpenRun]:
         """The runs that were cancelled for a pause and have not reported their end."""
-        return [entry for entry in self.runs if entry.suspended and not entry.told]
+        return [entry for entry in self.runs if entry.suspended and not entry.end_reported]
 
     def resume(self) -> None:
         """Start the suspended skills again with the same inputs."""
@@ -195,7 +193,7 @@ class TreeContext:
                 run = entry.run = self._begin(entry.path, entry.skill, entry.inputs)
                 run.on_change(partial(self._on_change, entry, run))
                 self._limit(entry)
-                _tell(entry)
+                entry.wake()
         for call in tuple(self.watching):
             call()
 
@@ -207,7 +205,7 @@ class TreeContext:
         # A mock of a test may answer differently at different nodes.
         start_at = getattr(self.skills[skill], "start_at", None)
         run: SkillRun = self.skills[skill].start(inputs) if start_at is None else start_at(path, inputs)
-        # Told afterwards: nothing stands between the end of one skill and the start of the next.
+        # Reported afterwards: nothing stands between the end of one skill and the start of the next.
         self.on_skill_started(path, skill, inputs)
         return run
 
@@ -225,20 +223,19 @@ class TreeContext:
             self._look_at_suspended(entry)
         elif entry.left:
             self.poll(entry)
-        entry.touched()
         entry.wake()
 
     def _look_at_suspended(self, entry: OpenRun) -> None:
-        """Note the end of a run that was cancelled for a pause; one that succeeded after all is done."""
-        result = None if entry.told else _result_of(entry)
+        """Report the end of a run that was cancelled for a pause; one that succeeded after all is done."""
+        result = None if entry.end_reported else _result_of(entry)
         if result is None:
             return
-        entry.told = True
+        entry.end_reported = True
         if result.succeeded:
             entry.suspended = False
             self.drop(entry)
         self.on_skill_ended(entry.path, entry.skill, result)
-        _tell(entry)
+        entry.wake()
 
 
 def _result_of(entry: OpenRun) -> Result | None:
@@ -250,15 +247,10 @@ def _result_of(entry: OpenRun) -> Result | None:
     return result
 
 
-def _tell(entry: OpenRun) -> None:
-    entry.touched()
-    entry.wake()
-
-
 def _on_deadline(entry: OpenRun) -> None:
     entry.deadline = None
     entry.late = True
-    _tell(entry)
+    entry.wake()
 
 
 def _end_limit(entry: OpenRun) -> None:

@@ -1,4 +1,4 @@
-"""What the decorators here have in common, those that change a status, and the call of another mission."""
+"""Decorators: what they have in common, results, guards, what is done only once, and calls of missions."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator
 
+from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.expressions import CompiledExpression
 from florence_bt.behaviours.keys import KeyStore, ValueProblem, resolve
-from florence_bt.behaviours.reactive import AlwaysSettled, Reactive
+from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import Port
-from florence_bt.core.outcome import Result, failure
+from florence_bt.core.outcome import Outcome, Result, failure
 
 
 class PreparedDecorator(Decorator):
@@ -54,11 +56,6 @@ class PreparedDecorator(Decorator):
         self.settle(self.result)
         return False
 
-    @property
-    def refused(self) -> bool:
-        """Whether the node has ended with a result of its own and without its child."""
-        return self.result is not None and self.decorated.status is Status.INVALID
-
     def settle(self, result: Result) -> None:
         """End with a result that the child has no part in."""
         self.feedback_message = result.reason
@@ -70,7 +67,7 @@ class PreparedDecorator(Decorator):
         self.stop(Status.SUCCESS if result.succeeded else Status.FAILURE)
 
 
-class Invert(AlwaysSettled, PreparedDecorator):
+class Invert(PreparedDecorator):
     """Turns success into failure and failure into success."""
 
     def update(self) -> Status:
@@ -84,7 +81,7 @@ class Invert(AlwaysSettled, PreparedDecorator):
         return self.decorated.status
 
 
-class ForceSuccess(AlwaysSettled, Decorator):
+class ForceSuccess(Decorator):
     """Succeeds when its child is done, whichever way."""
 
     def update(self) -> Status:
@@ -92,7 +89,7 @@ class ForceSuccess(AlwaysSettled, Decorator):
         return Status.RUNNING if self.decorated.status is Status.RUNNING else Status.SUCCESS
 
 
-class ForceFailure(AlwaysSettled, PreparedDecorator):
+class ForceFailure(PreparedDecorator):
     """Fails when its child is done, whichever way; a failure of the child stands as it is."""
 
     def update(self) -> Status:
@@ -105,7 +102,7 @@ class ForceFailure(AlwaysSettled, PreparedDecorator):
         return Status.FAILURE
 
 
-class CallMission(Reactive, PreparedDecorator):
+class CallMission(PreparedDecorator):
     """Runs the tree of another mission with keys of its own.
 
     Args:
@@ -167,4 +164,213 @@ class CallMission(Reactive, PreparedDecorator):
                 self.result = error.as_result()
                 self.feedback_message = self.result.reason
                 return Status.FAILURE
+        return self.decorated.status
+
+
+SKIPPED = "skipped"
+
+
+class StartGuard(PreparedDecorator):
+    """Looks at conditions before its child starts, and at nothing afterwards.
+
+    ``unless`` and ``when`` come first: when one of them is not met the child is skipped, which counts as
+    success or as failure. ``while`` comes last: when it does not hold the node fails.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is guarded.
+        context: What the tree shares.
+        when: What must hold, or None.
+        unless: What must not hold, or None.
+        holds: What must hold here too and is watched further down, or None.
+        skipped_fails: Whether a skipped child counts as failure (below a selector) or as success.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        context: TreeContext,
+        when: CompiledExpression | None = None,
+        unless: CompiledExpression | None = None,
+        holds: CompiledExpression | None = None,
+        *,
+        skipped_fails: bool = False,
+    ) -> None:
+        super().__init__(name, child)
+        self._context = context
+        self._when = when
+        self._unless = unless
+        self._holds = holds
+        self._skipped_fails = skipped_fails
+
+    def prepare(self) -> Result | None:
+        """Look at the conditions."""
+        keys = self._context.keys
+        if self._unless is not None and self._unless.holds(keys):
+            return self._skipped(self._unless.denial(keys, wanted=False))
+        if self._when is not None and not self._when.holds(keys):
+            return self._skipped(self._when.denial(keys))
+        if self._holds is not None and not self._holds.holds(keys):
+            return _guard_failed(self._holds, self._context)
+        return None
+
+    def update(self) -> Status:
+        """The status of the child."""
+        return self.decorated.status
+
+    def _skipped(self, why: str) -> Result:
+        reason = f"skipped: {why}"
+        return failure(SKIPPED, reason) if self._skipped_fails else Result(Outcome.SUCCEEDED, reason=reason)
+
+
+class While(PreparedDecorator):
+    """Stops its child and fails with ``guard_failed`` as soon as a condition does not hold any more.
+
+    A child that succeeds with the same step that ends the condition has succeeded.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What is guarded.
+        context: What the tree shares.
+        condition: What must hold at the start and all along.
+    """
+
+    def __init__(
+        self, name: str, child: Behaviour, context: TreeContext, condition: CompiledExpression
+    ) -> None:
+        super().__init__(name, child)
+        self._context = context
+        self._condition = condition
+        self._end_watch: Callable[[], None] | None = None
+
+    def prepare(self) -> Result | None:
+        """Look at the condition before the start."""
+        return self.problem()
+
+    def initialise(self) -> None:
+        """Begin to watch the keys of the condition."""
+        self._end_watch = self._context.keys.watch(self._condition.keys, self._on_key)
+
+    def gate(self) -> bool:
+        """Look at the condition, with every tick."""
+        if self.status is not Status.RUNNING:
+            return super().gate()
+        self.result = self.problem()
+        if self.result is None:
+            return True
+        self.settle(self.result)
+        return False
+
+    def update(self) -> Status:
+        """The status of the child, or FAILURE when its last step ended the condition and it goes on."""
+        if self.decorated.status is Status.RUNNING:
+            self.result = self.problem()
+            if self.result is not None:
+                self.feedback_message = self.result.reason
+                return Status.FAILURE
+        return self.decorated.status
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop watching."""
+        if self._end_watch is not None:
+            self._end_watch()
+            self._end_watch = None
+
+    def problem(self) -> Result | None:
+        """The failure when the condition does not hold now, or has no value."""
+        try:
+            if self._condition.holds(self._context.keys):
+                return None
+        except ValueProblem as error:
+            return error.as_result()
+        return _guard_failed(self._condition, self._context)
+
+    def _on_key(self, key: str) -> None:
+        if self.problem() is not None:
+            self._context.wake()
+
+
+def _guard_failed(condition: CompiledExpression, context: TreeContext) -> Result:
+    return failure("guard_failed", condition.denial(context.keys))
+
+
+COOLING_DOWN = "cooling_down"
+
+
+class Cooldown(PreparedDecorator):
+    """Fails with ``cooling_down`` when it is started again too soon after its child has succeeded.
+
+    The time is counted from the end of the child, for as long as the run of the mission lasts. When it is
+    over the executor is woken, so that a selector without memory tries again.
+
+    Args:
+        name: The name of the node in dumps.
+        child: What must not be done too often.
+        context: What the tree shares.
+        duration: Seconds, or a value source that gives them.
+    """
+
+    def __init__(self, name: str, child: Behaviour, context: TreeContext, duration: Any) -> None:
+        super().__init__(name, child)
+        self._context = context
+        self._duration = duration
+        self._seconds = 0.0
+        self._timer = WakeTimer(context)
+        self._last_success: float | None = None
+
+    def prepare(self) -> Result | None:
+        """See whether enough time has passed."""
+        self._seconds = resolve(self._duration, self._context.keys)
+        problem = bad_duration(self._seconds)
+        if problem is not None or self._last_success is None:
+            return problem
+        left = self._last_success + self._seconds - self._context.clock.now()
+        if left <= 0.0:
+            return None
+        self._timer.start(left)
+        done = f"{self.decorated.name} succeeded less than {self._seconds:g} s ago"
+        return failure(COOLING_DOWN, done)
+
+    def update(self) -> Status:
+        """The status of the child; a success is remembered."""
+        if self.decorated.status is Status.SUCCESS:
+            self._last_success = self._context.clock.now()
+        return self.decorated.status
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancel the timer when the node is reset."""
+        if new_status is Status.INVALID:
+            self._timer.cancel()
+
+
+class Once(PreparedDecorator):
+    """Does its child once; from then on it has the same result at once, success or failure alike.
+
+    A child that was stopped before it was done is done again. The memory lasts as long as the run of the
+    mission.
+    """
+
+    def __init__(self, name: str, child: Behaviour) -> None:
+        super().__init__(name, child)
+        self._remembered: Result | None = None
+        self._why: Why | None = None
+
+    @property
+    def kept(self) -> Why | None:
+        """Why the child failed that time."""
+        return self._why
+
+    def prepare(self) -> Result | None:
+        """The result of the first time."""
+        return self._remembered
+
+    def update(self) -> Status:
+        """The status of the child; the first result is remembered."""
+        why = explain(self.decorated)
+        if why is not None:
+            self._why = why
+            self._remembered = failure(why.code, why.reason)
+        elif self.decorated.status is Status.SUCCESS:
+            self._remembered = Result(Outcome.SUCCEEDED, reason="done before")
         return self.decorated.status

@@ -8,9 +8,10 @@ as a division by zero) is an expected failure with the code ``bad_expression``.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from florence_bt.behaviours.keys import KeyStore, ValueProblem, readable
 from florence_bt.core.geometry import Pose2
@@ -27,111 +28,68 @@ class BadExpression(ValueProblem):
     code = "bad_expression"
 
 
-class Computable(Protocol):
-    """A part of an expression."""
-
-    def resolve(self, keys: KeyStore) -> Any:
-        """Its value now.
-
-        Raises:
-            ValueProblem: It needs a key that has no value, or cannot be computed.
-        """
+Evaluate = Callable[[KeyStore], Any]
+"""Gives the value of a part of an expression; raises ValueProblem where it has none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Constant:
-    """A value that is written out.
+def pose_part(pose: Evaluate, part: str) -> Evaluate:
+    """``x``, ``y`` (metres) or ``yaw`` (radians) of a pose."""
 
-    Attributes:
-        value: The value in SI units.
-    """
+    def evaluate(keys: KeyStore) -> float:
+        value = pose(keys)
+        if not isinstance(value, Pose2):
+            raise BadExpression(f"{readable(value)!r} is not a pose and has no {part}")
+        return float(getattr(value, part))
 
-    value: Any
-
-    def resolve(self, keys: KeyStore) -> Any:
-        """The value."""
-        return self.value
+    return evaluate
 
 
-@dataclass(frozen=True, slots=True)
-class PosePart:
-    """A number of a pose.
+def operation(name: str, *operands: Evaluate) -> Evaluate:
+    """One of :data:`OPERATORS`, on operands that are all evaluated first."""
+    function = OPERATORS[name]
 
-    Attributes:
-        pose: The pose.
-        part: ``x``, ``y`` or ``yaw``.
-    """
-
-    pose: Computable
-    part: str
-
-    def resolve(self, keys: KeyStore) -> float:
-        """Metres or radians."""
-        pose = self.pose.resolve(keys)
-        if not isinstance(pose, Pose2):
-            raise BadExpression(f"{readable(pose)!r} is no pose and has no {self.part}")
-        return float(getattr(pose, self.part))
-
-
-@dataclass(frozen=True, slots=True)
-class Operation:
-    """A function of values that are all computed first: sums, comparisons, ``not``, ``min``.
-
-    Attributes:
-        name: The operator or the function, for messages.
-        function: Computes it; raises TypeError, ArithmeticError or ValueError when there is no value.
-        operands: What it is given.
-    """
-
-    name: str
-    function: Callable[..., Any]
-    operands: tuple[Computable, ...]
-
-    def resolve(self, keys: KeyStore) -> Any:
-        """The value now."""
-        values = [operand.resolve(keys) for operand in self.operands]
+    def evaluate(keys: KeyStore) -> Any:
+        values = [operand(keys) for operand in operands]
         try:
-            return self.function(*values)
+            return function(*values)
         except ZeroDivisionError:
             raise BadExpression(f"{readable(values[0])} is divided by zero") from None
         except (TypeError, ArithmeticError, ValueError) as error:
             given = " and ".join(readable(value) for value in values)
-            raise BadExpression(f"{self.name!r} has no value for {given}: {error}") from None
+            raise BadExpression(f"{name!r} has no value for {given}: {error}") from None
+
+    return evaluate
 
 
-@dataclass(frozen=True, slots=True)
-class Junction:
-    """``and`` and ``or``: the right side is looked at only when the left does not decide.
+def junction(decisive: bool, left: Evaluate, right: Evaluate) -> Evaluate:
+    """``and`` and ``or``: the right side is evaluated only when the left does not decide.
 
-    Attributes:
+    Args:
         decisive: The value of the left side that decides: True for ``or``, False for ``and``.
         left: The first side.
         right: The second side.
     """
 
-    decisive: bool
-    left: Computable
-    right: Computable
+    def evaluate(keys: KeyStore) -> bool:
+        value = _truth(left(keys))
+        return value if value is decisive else _truth(right(keys))
 
-    def resolve(self, keys: KeyStore) -> bool:
-        """True or false."""
-        left = _truth(self.left.resolve(keys))
-        return left if left is self.decisive else _truth(self.right.resolve(keys))
+    return evaluate
 
 
 @dataclass(frozen=True, slots=True)
-class Formula:
+class CompiledExpression:
     """A whole expression: a value source that knows what it reads and how it was written.
 
     Attributes:
         text: As the author wrote it.
-        term: What is computed.
+        evaluate: Computes it.
         keys: The keys that it reads.
         shown: How the values of keys are written for people, where their kinds are known.
     """
 
     text: str
-    term: Computable
+    evaluate: Evaluate
     keys: tuple[str, ...]
     shown: Mapping[str, Callable[[Any], str]] = field(default_factory=dict, compare=False)
 
@@ -142,7 +100,7 @@ class Formula:
             ValueProblem: A key has no value, or the expression has none; the message names the expression.
         """
         try:
-            return self.term.resolve(keys)
+            return self.evaluate(keys)
         except BadExpression as error:
             raise BadExpression(f"{self.text} has no value: {error}") from None
 
@@ -176,49 +134,9 @@ class Formula:
 # ---- operators ----------------------------------------------------------------------------------------
 
 
-def add(left: Any, right: Any) -> Any:
-    """The sum of two numbers."""
-    return _finite(_number(left) + _number(right))
-
-
-def subtract(left: Any, right: Any) -> Any:
-    """The difference of two numbers."""
-    return _finite(_number(left) - _number(right))
-
-
-def multiply(left: Any, right: Any) -> Any:
-    """The product of two numbers."""
-    return _finite(_number(left) * _number(right))
-
-
-def divide(left: Any, right: Any) -> Any:
-    """The quotient of two numbers, never a whole-number division."""
-    return _finite(_number(left) / _number(right))
-
-
-def negate(value: Any) -> Any:
-    """A number with the other sign."""
-    return -_number(value)
-
-
 def invert(value: Any) -> bool:
     """True for false and false for true."""
     return not _truth(value)
-
-
-def absolute(value: Any) -> Any:
-    """A number without its sign."""
-    return abs(_number(value))
-
-
-def smaller(left: Any, right: Any) -> Any:
-    """The smaller of two numbers."""
-    return min(_number(left), _number(right))
-
-
-def larger(left: Any, right: Any) -> Any:
-    """The larger of two numbers."""
-    return max(_number(left), _number(right))
 
 
 def distance(start: Any, end: Any) -> float:
@@ -237,11 +155,6 @@ def equal(left: Any, right: Any) -> bool:
     return _same(_number(left), _number(right))
 
 
-def unequal(left: Any, right: Any) -> bool:
-    """The opposite of :func:`equal`."""
-    return not equal(left, right)
-
-
 def less(left: Any, right: Any) -> bool:
     """Whether a number is smaller than another, and not the same up to a billionth."""
     return _number(left) < _number(right) and not _same(left, right)
@@ -252,33 +165,34 @@ def at_most(left: Any, right: Any) -> bool:
     return _number(left) <= _number(right) or _same(left, right)
 
 
-def greater(left: Any, right: Any) -> bool:
-    """Whether a number is larger than another, and not the same up to a billionth."""
-    return less(right, left)
+def _numeric(function: Callable[..., Any]) -> Callable[..., Any]:
+    """An operator on numbers whose result must be a finite number."""
 
+    def compute(*operands: Any) -> Any:
+        return _finite(function(*(_number(operand) for operand in operands)))
 
-def at_least(left: Any, right: Any) -> bool:
-    """Whether a number is larger than another or the same."""
-    return at_most(right, left)
+    return compute
 
 
 OPERATORS: dict[str, Callable[..., Any]] = {
-    "+": add,
-    "-": subtract,
-    "*": multiply,
-    "/": divide,
+    "+": _numeric(operator.add),
+    "-": _numeric(operator.sub),
+    "*": _numeric(operator.mul),
+    "/": _numeric(operator.truediv),
+    "negate": _numeric(operator.neg),
+    "not": invert,
     "==": equal,
-    "!=": unequal,
+    "!=": lambda left, right: not equal(left, right),
     "<": less,
     "<=": at_most,
-    ">": greater,
-    ">=": at_least,
-    "abs": absolute,
-    "min": smaller,
-    "max": larger,
+    ">": lambda left, right: less(right, left),
+    ">=": lambda left, right: at_most(right, left),
+    "abs": _numeric(abs),
+    "min": _numeric(min),
+    "max": _numeric(max),
     "distance": distance,
 }
-"""Operator with two operands, or function -> what computes it."""
+"""Operator or function -> what computes it."""
 
 
 def _same(left: Any, right: Any) -> bool:

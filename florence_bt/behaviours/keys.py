@@ -91,12 +91,12 @@ class KeyStore:
             _check_storable(key, value)
         before, self._values = self._values, dict(values)
         for key in tuple(self._watchers):
-            self._tell(key, before.get(key, _NOTHING), values.get(key, _NOTHING))
+            self._notify(key, before.get(key, _NOTHING), values.get(key, _NOTHING))
 
     def watch(self, keys: Iterable[str], callback: Watcher) -> Callable[[], None]:
         """Call back with the name of a key whenever its value has changed, was first written or is gone.
 
-        Writing the value that a key has already is no change. The callback comes inside ``write`` or
+        Writing the value that a key has already is not a change. The callback comes inside ``write`` or
         ``reset``, after the value was stored; it should only take a note.
 
         Args:
@@ -145,7 +145,7 @@ class KeyStore:
             self.check(key, value)
         old = self._values.get(key, _NOTHING) if key in self._watchers else value
         self._values[key] = value
-        self._tell(key, old, value)
+        self._notify(key, old, value)
 
     def check(self, key: str, value: Any) -> None:
         """See whether a key may be given a value, without giving it.
@@ -158,7 +158,7 @@ class KeyStore:
         if problem:
             raise WrongValue(key, problem)
 
-    def _tell(self, key: str, old: Any, new: Any) -> None:
+    def _notify(self, key: str, old: Any, new: Any) -> None:
         # 1, 1.0 and True are equal, but a text that shows them is not the same.
         if old is not new and (type(old) is not type(new) or old != new):
             for callback in self._watchers.get(key, ()):

@@ -1,6 +1,6 @@
 """Nodes about time and repetition: time-out, retry, repeat, wait.
 
-They use the clock of the context and wake the executor themselves, so nobody has to tick a waiting tree. (The
+They use the clock of the context and wake the executor themselves, so a waiting tree needs no ticks. (The
 timers of py_trees read the clock of the operating system and are not used.)
 """
 
@@ -14,16 +14,15 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
-from florence_bt.behaviours._alarm import Alarm, bad_duration
+from florence_bt.behaviours._wake_timer import WakeTimer, bad_duration
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.decorators import PreparedDecorator
 from florence_bt.behaviours.keys import ValueProblem, resolve
-from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.outcome import Result, failure
 
 
-class Wait(Reactive, Behaviour):
+class Wait(Behaviour):
     """Succeeds after a pause.
 
     Args:
@@ -37,7 +36,7 @@ class Wait(Reactive, Behaviour):
         self.result: Result | None = None
         self._context = context
         self._duration = duration
-        self._alarm = Alarm(context, self.touch)
+        self._timer = WakeTimer(context)
 
     def initialise(self) -> None:
         """Begin the pause."""
@@ -50,18 +49,18 @@ class Wait(Reactive, Behaviour):
             return
         self.result = bad_duration(duration)
         if self.result is None:
-            self._alarm.set(duration)
+            self._timer.start(duration)
 
     def update(self) -> Status:
         """RUNNING until the pause is over."""
         if self.result is not None:
             self.feedback_message = self.result.reason
             return Status.FAILURE
-        return Status.SUCCESS if self._alarm.passed else Status.RUNNING
+        return Status.SUCCESS if self._timer.fired else Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
         """Forget the timer."""
-        self._alarm.clear()
+        self._timer.cancel()
 
 
 class Delay(Sequence):
@@ -77,7 +76,7 @@ class Delay(Sequence):
         super().__init__(name, True, [pause, child])
 
 
-class Timeout(Reactive, PreparedDecorator):
+class Timeout(PreparedDecorator):
     """Stops its child and fails when the child takes too long.
 
     Args:
@@ -92,7 +91,7 @@ class Timeout(Reactive, PreparedDecorator):
         self._context = context
         self._duration = duration
         self._seconds = 0.0
-        self._alarm = Alarm(context, self.touch)
+        self._timer = WakeTimer(context)
 
     def prepare(self) -> Result | None:
         """Look up the duration."""
@@ -101,11 +100,11 @@ class Timeout(Reactive, PreparedDecorator):
 
     def initialise(self) -> None:
         """Start the timer."""
-        self._alarm.set(self._seconds)
+        self._timer.start(self._seconds)
 
     def update(self) -> Status:
         """The child's status, or FAILURE when the time is over and it still runs."""
-        if self.decorated.status is Status.RUNNING and self._alarm.passed:
+        if self.decorated.status is Status.RUNNING and self._timer.fired:
             tip = self.decorated.tip() or self.decorated
             doing = f": {tip.feedback_message}" if tip.feedback_message else ""
             reason = (
@@ -118,7 +117,7 @@ class Timeout(Reactive, PreparedDecorator):
 
     def terminate(self, new_status: Status) -> None:
         """Forget the timer."""
-        self._alarm.clear()
+        self._timer.cancel()
 
 
 class _Counting(PreparedDecorator):
@@ -155,13 +154,13 @@ class _Counting(PreparedDecorator):
             self._context.keys.write(self._round_key, number)
 
     def _again(self) -> Status:
-        """Go to the next round: the executor ticks once more, which starts the child anew."""
+        """Go to the next round: the executor ticks once more, which starts the child again."""
         self._enter(self.round + 1)
         self._context.wake()
         return Status.RUNNING
 
 
-class Retry(Reactive, _Counting):
+class Retry(_Counting):
     """Starts its child again when it fails.
 
     Args:
@@ -216,7 +215,7 @@ class Retry(Reactive, _Counting):
         return replace(why, reason=f"{self.round} of {self.rounds} attempts failed; last: {why.reason}")
 
 
-class Repeat(Reactive, _Counting):
+class Repeat(_Counting):
     """Starts its child again when it succeeds, until it has succeeded a number of times.
 
     Args:

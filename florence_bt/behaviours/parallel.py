@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 from py_trees.behaviour import Behaviour
@@ -42,10 +41,6 @@ class CountingParallel(Stepping):
             if child.status in (Status.INVALID, Status.RUNNING):
                 yield child
         return self._count()
-
-    def active(self) -> Iterable[Behaviour]:
-        """The branches that still run."""
-        return [child for child in self.children if child.status in (Status.INVALID, Status.RUNNING)]
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Stop the branches that still run."""

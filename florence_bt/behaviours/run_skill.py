@@ -8,16 +8,15 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.behaviours._turn import Turn
+from florence_bt.behaviours._resource_lock import ResourceLock
 from florence_bt.behaviours.context import OpenRun, TreeContext
 from florence_bt.behaviours.keys import ValueProblem, is_source, resolve
-from florence_bt.behaviours.reactive import Reactive
 from florence_bt.behaviours.why import path_of
 from florence_bt.core.errors import closest_first
 from florence_bt.core.outcome import Outcome, Result, failure
 
 
-class RunSkill(Reactive, Behaviour):
+class RunSkill(Behaviour):
     """Runs a skill.
 
     RUNNING while the run goes on, SUCCESS with its outputs written to keys, FAILURE with the result in
@@ -49,34 +48,35 @@ class RunSkill(Reactive, Behaviour):
         self._context = context
         self._declaration = context.declarations[skill]
         self._entry: OpenRun | None = None
-        self._turn: Turn | None = Turn(context, skill, self.touch) if self._declaration.resources else None
+        needs = self._declaration.resources
+        self._lock = ResourceLock(context, skill) if needs else None
         self._waiting: dict[str, Any] | None = None
-        self._written: dict[str, Any] | None = None
+        self._literals: dict[str, Any] | None = None
         self._path = ""
 
     def initialise(self) -> None:
         """Check the inputs and start the skill."""
         self.result = None
         self.feedback_message = ""
-        known = self._written is not None and self.skill in self._context.skills
-        self._waiting = dict(self._written or {}) if known else self._complete_inputs()
-        self._start_in_turn()
+        known = self._literals is not None and self.skill in self._context.skills
+        self._waiting = dict(self._literals or {}) if known else self._complete_inputs()
+        self._start_when_free()
 
     def update(self) -> Status:
         """Look at the run, or whether it can be started by now."""
-        if self._waiting is not None and self._turn is not None:
-            self._start_in_turn()
+        if self._waiting is not None and self._lock is not None:
+            self._start_when_free()
             if self._waiting is not None:
-                self.result = self._turn.too_late
+                self.result = self._lock.timed_out
                 if self.result is None:
-                    self.feedback_message = self._turn.feedback
+                    self.feedback_message = self._lock.feedback
                     return Status.RUNNING
         if self._entry is not None:
             result = self._context.poll(self._entry)
             if result is None and not self._entry.late:
                 self.feedback_message = self._entry.run.feedback
                 return Status.RUNNING
-            self.result = self._too_late() if result is None else self._checked(result)
+            self.result = self._timed_out() if result is None else self._checked(result)
         assert self.result is not None
         self.feedback_message = self.result.reason
         if self.result.outcome is not Outcome.SUCCEEDED:
@@ -87,19 +87,18 @@ class RunSkill(Reactive, Behaviour):
 
     def terminate(self, new_status: Status) -> None:
         """Leave no run behind, also when its goal was not accepted yet."""
-        if self._turn is not None:
-            self._turn.end()
+        if self._lock is not None:
+            self._lock.release()
         entry, self._entry, self._waiting = self._entry, None, None
         if entry is not None and entry in self._context.runs:
             self._context.leave(entry)
 
-    def _start_in_turn(self) -> None:
-        if self._waiting is None or (self._turn is not None and not self._turn.come()):
+    def _start_when_free(self) -> None:
+        if self._waiting is None or (self._lock is not None and not self._lock.acquire()):
             return
         inputs, self._waiting = self._waiting, None
         self._path = self._path or path_of(self)
         self._entry = self._context.start(self._path, self.skill, inputs)
-        self._entry.touched = self.touch
 
     def _complete_inputs(self) -> dict[str, Any] | None:
         """What the skill is started with; None when it cannot be started, with the reason in the result."""
@@ -113,8 +112,8 @@ class RunSkill(Reactive, Behaviour):
             return None
         complete = self._declaration.complete(inputs)
         if not any(is_source(value) for value in self.inputs.values()):
-            # All of it stands in the mission, so it is checked once.
-            self._written = dict(complete)
+            # All inputs are literals of the mission, so they are checked once.
+            self._literals = dict(complete)
         return complete
 
     def _refusal(self, inputs: Mapping[str, Any]) -> Result | None:
@@ -124,7 +123,7 @@ class RunSkill(Reactive, Behaviour):
         problems = self._declaration.problems_with(inputs)
         return failure("bad_input", "; ".join(problems)) if problems else None
 
-    def _too_late(self) -> Result:
+    def _timed_out(self) -> Result:
         doing = f", at the end: {self.feedback_message}" if self.feedback_message else ""
         return failure(
             "timed_out", f"{self.skill} was not done within {self._declaration.deadline_s:g} s{doing}"

@@ -7,19 +7,17 @@ only says which child comes next can be ticked that way and by a faster ticker, 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Composite
 
-from florence_bt.behaviours.reactive import Reactive
-
 Steps = Generator[Behaviour, None, Status]
 """Yields each child that must be ticked now; when it goes on, that has been done. Returns the status."""
 
 
-class Stepping(Reactive, Composite):
+class Stepping(Composite):
     """A composite that is written as :meth:`steps`.
 
     A subclass stops children with :meth:`halt`, and ends by returning a status; ``stop`` does the rest.
@@ -31,13 +29,6 @@ class Stepping(Reactive, Composite):
     @abstractmethod
     def steps(self) -> Steps:
         """One tick: see :data:`Steps`."""
-
-    @abstractmethod
-    def active(self) -> Iterable[Behaviour]:
-        """The children that the next tick would tick, while the node is RUNNING and nothing touches it.
-
-        A ticker passes over the node while these are settled. Other nodes below matter to nobody.
-        """
 
     def tick(self) -> Iterator[Behaviour]:
         """Tick the children one after the other, as py_trees does."""

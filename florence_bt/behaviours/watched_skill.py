@@ -8,7 +8,7 @@ from typing import Any
 
 from py_trees.common import Status
 
-from florence_bt.behaviours._alarm import Alarm
+from florence_bt.behaviours._wake_timer import WakeTimer
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.core.outcome import Result
@@ -61,20 +61,13 @@ class WatchedSkill(RunSkill):
         self._every = every
         self._answer: _Answer | None = None
         self._due = self._asking = self._left = False
-        self._alarm = Alarm(context, self.ask_again)
+        self._timer = WakeTimer(context, self.ask_again)
         self._end_source: Callable[[], None] | None = None
         self._end_keys: Callable[[], None] | None = None
-
-    def settled(self) -> bool:
-        """Also while an answer is kept: what may change it touches the node."""
-        if self._answer is None:
-            return super().settled()
-        return self._asking or not self._due
 
     def ask_again(self) -> None:
         """Ask with the next tick; the answer of before stands until the new one is there."""
         self._due = True
-        self.touch()
 
     def initialise(self) -> None:
         """Start the skill, unless an answer is kept."""
@@ -110,7 +103,7 @@ class WatchedSkill(RunSkill):
             super().terminate(new_status)
 
     def stop_watching(self) -> None:
-        """Forget the answer and ask no more, until the node starts again."""
+        """Forget the answer and stop asking, until the node starts again."""
         if self._answer is None:
             return
         self._answer, self._asking = None, False
@@ -144,17 +137,17 @@ class WatchedSkill(RunSkill):
             if watch is not None:
                 self._end_source = watch(inputs, self._on_source)
             else:
-                self._alarm.set(self._every)
+                self._timer.start(self._every)
         if self._due:
             self._context.wake()
 
     def _begin_watch(self) -> None:
         context = self._context
-        self._end_keys = context.keys.watch((*self._keys, *self.outputs.values()), self._on_key)
+        self._end_keys = context.keys.watch(self._keys, lambda key: self._on_source())
         context.watching.append(self.ask_again)
 
     def _end_source_watch(self) -> None:
-        self._alarm.clear()
+        self._timer.cancel()
         if self._end_source is not None:
             self._end_source()
             self._end_source = None
@@ -162,9 +155,3 @@ class WatchedSkill(RunSkill):
     def _on_source(self) -> None:
         self.ask_again()
         self._context.wake()
-
-    def _on_key(self, key: str) -> None:
-        if key in self._keys:
-            self._on_source()
-        elif key not in self._context.keys:
-            self.touch()

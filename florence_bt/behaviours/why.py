@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Selector
 
+from florence_bt.behaviours.annotations import annotations_of
 from florence_bt.behaviours.keys import KeyStore, TextTemplate, ValueProblem
 from florence_bt.core.outcome import Result
 
@@ -94,11 +95,6 @@ class Because:
             return why
 
 
-def give_reason(node: Behaviour, because: Because) -> None:
-    """Let ``because`` word the failures of a node, of whatever class the node is."""
-    node.__dict__["because"] = because
-
-
 def path_of(node: Behaviour) -> str:
     """The names from the root down to a node, joined with ``/``."""
     names = [node.name]
@@ -110,10 +106,7 @@ def path_of(node: Behaviour) -> str:
 
 def remember_failure(node: Behaviour, why: Why | None) -> None:
     """Keep why a node failed, or forget it (None): a selector resets the branches that it has left behind."""
-    if why is not None:
-        node.__dict__["failed_with"] = why
-    else:
-        node.__dict__.pop("failed_with", None)
+    annotations_of(node).failed_with = why
 
 
 def remembered_failure(node: Behaviour) -> Why | None:
@@ -122,15 +115,14 @@ def remembered_failure(node: Behaviour) -> Why | None:
     if not isinstance(selector, Selector) or selector.status is Status.INVALID:
         return None
     left_behind = takewhile(lambda child: child is not selector.current_child, selector.children)
-    why = node.__dict__.get("failed_with") if any(child is node for child in left_behind) else None
-    return why if isinstance(why, Why) else None
+    return annotations_of(node).failed_with if any(child is node for child in left_behind) else None
 
 
 def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why | None:
     """Find the cause of a failure in a tree, or a part of one, that has just finished.
 
     A decorator points to its child, a sequence and a parallel to the child that failed, a selector to the
-    last child that failed; its reason tells why the others failed too.
+    last child that failed; its reason says why the others failed too.
 
     Args:
         root: The node to explain.
@@ -145,8 +137,8 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
     why = known.get(root)
     if why is None:
         why = _cause(root, known)
-        because = root.__dict__.get("because")
-        if isinstance(because, Because):
+        because = annotations_of(root).because
+        if because is not None:
             why = because.retell(why)
         known[root] = why
     return why
@@ -177,11 +169,11 @@ def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) ->
         other = explain(child, known) or remembered_failure(child)
         if other is not None:
             others.setdefault(other.reason, []).append(child.name)
-    told = [_told(names, reason, why.reason) for reason, names in others.items()]
-    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(told)})") if told else why
+    summaries = [_summary(names, reason, why.reason) for reason, names in others.items()]
+    return replace(why, reason=f"{why.reason}{EARLIER}{'; '.join(summaries)})") if summaries else why
 
 
-def _told(names: list[str], reason: str, last: str) -> str:
+def _summary(names: list[str], reason: str, last: str) -> str:
     """Branches with one reason; a reason that the last branch gives anyway is not said again."""
     branches = ", ".join(dict.fromkeys(names))
     if reason in (last, last.split(EARLIER)[0]):

@@ -12,8 +12,8 @@ from florence_bt.btcpp.values import read_number, read_truth
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language.kinds import NEVER_INPUTS
 from florence_bt.trees.language.quantities import read_value
+from florence_bt.trees.language.vocabulary import NEVER_INPUTS
 
 DEADLINE_S = 300.0
 """How long a skill may take of which nothing is known."""

@@ -12,7 +12,7 @@ from florence_bt.btcpp.notes import LossNotes
 from florence_bt.btcpp.vocabulary import CATEGORIES, MARK, POST_CONDITIONS, PRE_CONDITIONS, V3_NAMES
 from florence_bt.btcpp.xml_source import MAX_ELEMENTS, Element, read_xml
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.language.source import Position
+from florence_bt.core.plain_yaml import Position
 
 MAX_FILES = 100
 """Most files that one import reads."""

@@ -29,7 +29,7 @@ from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language import model
-from florence_bt.trees.language._facts import chain_back, cycles
+from florence_bt.trees.language.analysis import chain_back, cycles
 from florence_bt.trees.language.declared_skills import port_document
 from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.expressions.syntax import Term, parts_of
@@ -366,9 +366,9 @@ class NodeWriter:
                 return Element("AlwaysFailure", attributes)
             case model.Set():
                 return self._set(node)
-            case model.Use():
+            case model.RunSkill():
                 return self._use(node)
-            case model.Call():
+            case model.CallMission():
                 return self._call(node)
         raise TypeError(f"no element is known for {type(node).__name__}")
 
@@ -383,7 +383,7 @@ class NodeWriter:
             attributes[f"{MARK}_set"] = text
         return Element("Script", attributes)
 
-    def _use(self, node: model.Use) -> Element:
+    def _use(self, node: model.RunSkill) -> Element:
         declaration = self._declarations[node.skill]
         attributes = {"ID": node.skill, **self._given(node, node.inputs, declaration.inputs)}
         for output, key in node.outputs:
@@ -395,7 +395,7 @@ class NodeWriter:
             "Condition" if declaration.instant and not declaration.outputs else "Action", attributes
         )
 
-    def _call(self, node: model.Call) -> Element:
+    def _call(self, node: model.CallMission) -> Element:
         called = self._library.get(node.mission.text)
         attributes = {"ID": called.name, **self._given(node, node.inputs, called.inputs)}
         for name in computed_inputs(called):
@@ -506,7 +506,7 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
     callees: dict[str, list[str]] = {}
     for caller in (waiting := [name]):
         mission = found[caller]
-        calls = [node for node in mission.nodes() if isinstance(node, model.Call)]
+        calls = [node for node in mission.nodes() if isinstance(node, model.CallMission)]
         callees[caller] = [call.mission.text for call in calls]
         for call in calls:
             called = call.mission.text
@@ -521,7 +521,9 @@ def _with_called(name: str, library: MissionLibrary) -> list[Mission]:
         chain = [caller, *chain_back(called, caller, cycle, callees.__getitem__)]
         mission = found[caller]
         call = next(
-            node for node in mission.nodes() if isinstance(node, model.Call) and node.mission.text == called
+            node
+            for node in mission.nodes()
+            if isinstance(node, model.CallMission) and node.mission.text == called
         )
         raise _error_at(mission, call, f"the mission {caller!r} calls itself: {' -> '.join(chain)}")
     return list(found.values())
@@ -532,7 +534,7 @@ def _check_mission(mission: Mission, declarations: Mapping[str, SkillDeclaration
         if finding.severity == ERROR:
             raise finding.as_error()
     for node in mission.nodes():
-        if isinstance(node, model.Use) and node.skill not in declarations:
+        if isinstance(node, model.RunSkill) and node.skill not in declarations:
             raise _error_at(
                 mission, node, f"unknown skill {node.skill!r}", closest_first(node.skill, declarations)
             )

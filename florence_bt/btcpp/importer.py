@@ -22,8 +22,8 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.declared_skills import ENDING, port_document, skills_document
 from florence_bt.trees.language.findings import Finding, has_errors
-from florence_bt.trees.language.kinds import ON_RESTART
 from florence_bt.trees.language.parse import parse_mission
+from florence_bt.trees.language.vocabulary import ON_RESTART
 
 MAX_NESTING = 40
 """Deepest nesting of nodes in one tree; a mission file cannot be much deeper."""

@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language.source import Listing, Source, Table, parse_source
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlSequence, parse_yaml
 
 WIDTH = 140
 """Where a longer line is broken."""
@@ -55,7 +55,7 @@ def read_flow(text: str) -> Any:
         ConfigError: It is not YAML of that kind.
     """
     try:
-        return _plain(parse_source(text.encode(), Path("value")))
+        return _plain(parse_yaml(text.encode(), Path("value")))
     except ConfigError as error:
         raise ConfigError(error.problem, valid=error.valid) from error
 
@@ -109,10 +109,10 @@ def _make_flow(node: yaml.Node) -> None:
                 _make_flow(part)
 
 
-def _plain(source: Source) -> Any:
+def _plain(source: YamlNode) -> Any:
     match source:
-        case Table(entries=entries):
+        case YamlMapping(entries=entries):
             return {key.text: _plain(item) for key, item in entries}
-        case Listing(items=items):
+        case YamlSequence(items=items):
             return [_plain(item) for item in items]
     return Quoted(source.text) if source.quoted else source.text

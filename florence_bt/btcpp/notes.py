@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding, sort_findings
-from florence_bt.trees.language.source import Position
 
 NOTICE = "notice"
 """Worth knowing, but nothing is lost: a name that changed, a picture's layout left out."""

@@ -15,11 +15,11 @@ from florence_bt.btcpp.values import case_text
 from florence_bt.btcpp.vocabulary import MARK
 from florence_bt.btcpp.xml_source import Element
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.expressions.syntax import Term, Unary
 from florence_bt.trees.language.model import Literal, Set
 from florence_bt.trees.language.parse import parse_mission
-from florence_bt.trees.language.source import Position
 
 
 def skip_script(when: Term | None, unless: Term | None) -> str:

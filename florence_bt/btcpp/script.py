@@ -15,13 +15,12 @@ from typing import Protocol
 from florence_bt.btcpp.values import quantity_text, script_number, si_text
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language import model
 from florence_bt.trees.language.expressions import syntax
-from florence_bt.trees.language.expressions.printing import print_term
-from florence_bt.trees.language.expressions.syntax import Constant, Term, parts_of
+from florence_bt.trees.language.expressions.syntax import Constant, Term, parts_of, print_term
 from florence_bt.trees.language.model import Literal, Value
 from florence_bt.trees.language.quantities import UNITS, guess_value
-from florence_bt.trees.language.source import Position
 
 MAX_LENGTH = 10_000
 """Longest script that is read."""

@@ -10,7 +10,7 @@ from typing import NoReturn
 from xml.parsers import expat
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language.source import Position
+from florence_bt.core.plain_yaml import Position
 
 MAX_BYTES = 1_000_000
 """Largest file that is read."""

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.app.bringup.signals import all_like_ctrl_c
+from florence_bt.app.bringup.signals import as_keyboard_interrupt
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
 from florence_bt.core.errors import ConfigError, FlorenceError
 
@@ -32,7 +32,7 @@ app = typer.Typer(
 def errors_to_exit_codes() -> Iterator[None]:
     """Turn the errors of Florence into one clear line and an exit code."""
     try:
-        with all_like_ctrl_c():
+        with as_keyboard_interrupt():
             yield
     except ConfigError as error:
         _fail(str(error), USAGE)

@@ -1,16 +1,19 @@
-"""Verbs about mission files: ``missions``, ``check``. They need neither ROS nor a robot."""
+"""Verbs about mission files: missions, check, draw, schema, import, export. They need no ROS and no robot."""
 
 from __future__ import annotations
 
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
 from florence_bt.cli.exit_codes import FAILED, OK
+
+if TYPE_CHECKING:
+    from florence_bt.app.mission_files.exchange import Exchanged
 
 
 @app.command(rich_help_panel="Mission files", epilog=f"Example: florence missions\n\n{EXIT_CODES}")
@@ -82,3 +85,122 @@ def check(
         report, errors = check_files(files, options)
         typer.echo(report)
         raise typer.Exit(FAILED if errors else OK)
+
+
+@app.command(
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence draw goto_user -o goto_user.svg\n\n{EXIT_CODES}",
+)
+def draw(
+    mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="File; its ending chooses svg, png, txt or mermaid.")
+    ] = None,
+    folders: FolderOption = None,
+    expand: Annotated[bool, typer.Option("--expand", help="Draw the trees of called missions too.")] = False,
+    width: Annotated[
+        int | None, typer.Option(min=400, max=20_000, help="Widest the picture may be, in pixels.")
+    ] = None,
+) -> None:
+    """Draw the tree of a mission; without a file as text in the terminal."""
+    with errors_to_exit_codes():
+        from florence_bt.app.mission_files.draw import draw_mission
+
+        text = draw_mission(mission, out, folders or [], expand=expand, width=width)
+        typer.echo(f"{out} written" if out else text)
+
+
+@app.command(
+    rich_help_panel="Mission files", epilog=f"Example: florence schema -o mission.schema.json\n\n{EXIT_CODES}"
+)
+def schema(
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="File to write.", show_default="the terminal")
+    ] = None,
+    folders: FolderOption = None,
+    hotspots: Annotated[
+        Path | None, typer.Option(help="Hotspots of the flat: editors complete their labels.")
+    ] = None,
+    scenarios: Annotated[
+        bool, typer.Option("--scenarios", help="The schema of scenario files (florence test) instead.")
+    ] = False,
+) -> None:
+    """Write the JSON Schema of mission files: node kinds, skills with their inputs, missions, codes.
+
+    An editor with a YAML language server completes and checks a mission that begins with the line
+    `# yaml-language-server: $schema=mission.schema.json` (docs/checking.md).
+    """
+    with errors_to_exit_codes():
+        from florence_bt.app.mission_files.output import write_output
+        from florence_bt.app.mission_files.schema_file import scenario_schema_text, schema_text
+
+        text = scenario_schema_text(folders or []) if scenarios else schema_text(folders or [], hotspots)
+        if out is None:
+            typer.echo(text, nl=False)
+        else:
+            write_output(out, text)
+            typer.echo(f"{out} written")
+
+
+FormOption = Annotated[str, typer.Option("--format", help="Form of the report: text, json or github.")]
+StrictOption = Annotated[
+    bool, typer.Option("--strict", help="Write nothing, and exit with 1, when something is lost.")
+]
+
+
+@app.command(
+    "import",
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence import navigate.xml -o missions/\n\n{EXIT_CODES}",
+)
+def import_(
+    file: Annotated[
+        Path, typer.Argument(help="XML file of BehaviorTree.CPP, version 4 or 3, or a folder of them.")
+    ],
+    folder: Annotated[Path, typer.Option("-o", "--out", help="Folder for the mission files.")],
+    models: Annotated[
+        list[Path] | None,
+        typer.Option("--model", help="Another XML file whose TreeNodesModel describes the nodes."),
+    ] = None,
+    strict: StrictOption = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
+    form: FormOption = "text",
+) -> None:
+    """Make missions of the trees of BehaviorTree.CPP; what has no equivalent is named with its line.
+
+    Nodes that no skill here fits become skills that are declared but not implemented.
+    """
+    with errors_to_exit_codes():
+        from florence_bt.app.mission_files.exchange import import_file
+
+        _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
+
+
+@app.command(
+    rich_help_panel="Mission files",
+    epilog=f"Example: florence export goto_user -o goto_user.xml\n\n{EXIT_CODES}",
+)
+def export(
+    mission: Annotated[str, typer.Argument(help="Name of a mission, or a mission file.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="XML file; without it the XML is printed.")
+    ] = None,
+    folders: FolderOption = None,
+    strict: StrictOption = False,
+    form: FormOption = "text",
+) -> None:
+    """Write a mission, with those that it calls, as XML of BehaviorTree.CPP 4."""
+    with errors_to_exit_codes():
+        from florence_bt.app.mission_files.exchange import export_file
+
+        exported = export_file(mission, out, folders or [], form, strict=strict)
+        _tell(exported, form if out is not None else "text")
+
+
+def _tell(exchanged: Exchanged, form: str) -> None:
+    """Print what was done and the report; the one for people stands apart from the one for programs."""
+    if exchanged.report:
+        typer.echo(exchanged.report, err=form == "text")
+    if exchanged.done:
+        typer.echo(exchanged.done, err=form != "text")
+    raise typer.Exit(OK if exchanged.good else FAILED)

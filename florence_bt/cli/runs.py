@@ -1,4 +1,4 @@
-"""Verbs that talk to a running system: run, status, stop, pause, resume, override, release, reload."""
+"""Verbs about runs: run, status, stop, pause, resume, override, release, reload, runs."""
 
 from __future__ import annotations
 
@@ -150,3 +150,26 @@ def reload() -> None:
 def _end_with(success: bool, message: str) -> None:
     typer.echo(message)
     raise typer.Exit(OK if success else FAILED)
+
+
+@app.command(
+    rich_help_panel="Runs",
+    epilog=f"Example: florence runs --mission goto_user --state failed\n\n{EXIT_CODES}",
+)
+def runs(
+    mission: Annotated[str, typer.Option(help="Only runs of this mission.", show_default="all")] = "",
+    state: Annotated[
+        str, typer.Option(help="Only runs in this state, e.g. succeeded or failed.", show_default="all")
+    ] = "",
+    limit: Annotated[int, typer.Option(help="Show at most so many, the latest first.")] = 20,
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the runs.", show_default="the one used last below ./runs"),
+    ] = None,
+) -> None:
+    """List recorded runs, the latest first; no system needs to be up."""
+    with errors_to_exit_codes():
+        from florence_bt.app.runs.journal_view import runs_table
+
+        for line in runs_table(folder, mission=mission, state=state, limit=limit):
+            typer.echo(line)

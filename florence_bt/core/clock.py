@@ -92,7 +92,7 @@ class ManualTimer:
 
 
 class ManualClock:
-    """A clock that stands still until somebody advances it. Same calls, same order, every time."""
+    """A clock that stands still until it is advanced. Same calls, same order, every time."""
 
     def __init__(self, now: float = 0.0) -> None:
         self._now = now
@@ -118,10 +118,7 @@ class ManualClock:
     def advance_to(self, when: float) -> None:
         """Move the time forward and run every callback that is due on the way, each at its own moment."""
         while (due := self.next_time()) is not None and due <= when:
-            self._now = due
-            callback = heapq.heappop(self._queue)[2].callback
-            if callback is not None:
-                callback()
+            self.run_next()
         self._now = max(self._now, when)
 
     def advance(self, seconds: float) -> None:

@@ -93,19 +93,6 @@ class CommandRejected(DeviceError):
         )
 
 
-class TreeError(FlorenceError):
-    """A behaviour tree is broken at one node.
-
-    Attributes:
-        path: The node's path from the root, names joined with ``/``.
-    """
-
-    def __init__(self, path: str, problem: str) -> None:
-        self.path = path
-        self.problem = problem
-        super().__init__(f"{path}: {problem}")
-
-
 def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
     """Order the names that exist, those that look like ``wanted`` first.
 

@@ -71,5 +71,5 @@ def failure(code: str, reason: str, *, server_code: int = 0, **outputs: Any) -> 
 
 
 def cancelled(reason: str = "cancelled on request") -> Result:
-    """The end of a run that somebody cancelled."""
+    """The end of a run that was cancelled."""
     return Result(Outcome.CANCELLED, "cancelled", reason)

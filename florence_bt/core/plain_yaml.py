@@ -1,7 +1,7 @@
-"""Reads a YAML file that a person wrote into texts, lists and tables that know their line and column.
+"""Reads a YAML file that a person wrote into scalars, sequences and mappings that know their line and column.
 
 Only plain YAML is read. Scalars stay text, so that ``no`` is not false and ``12:30`` is not 750; whoever
-reads the file types them. Anchors, aliases, merges, tags, several documents and keys that stand twice are
+reads the file types them. Anchors, aliases, merges, tags, several documents and duplicate keys are
 refused: a file says each thing once, in sight, and cannot grow when it is read. Every limit below is met
 before memory or time is spent on what lies behind it.
 """
@@ -15,38 +15,18 @@ from typing import Any
 
 import yaml
 
-from florence_bt.core._encodings import readable
-from florence_bt.core._plain_bytes import LINE_BREAK, MAX_BYTES, NOT_UTF8, decode, read_bytes
 from florence_bt.core._yaml_hints import explain
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.text_files import LINE_BREAK, decode, read_bytes
 
 MAX_DEPTH = 100
-"""Deepest nesting of lists and tables."""
+"""Deepest nesting of lists and mappings."""
 MAX_PARTS = 60_000
-"""How many keys, values, lists and tables one file has at most."""
+"""How many keys, values, lists and mappings one file has at most."""
 MAX_TEXT = 10_000
 """How many characters a single text has at most."""
 MAX_PROBLEMS = 200
 """With how many problems that can be passed over a file is still read to its end."""
-
-__all__ = [
-    "MAX_BYTES",
-    "MAX_DEPTH",
-    "MAX_PARTS",
-    "MAX_TEXT",
-    "NOT_UTF8",
-    "EmptyFile",
-    "Listing",
-    "Position",
-    "Source",
-    "Table",
-    "Text",
-    "decode",
-    "parse_source",
-    "read_bytes",
-    "read_source",
-    "readable",
-]
 
 
 class EmptyFile(ConfigError):
@@ -71,7 +51,7 @@ class Position:
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class YamlScalar:
     """A scalar.
 
     Attributes:
@@ -94,7 +74,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Listing:
+class YamlSequence:
     """A list.
 
     Attributes:
@@ -102,57 +82,57 @@ class Listing:
         position: Where it begins.
     """
 
-    items: tuple[Source, ...]
+    items: tuple[YamlNode, ...]
     position: Position
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class YamlMapping:
     """A mapping.
 
     Attributes:
-        entries: Keys and values in the order of the file; no key twice.
+        entries: Keys and values in the order of the file; no duplicate key.
         position: Where it begins.
     """
 
-    entries: tuple[tuple[Text, Source], ...]
+    entries: tuple[tuple[YamlScalar, YamlNode], ...]
     position: Position
 
-    def get(self, key: str) -> Source | None:
+    def get(self, key: str) -> YamlNode | None:
         """The value of a key, None when it is not there."""
         return next((value for name, value in self.entries if name.text == key), None)
 
-    def key(self, name: str) -> Text | None:
+    def key(self, name: str) -> YamlScalar | None:
         """The key itself, for its position."""
         return next((key for key, _ in self.entries if key.text == name), None)
 
 
-Source = Text | Listing | Table
+YamlNode = YamlScalar | YamlSequence | YamlMapping
 
 
-def read_source(path: Path) -> Source:
+def read_yaml(path: Path) -> YamlNode:
     """Read a YAML file.
 
     Args:
         path: A regular file; pipes and devices are refused, because they may never end.
 
     Raises:
-        ConfigError: The file cannot be read, is no UTF-8, beyond a limit of this module, or no plain YAML.
+        ConfigError: The file cannot be read, is not UTF-8, beyond a limit of this module, or not plain YAML.
     """
-    return parse_source(read_bytes(path), path)
+    return parse_yaml(read_bytes(path), path)
 
 
-def parse_source(data: bytes, path: Path, problems: list[ConfigError] | None = None) -> Source:
+def parse_yaml(data: bytes, path: Path, problems: list[ConfigError] | None = None) -> YamlNode:
     """Read YAML bytes; ``path`` is only named in errors.
 
     Args:
         data: The bytes.
         path: The file.
-        problems: Receives what is wrong and can be passed over: keys that stand twice, tags, anchors, a
+        problems: Receives what is wrong and can be passed over: duplicate keys, tags, anchors, a
             second document. Without it the first of them is raised.
 
     Raises:
-        ConfigError: As :func:`read_source`; or more than :data:`MAX_PROBLEMS` problems came together.
+        ConfigError: As :func:`read_yaml`; or more than :data:`MAX_PROBLEMS` problems came together.
     """
     text = decode(data, path)
     try:
@@ -183,7 +163,7 @@ def _colon_is_missing(error: yaml.MarkedYAMLError) -> bool:
 
 
 def _end_of(text: str) -> Position:
-    """The place behind the last character that is no white space."""
+    """The place behind the last character that is not white space."""
     lines = LINE_BREAK.split(text.rstrip())
     return Position(len(lines), len(lines[-1]) + 1)
 
@@ -211,19 +191,19 @@ class _Composer:
         self._parts = 0
         self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_LOADER))
 
-    def document(self) -> Source:
-        root: Source | None = None
+    def document(self) -> YamlNode:
+        root: YamlNode | None = None
         for event in self._events:
             if isinstance(event, yaml.DocumentStartEvent):
                 if root is not None:
                     self._note(self._error(event, "a second document begins here", "one document in a file"))
                     break
                 root = self._node(next(self._events), 0)
-        if root is None or (isinstance(root, Text) and root.empty):
+        if root is None or (isinstance(root, YamlScalar) and root.empty):
             raise EmptyFile("the file is empty", file=self._path, line=1, column=1)
         return root
 
-    def _node(self, event: Any, depth: int) -> Source:
+    def _node(self, event: Any, depth: int) -> YamlNode:
         self._refuse_what_is_not_plain(event, depth)
         position = _position(event.start_mark)
         if isinstance(event, yaml.ScalarEvent):
@@ -231,10 +211,10 @@ class _Composer:
                 problem = f"a text of {len(event.value)} characters; at most {MAX_TEXT} are read"
                 raise self._error(event, problem, "a shorter text")
             quoted = event.style is not None and event.style != ""
-            return Text(event.value, quoted, position, _first_column(event, position, quoted))
+            return YamlScalar(event.value, quoted, position, _first_column(event, position, quoted))
         if isinstance(event, yaml.SequenceStartEvent):
-            return Listing(tuple(self._items(depth)), position)
-        return Table(tuple(self._entries(depth)), position)
+            return YamlSequence(tuple(self._items(depth)), position)
+        return YamlMapping(tuple(self._entries(depth)), position)
 
     def _refuse_what_is_not_plain(self, event: Any, depth: int) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
@@ -247,22 +227,22 @@ class _Composer:
             valid = ("the value without a tag", "quotes round it, if it is a text with !")
             self._note(self._error(event, f"the tag {event.tag} is not allowed", *valid))
         if depth > MAX_DEPTH:
-            problem = f"lists and tables are nested more than {MAX_DEPTH} deep"
+            problem = f"lists and mappings are nested more than {MAX_DEPTH} deep"
             raise self._error(event, problem, "a flatter file")
         self._parts += 1
         if self._parts > MAX_PARTS:
             problem = f"the file has more than {MAX_PARTS} keys and values"
             raise self._error(event, problem, "several smaller files")
 
-    def _items(self, depth: int) -> Iterator[Source]:
+    def _items(self, depth: int) -> Iterator[YamlNode]:
         while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
             yield self._node(event, depth + 1)
 
-    def _entries(self, depth: int) -> Iterator[tuple[Text, Source]]:
+    def _entries(self, depth: int) -> Iterator[tuple[YamlScalar, YamlNode]]:
         seen: dict[str, int] = {}
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key = self._node(event, depth + 1)
-            if not isinstance(key, Text):
+            if not isinstance(key, YamlScalar):
                 braces = isinstance(event, yaml.MappingStartEvent) and event.flow_style
                 valid = (
                     ("$key for the value of a key, without braces",) if braces else ("a name and a colon",)
@@ -272,8 +252,8 @@ class _Composer:
                 raise self._error(event, "merges (<<) are not allowed", "writing the entries again")
             value = self._node(next(self._events), depth + 1)
             if key.text in seen:
-                twice = f"the key {key.text!r} stands here twice (first in line {seen[key.text]})"
-                self._note(self._error(event, twice, "one of the two", "another name"))
+                duplicate = f"the key {key.text!r} is duplicated (first in line {seen[key.text]})"
+                self._note(self._error(event, duplicate, "one of the two", "another name"))
                 continue
             seen[key.text] = key.position.line
             yield key, value

@@ -148,13 +148,6 @@ class OccupancyGrid:
             int(np.floor((x - self.origin.x) / self.resolution)),
         )
 
-    def centre_of(self, row: int, column: int) -> tuple[float, float]:
-        """(x, y) of a cell's centre in the map frame."""
-        return (
-            self.origin.x + (column + 0.5) * self.resolution,
-            self.origin.y + (row + 0.5) * self.resolution,
-        )
-
     def contains(self, row: int, column: int) -> bool:
         """Whether the cell lies in the grid."""
         return 0 <= row < self.cells.shape[0] and 0 <= column < self.cells.shape[1]

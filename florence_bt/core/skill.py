@@ -42,7 +42,7 @@ class Skill(Protocol):
 
 
 class WakingSkill(Skill, Protocol):
-    """A condition that reports changes of its answer, so that nobody has to ask it again and again."""
+    """A condition that reports changes of its answer, so that it needs no polling."""
 
     def watch(self, inputs: Inputs, callback: Callable[[], None]) -> Callable[[], None]:
         """Call back whenever a run with these inputs may end differently than the last one.
@@ -96,16 +96,16 @@ TRANSITIONS: dict[tuple[Phase, Event], tuple[Phase, bool]] = {
     (Phase.CANCELLING, Event.ACCEPTED): (Phase.CANCELLING, False),
     (Phase.CANCELLING, Event.CANCEL): (Phase.CANCELLING, False),
     (Phase.CANCELLING, Event.FINISHED): (Phase.DONE, False),
-    # A server that accepts after its deadline passed is told to stop: no goal is left running.
+    # A server that accepts after its deadline passed is cancelled: no goal is left running.
     (Phase.DONE, Event.ACCEPTED): (Phase.DONE, True),
     (Phase.DONE, Event.CANCEL): (Phase.DONE, False),
     (Phase.DONE, Event.FINISHED): (Phase.DONE, False),
 }
-"""(phase, event) -> (next phase, whether the other side must be told to stop now)."""
+"""(phase, event) -> (next phase, whether a cancel must be sent to the other side now)."""
 
 
 class RunState:
-    """The life of one run: its phase, its result and who wants to know.
+    """The life of one run: its phase, its result and its subscribers.
 
     The owner calls :meth:`handle` with what happened and sends a cancel to the other side when it answers
     True. The first result stays; later ones are dropped.
@@ -123,13 +123,13 @@ class RunState:
         return self._feedback
 
     def set_feedback(self, text: str) -> None:
-        """Change the feedback and wake who waits, if it is new."""
+        """Change the feedback and notify the subscribers, if it is new."""
         if text != self._feedback and self.phase is not Phase.DONE:
             self._feedback = text
             self._changed()
 
     def on_change(self, callback: Callable[[], None]) -> None:
-        """Remember whom to wake."""
+        """Subscribe a callback."""
         self._callbacks.append(callback)
 
     def handle(self, event: Event, result: Result | None = None) -> bool:
@@ -140,7 +140,7 @@ class RunState:
             result: The result that comes with ``FINISHED``.
 
         Returns:
-            Whether the other side must be told to stop now.
+            Whether a cancel must be sent to the other side now.
 
         Raises:
             ValueError: ``FINISHED`` came without a result.

@@ -131,11 +131,11 @@ class TransformBuffer:
         self._moving: dict[str, tuple[str, deque[tuple[float, Pose2]]]] = {}
 
     def set_static(self, parent: str, child: str, transform: Transform3) -> None:
-        """Tell where a child frame sits for ever."""
+        """Set where a child frame always is."""
         self._static[child] = (parent, transform)
 
     def set_moving(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
-        """Tell where a child frame was at a moment. Samples that come late are sorted in."""
+        """Set where a child frame was at a moment. Samples that come late are sorted in."""
         known = self._moving.get(child)
         if known is None or known[0] != parent:
             known = self._moving[child] = (parent, deque())
@@ -177,7 +177,10 @@ class TransformBuffer:
             TransformUnavailable: No chain of frames connects the two, or a moving link has no sample near
                 the moment (before its first one, or more than 0.5 s after its last one).
         """
-        up_source = self._chain(source, stamp)
+        # The way up to the target itself counts first: above it, somebody may have closed a loop.
+        up_source = self._chain(source, stamp, target)
+        if target in up_source:
+            return up_source[target]
         up_target = self._chain(target, stamp)
         for root, source_to_root in up_source.items():
             if root in up_target:
@@ -190,11 +193,11 @@ class TransformBuffer:
         """As :meth:`lookup`, the planar part only."""
         return self.lookup(target, source, stamp).to_pose2()
 
-    def _chain(self, frame: str, stamp: float | None) -> dict[str, Transform3]:
-        """Every ancestor of a frame with the transform to it, nearest first."""
+    def _chain(self, frame: str, stamp: float | None, last: str | None = None) -> dict[str, Transform3]:
+        """Every ancestor of a frame with the transform to it, nearest first, up to ``last``."""
         chain = {frame: Transform3.identity()}
         here, so_far = frame, Transform3.identity()
-        while True:
+        while here != last:
             if here in self._static:
                 parent, link = self._static[here]
             elif here in self._moving:
@@ -207,6 +210,7 @@ class TransformBuffer:
             so_far = link @ so_far
             chain[parent] = so_far
             here = parent
+        return chain
 
 
 EXTRAPOLATION_LIMIT_S = 0.5

@@ -1,10 +1,11 @@
-"""A device that is opened again whenever it is lost: the one way back that all driver nodes share.
+"""A device that is read on a thread, and opened again whenever it is lost: all driver nodes share this.
 
 The time, the executor and the device are given, so this runs on a manual clock as well as on ROS.
 """
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -12,21 +13,20 @@ from typing import Generic, Protocol, TypeVar
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import DeviceError
-from florence_bt.drivers.device_reader import DeviceReader
 
 T_co = TypeVar("T_co", covariant=True)
 T = TypeVar("T")
-D = TypeVar("D", bound="Device[object]")
+D = TypeVar("D", bound="ReadableDevice[object]")
 
 LONGEST_BACK_OFF = 10
 """The longest pause, as a multiple of the first."""
 
 
-class Device(Protocol[T_co]):
+class ReadableDevice(Protocol[T_co]):
     """What can be read and closed: a serial port, a socket, a source of frames."""
 
     def read(self, timeout_s: float) -> T_co | None:
-        """Wait for the next item; see :class:`~florence_bt.drivers.device_reader.DeviceReader`."""
+        """Wait for the next item; see :class:`DeviceReader`."""
 
     def close(self) -> None:
         """Give the device back; harmless when it is closed already."""
@@ -65,7 +65,7 @@ class Connection(Generic[D, T]):
             open_device: Opens the device, or raises DeviceError.
             on_open: Called with each device that was opened, on the owner's thread like all the others.
             on_item: Called with what the device sent and when it came.
-            on_lost: Called while a device that failed is still there, to say last words to it.
+            on_lost: Called while a device that failed is still there, to send it a shutdown command.
             on_problem: Called with each new problem, once, for the log.
             delay_s: The first pause; doubled each time, up to ten times.
             name: What the device is called, for the reader's thread.
@@ -85,7 +85,7 @@ class Connection(Generic[D, T]):
         self._reader: DeviceReader[T] | None = None
         self._retry: Timer | None = None
         self._attempts = 0
-        self._told = ""
+        self._reported = ""
         self._inbox: deque[tuple[D, T, float]] = deque()
         self._scheduled = False
         self.device: D | None = None
@@ -111,13 +111,13 @@ class Connection(Generic[D, T]):
         self._on_open(device)
 
     def works(self) -> None:
-        """Tell that the device does its work: the problem is over, and the next pause is a short one.
+        """Note that the device works: the problem is over, and the next pause is a short one.
 
         One that was lost in the meantime does not.
         """
         if self.device is None:
             return
-        self.problem = self._told = ""
+        self.problem = self._reported = ""
         self._attempts = 0
 
     def serve(self) -> None:
@@ -157,8 +157,8 @@ class Connection(Generic[D, T]):
 
     def _retry_later(self, error: DeviceError) -> None:
         self.problem = str(error)
-        if self.problem != self._told:
-            self._told = self.problem
+        if self.problem != self._reported:
+            self._reported = self.problem
             self._on_problem(self.problem)
         delay = self._delay_s * min(2 ** min(self._attempts, 4), LONGEST_BACK_OFF)
         self._attempts += 1
@@ -178,3 +178,58 @@ class Connection(Generic[D, T]):
 
     def _failed(self, device: D, error: DeviceError) -> None:
         self._call_soon(lambda: self.lose(error) if device is self.device else None)
+
+
+WAIT_S = 0.1
+"""How long one wait may take, so the longest that :meth:`DeviceReader.stop` blocks."""
+
+
+class DeviceReader(Generic[T]):
+    """Reads a device on a thread of its own and hands on what comes.
+
+    Both callbacks run on that thread; a node passes them on through ``FlorenceNode.call_soon``.
+    """
+
+    def __init__(
+        self,
+        read: Callable[[float], T | None],
+        on_item: Callable[[T], None],
+        on_lost: Callable[[DeviceError], None],
+        name: str,
+    ) -> None:
+        """Prepare the thread.
+
+        Args:
+            read: Waits for the next item for at most so many seconds; gives nothing (None, no bytes) when the
+                time is over, and raises DeviceError when the device fails. The device stays the caller's to
+                close, after :meth:`stop`.
+            on_item: Called with every item.
+            on_lost: Called once when the device fails; the thread has nothing more to read then.
+            name: What is read, for the name of the thread.
+        """
+        self._read = read
+        self._on_item = on_item
+        self._on_lost = on_lost
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"reader of {name}", daemon=True)
+
+    def start(self) -> None:
+        """Begin to read."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; no callback comes after this. Harmless when called twice."""
+        self._stopping.set()
+        if self._thread.is_alive() and threading.current_thread() is not self._thread:
+            self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                item = self._read(WAIT_S)
+            except DeviceError as error:
+                if not self._stopping.is_set():
+                    self._on_lost(error)
+                return
+            if item and not self._stopping.is_set():
+                self._on_item(item)

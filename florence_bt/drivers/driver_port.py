@@ -56,7 +56,7 @@ class DriverPort:
             on_open: Called with each port that was opened, to start the driver.
             on_bytes: Called with what the device sent and when it came; calls :meth:`pump` once the driver
                 has it.
-            on_lost: Called while a port that failed is still there, to say last words to it.
+            on_lost: Called while a port that failed is still there, to send it a shutdown command.
             on_problem: Called with each new problem, once, for the log.
             send: Sends what the driver said, if anything, and looks after the port besides; raises
                 DeviceError to give the port up.
@@ -66,7 +66,7 @@ class DriverPort:
         self._driver = driver
         self._clock = clock
         self._start_driver = on_open
-        self._tell_lost = on_lost
+        self._on_port_lost = on_lost
         self._send = send
         self._deadline: Timer | None = None
         self._connection: Connection[BytePort, bytes] = Connection(
@@ -96,7 +96,7 @@ class DriverPort:
         self._connection.open()
 
     def works(self) -> None:
-        """Tell that the device does its work: the problem is over, and the next pause is a short one."""
+        """Note that the device works: the problem is over, and the next pause is a short one."""
         self._connection.works()
 
     def pump(self) -> None:
@@ -117,17 +117,17 @@ class DriverPort:
         """Leave the device safe and let go of the port for good.
 
         Returns:
-            Why the device may not have heard the last words; empty when it has, or when there is none.
+            Why the device may not have received the shutdown command; empty when it has, or without one.
         """
         self._forget_deadline()
-        last_words, port, unheard = self._driver.shutdown(), self._connection.device, ""
+        shutdown_command, port, not_sent = self._driver.shutdown(), self._connection.device, ""
         if port is not None:
             try:
-                port.write(last_words)
+                port.write(shutdown_command)
             except DeviceError as error:
-                unheard = str(error)
+                not_sent = str(error)
         self._connection.close()
-        return unheard
+        return not_sent
 
     def _on_open(self, port: BytePort) -> None:
         self._start_driver(port)
@@ -135,7 +135,7 @@ class DriverPort:
 
     def _on_lost(self, error: DeviceError) -> None:
         self._forget_deadline()
-        self._tell_lost(error)
+        self._on_port_lost(error)
 
     def _on_deadline(self) -> None:
         # What has come already may be what the driver waits for.

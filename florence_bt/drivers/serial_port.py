@@ -181,7 +181,7 @@ def _explain_open(path: str, error: OSError | ValueError) -> str:
     elif number == errno.ENOENT:
         advice = "there is no such port: plug the device in or correct the parameter 'port'"
     elif number == errno.EISDIR or isinstance(error.__context__, termios.error):
-        advice = "it is no serial port: correct the parameter 'port'"
+        advice = "it is not a serial port: correct the parameter 'port'"
     else:
         advice = f"{error}: correct the parameter 'port'"
     found = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"

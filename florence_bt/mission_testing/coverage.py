@@ -183,7 +183,7 @@ class Coverage:
             SKIPPED: possible.skipped,
         }
         wanted = tuple(outcome for outcome, yes in can.items() if yes)
-        declaration = declarations.get(node.skill) if isinstance(node, model.Use) else None
+        declaration = declarations.get(node.skill) if isinstance(node, model.RunSkill) else None
         codes = tuple(declaration.failures) if declaration is not None else ()
         return NodeCoverage(
             title=node.title,

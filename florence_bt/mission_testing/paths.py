@@ -25,11 +25,10 @@ from florence_bt.core.declaration import Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.checks.outcomes import Prospects, prospects_of
 from florence_bt.trees.language import model
-from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.compile import Origin, compile_mission, origin_of
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.origin import Origin, origin_of
 
 MAX_SHOWN = 5
 """How many paths an error lists."""
@@ -106,7 +105,7 @@ class MissionMap:
             title = node.skill.replace("_", " ")
             if node.name.startswith(title):
                 shown = node.skill + node.name[len(title) :]
-        elif origin is not None and isinstance(origin.node, model.Call):
+        elif origin is not None and isinstance(origin.node, model.CallMission):
             names += [origin.node.mission.text, origin.node.default_title]
             shown = origin.node.mission.text
         segments = (*above, frozenset(_plain(name) for name in names))
@@ -129,7 +128,7 @@ class MissionMap:
 
     def _shorten(self) -> None:
         called = [place.origin.node for place in self.places.values() if place.origin is not None]
-        missions = {node.mission.text for node in called if isinstance(node, model.Call)}
+        missions = {node.mission.text for node in called if isinstance(node, model.CallMission)}
         wanted = {path: _shorter(place.shown, missions) for path, place in self.places.items()}
         count = Counter(text for texts in wanted.values() for text in texts)
         for path, texts in wanted.items():
@@ -308,7 +307,7 @@ def unmatched(
     others = matching(text, places.places.values()) if skills_only else []
     if others:
         origin = others[0].origin
-        called = isinstance(origin.node, model.Call) if origin is not None else False
+        called = isinstance(origin.node, model.CallMission) if origin is not None else False
         inside = [use for use in candidates if any(use.path.startswith(f"{o.path}/") for o in others)]
         kind = "a mission that is called" if called else "a node of the tree"
         return ConfigError(
@@ -324,6 +323,6 @@ def unmatched(
 def _named_like(text: str, places: MissionMap) -> list[str]:
     """The skill, or the called mission, whose name looks like this; either may be mocked."""
     nodes = [place.origin.node for place in places.places.values() if place.origin is not None]
-    missions = [node.mission.text for node in nodes if isinstance(node, model.Call)]
+    missions = [node.mission.text for node in nodes if isinstance(node, model.CallMission)]
     names = dict.fromkeys([*missions, *(place.skill for place in places.uses() if place.skill)])
     return difflib.get_close_matches(text, names, n=1, cutoff=0.8)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.mission_testing.paths import MissionMap, Place, matching, read_pattern
 from florence_bt.mission_testing.values import read_duration
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 
 SUCCESS, FAILURE, RUNNING, INVALID = "SUCCESS", "FAILURE", "RUNNING", "INVALID"
 STOPPED = "STOPPED"
@@ -72,7 +72,7 @@ class NodeRecord:
         self._tick = (0, 0.0)
         self._open: dict[str, tuple[str, str]] = {}
 
-    def note(self, event: Event, tick: int) -> None:
+    def note(self, event: RunEvent, tick: int) -> None:
         """Take an event of the run.
 
         Args:
@@ -99,7 +99,7 @@ class NodeRecord:
         self._close_tick()
         return self._changes
 
-    def _note_node(self, event: Event, tick: int) -> None:
+    def _note_node(self, event: RunEvent, tick: int) -> None:
         path, old, new = (str(event.data[name]) for name in ("node", "old", "new"))
         if self._tick[0] != tick:
             self._close_tick()

@@ -18,11 +18,10 @@ from florence_bt.mission_testing.paths import MissionMap, MissionMaps, Place, al
 from florence_bt.mission_testing.play import Play
 from florence_bt.mission_testing.record import STATUSES, seconds_text
 from florence_bt.mission_testing.values import read_duration, read_limit, read_pose
-from florence_bt.runtime.events import Event
+from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.run import MissionRun, Policy, Request, RunIds, RunStatus
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.neighbours import add_neighbours
 
 __tracebackhide__ = True
 """pytest shows the line of the test that failed, not the lines in here."""
@@ -68,7 +67,7 @@ class Stage:
         self._scratch = scratch
         self._board = MockBoard(self.clock, self.declarations, self._find_place, self._run_id)
         self._by_id: dict[str, Play] = {}
-        self._early: list[tuple[MissionRun, Event]] = []
+        self._early: list[tuple[MissionRun, RunEvent]] = []
         self.executor = Executor(
             self.library, self._board.skills(), self.declarations, self.clock, RunIds("test")
         )
@@ -100,7 +99,7 @@ class Stage:
             return self.library.get(str(mission)).name
         if (added := self.library.add_file(path)) is None:
             raise next(f for f in self.library.findings if f.file == str(path)).as_error()
-        add_neighbours([added], self.library)
+        self.library.add_neighbours([added])
         self.places_of(path.stem)
         return path.stem
 
@@ -160,7 +159,7 @@ class Stage:
         places = self.places_of(name)
         self._board.check_patterns(places)
         given = self._readable(name, {**(inputs or {}), **more})
-        run = self.executor.trigger(Request(name, given, caller, wanted, priority))
+        run = self.executor.trigger(MissionRequest(name, given, caller, wanted, priority))
         play = Play(
             run, places, self.declarations, self._board.calls, self.executor.render, self._board.unused
         )
@@ -371,7 +370,7 @@ class Stage:
         if play is not None and play.key_store is None:
             play.key_store = self.executor.keys()
 
-    def _on_event(self, run: MissionRun, event: Event) -> None:
+    def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         play = self._by_id.get(run.run_id)
         if play is None:
             # Inside the trigger, before the run is known here.
@@ -390,8 +389,8 @@ class Stage:
         return path
 
 
-def _policy(name: str) -> Policy:
-    policies = [policy.value for policy in Policy]
+def _policy(name: str) -> TriggerPolicy:
+    policies = [policy.value for policy in TriggerPolicy]
     if name not in policies:
         raise ConfigError(f"there is no policy {name!r}", valid=policies)
-    return Policy(name)
+    return TriggerPolicy(name)

@@ -1,7 +1,7 @@
-"""The client side of an action: its three services, and its feedback, which is read when somebody looks.
+"""The client side of an action: its three services, and its feedback, which is read on demand.
 
 The action client of rclpy 7.1 makes an event for the executor of each feedback message, so a server that
-tells more than Python can read holds every other callback up without bound. It also raises when two servers
+sends more than Python can read holds every other callback up without bound. It also raises when two servers
 of the same name answer one goal, which ends the process. The protocol is that of
 https://design.ros2.org/articles/actions.html.
 """
@@ -13,11 +13,47 @@ from typing import Any
 
 from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
+from rclpy.type_support import check_is_valid_msg_type
 from unique_identifier_msgs.msg import UUID
 
-from florence_bt.ros.latest_messages import LatestMessages
 from florence_bt.ros.node import FlorenceNode
+
+
+class LatestMessages:
+    """A subscription without a callback: the middleware keeps the latest messages until they are taken.
+
+    The executor of rclpy handles an event for each message that arrives, so a publisher that is faster than
+    Python holds every other callback up without bound. This subscription is not served by an executor.
+
+    Args:
+        node: The node that subscribes; the subscription ends with it.
+        message_type: The type of the messages.
+        topic: The topic, resolved like every name of the node.
+        depth: How many messages are kept; older ones are dropped.
+    """
+
+    def __init__(self, node: FlorenceNode, message_type: Any, topic: str, depth: int) -> None:
+        self._type = message_type
+        self._depth = depth
+        check_is_valid_msg_type(message_type)  # imports its type support
+        with node.handle:
+            self._subscription = _rclpy.Subscription(
+                node.handle, message_type, topic, QoSProfile(depth=depth).get_c_qos_profile()
+            )
+        node.on_destroy(self._subscription.destroy_when_not_in_use)
+
+    def take(self) -> Iterator[Any]:
+        """The messages since the last call, the oldest first; at most as many as are kept."""
+        with self._subscription:
+            for _ in range(self._depth):
+                taken = self._subscription.take_message(self._type, False)
+                if taken is None:
+                    return
+                yield taken[0]
+
 
 FEEDBACK_DEPTH = 10
 """How many feedback messages are kept for the next look; several goals may share the topic."""
@@ -62,7 +98,7 @@ class ActionClient:
         return self._node.count_publishers(self._status_topic)
 
     def server_ids(self) -> set[bytes]:
-        """What tells the servers in sight apart."""
+        """The ids of the servers in sight."""
         return {
             bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
         }

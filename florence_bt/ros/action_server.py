@@ -31,9 +31,9 @@ KEEP_RESULTS_S = 10
 class _Server(ActionServer):
     """An action server that leaves the execution to others until there is a result.
 
-    A client that the server has not discovered yet cannot be told that its goal is accepted. rclpy then
-    forgets the goal, which its owner works on already: nobody could stop it. Here the owner gets it all the
-    same, and the client is told again.
+    A server cannot answer a client that it has not discovered yet. rclpy then
+    forgets the goal, which its owner works on already: nobody could stop it. Here the owner
+    gets it anyway, and the answer is sent again.
 
     Attributes:
         owned: The goal that its owner was given last.
@@ -51,21 +51,21 @@ class _Server(ActionServer):
             return
         self._handle.publish_status()
         self._handle_accepted_callback(handle)
-        self._tell_later(header, PAUSES_S)
+        self._answer_later(header, PAUSES_S)
 
-    def _tell_later(self, header: Any, pauses: tuple[float, ...]) -> None:
+    def _answer_later(self, header: Any, pauses: tuple[float, ...]) -> None:
         steady = self._node.steady
         if pauses:
-            steady.call_at(steady.now() + pauses[0], lambda: self._tell_again(header, pauses[1:]))
+            steady.call_at(steady.now() + pauses[0], lambda: self._answer_again(header, pauses[1:]))
         else:
             self._node.get_logger().warning("the client of a goal was never discovered")
 
-    def _tell_again(self, header: Any, pauses: tuple[float, ...]) -> None:
+    def _answer_again(self, header: Any, pauses: tuple[float, ...]) -> None:
         answer = self._action_type.Impl.SendGoalService.Response(accepted=True)
         try:
             self._handle.send_goal_response(header, answer)
         except RCLError:
-            self._tell_later(header, pauses)
+            self._answer_later(header, pauses)
         except InvalidHandle:
             self._node.get_logger().warning("the client of a goal was not discovered before the server's end")
 

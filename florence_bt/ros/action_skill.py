@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
+from uuid import uuid4
 
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from unique_identifier_msgs.msg import UUID
 
-from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Outcome, Result, failure
-from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
-from florence_bt.ros._action_run import ActionRun, Deadlines
-from florence_bt.ros._goal_stop import StopAnswer
+from florence_bt.core.skill import Inputs, SkillRun
+from florence_bt.ros._runs import ActionRun, Deadlines, RemoteSkill, StopAnswer
 from florence_bt.ros.action_client import ActionClient
 from florence_bt.ros.action_server import REFUSED
 from florence_bt.ros.node import FlorenceNode
@@ -34,7 +33,7 @@ _STOP_ANSWERS = {
 }
 
 
-class ActionSkill:
+class ActionSkill(RemoteSkill):
     """A skill whose runs are goals of an action.
 
     Attributes:
@@ -65,43 +64,28 @@ class ActionSkill:
             deadlines: How long each state of a run may last; the usual ones when not given.
         """
         self._node = node
-        self._type = action_type
-        self._to_goal = to_goal
         self._to_result = to_result
         self._to_feedback = to_feedback
         self._deadlines = deadlines or Deadlines()
         self._runs: list[ActionRun] = []
         self.action = name
         self._client = ActionClient(node, action_type, name)
-        self._label = f"action {self._client.name} ({_type_name(action_type)})"
+        super().__init__(f"action {self._client.name} ({_type_name(action_type)})", "goal", to_goal)
         node.on_close(self._shut_down)
         node.before_leaving(self._goals_are_over)
-
-    @property
-    def label(self) -> str:
-        """The action's name and type, for people."""
-        return self._label
 
     def server_is_there(self) -> bool:
         """Whether a server is in sight."""
         return bool(self._client.server_is_ready())
 
-    def start(self, inputs: Inputs) -> SkillRun:
-        """Send a goal as soon as the server is there."""
-        try:
-            goal = self._to_goal(inputs)
-        except (FlorenceError, KeyError, TypeError, ValueError) as error:
-            return FinishedRun(failure("bad_input", f"no goal for {self._label}: {error}"))
-        channel = _Channel(self._node, self._client, goal, self._read_result, self._feedback_of)
+    def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
+        goal = _SentGoal(self._node, self._client, message, self._read_result, self._feedback_of)
         self._runs = [one for one in self._runs if one.poll() is None or one.goal_open or one.goal_left]
         older = [one for one in self._runs if one.goal_left]
         node = self._node
-        run = ActionRun(
-            node.timebase, channel, self._deadlines, self._label, node.steady, channel.goal_id, older
-        )
-        channel.run = run
-        self._runs.append(run)
-        return run
+        goal.run = ActionRun(node.timebase, goal, self._deadlines, self.label, node.steady, goal.id, older)
+        self._runs.append(goal.run)
+        return goal.run
 
     def goal_ids(self) -> set[str]:
         """The ids of the goals of runs that go on."""
@@ -109,21 +93,19 @@ class ActionSkill:
 
     def _feedback_of(self, goal: UUID) -> str:
         """What the newest feedback says about a goal; empty when nothing has come since the last question."""
-        told = ""
+        news = ""
         if self._to_feedback is not None:
             for message in self._client.feedback():
                 if message.goal_id == goal:
-                    told = self._to_feedback(message.feedback)
-        return told
+                    news = self._to_feedback(message.feedback)
+        return news
 
     def _read_result(self, response: Any) -> Result:
         outcome = _OUTCOMES.get(response.status)
         if outcome is None:
-            return failure(
-                "server_lost", f"{self._label} knows nothing of the goal any more; was it started anew?"
-            )
+            return failure("server_lost", f"{self.label} does not know the goal any more; was it restarted?")
         if outcome is Outcome.FAILED and getattr(response.result, "error_code", 0) == REFUSED:
-            reason = f"{self._label} refused the goal: {response.result.error_msg}"
+            reason = f"{self.label} refused the goal: {response.result.error_msg}"
             return failure("rejected", reason, server_code=REFUSED)
         return self._to_result(response.result, outcome)
 
@@ -135,50 +117,43 @@ class ActionSkill:
         return not any(run.goal_open for run in self._runs)
 
 
-class _Channel:
+@dataclass(slots=True)
+class _SentGoal:
     """The way to the server for one goal: rclpy's futures, turned into calls of the run."""
 
-    def __init__(
-        self,
-        node: FlorenceNode,
-        client: ActionClient,
-        goal: Any,
-        read_result: Callable[[Any], Result],
-        read_feedback: Callable[[UUID], str],
-    ) -> None:
-        self._node = node
-        self._client = client
-        self._goal = goal
-        self._read_result = read_result
-        self._read_feedback = read_feedback
-        self._id = UUID(uuid=list(uuid.uuid4().bytes))
-        self._servers: set[bytes] = set()
-        self.run: ActionRun | None = None
+    node: FlorenceNode
+    client: ActionClient
+    message: Any
+    read_result: Callable[[Any], Result]
+    read_feedback: Callable[[UUID], str]
+    uuid: UUID = field(default_factory=lambda: UUID(uuid=list(uuid4().bytes)))
+    seen_servers: set[bytes] = field(default_factory=set)
+    run: ActionRun | None = None
 
     @property
-    def goal_id(self) -> str:
+    def id(self) -> str:
         """The id as tools of ROS show it."""
-        return bytes(self._id.uuid).hex()
+        return bytes(self.uuid.uuid).hex()
 
     def server_is_there(self) -> bool:
-        return bool(self._client.server_is_ready())
+        return bool(self.client.server_is_ready())
 
     def goals_server_is_there(self) -> bool:
-        if not self._client.server_is_ready():
+        if not self.client.server_is_ready():
             return False
-        found = self._client.server_ids()
-        self._servers = self._servers or found
-        return not self._servers or not self._servers.isdisjoint(found)
+        found = self.client.server_ids()
+        self.seen_servers = self.seen_servers or found
+        return not self.seen_servers or not self.seen_servers.isdisjoint(found)
 
     def servers(self) -> int:
-        return self._client.servers()
+        return self.client.servers()
 
-    def send_goal(self) -> None:
-        future = self._client.send_goal(self._id, self._goal)
-        future.add_done_callback(self._node.guarded(self._on_answer))
+    def send(self) -> None:
+        future = self.client.send_goal(self.uuid, self.message)
+        future.add_done_callback(self.node.guarded(self._on_answer))
 
-    def send_cancel(self) -> None:
-        self._client.cancel(self._id).add_done_callback(self._node.guarded(self._on_cancel_answer))
+    def stop(self) -> None:
+        self.client.cancel(self.uuid).add_done_callback(self.node.guarded(self._on_cancel_answer))
 
     def _on_answer(self, future: Any) -> None:
         answer = future.result()
@@ -187,12 +162,12 @@ class _Channel:
         if not answer.accepted:
             self.run.rejected()
             return
-        self._client.ask_result(self._id).add_done_callback(self._node.guarded(self._on_result))
+        self.client.ask_result(self.uuid).add_done_callback(self.node.guarded(self._on_result))
         self.run.accepted()
 
     def _on_result(self, future: Any) -> None:
         if self.run is not None and future.result() is not None:
-            self.run.finished(self._read_result(future.result()))
+            self.run.finished(self.read_result(future.result()))
 
     def _on_cancel_answer(self, future: Any) -> None:
         answer = future.result()
@@ -201,12 +176,12 @@ class _Channel:
 
     def _stop_answer(self, answer: CancelGoal.Response) -> StopAnswer:
         promised = [bytes(info.goal_id.uuid).hex() for info in answer.goals_canceling]
-        if answer.return_code == CancelGoal.Response.ERROR_NONE and self.goal_id not in promised:
+        if answer.return_code == CancelGoal.Response.ERROR_NONE and self.id not in promised:
             return StopAnswer.REFUSED  # as servers of rclpy say it
         return _STOP_ANSWERS.get(answer.return_code, StopAnswer.REFUSED)
 
     def feedback(self) -> str:
-        return self._read_feedback(self._id)
+        return self.read_feedback(self.uuid)
 
 
 def _type_name(action_type: Any) -> str:

@@ -1,7 +1,7 @@
 """Service answers that reach also a client that the server has not discovered yet.
 
-Discovery may tell a client of a server before it tells the server of the client. An answer in that moment is
-not sent: Fast DDS looks for the client for 0.1 s, then rclpy warns, and the client would wait for ever. Here
+A client may discover a server before the server discovers the client. An answer in that moment is
+not sent: Fast DDS looks for the client for 0.1 s, then rclpy warns, and the client would wait forever. Here
 such an answer is sent again until it goes out.
 """
 
@@ -18,14 +18,14 @@ PAUSES_S = (0.1, 0.2, 0.4, 0.8, 1.6)
 
 
 def send_until_known(
-    service: Any, call_later: Callable[[float, Callable[[], None]], Any], tell: Callable[[str], None]
+    service: Any, call_later: Callable[[float, Callable[[], None]], Any], warn: Callable[[str], None]
 ) -> None:
     """Let a service send an answer again that its client could not get yet.
 
     Args:
         service: The service of rclpy; its ``send_response`` is replaced.
         call_later: Calls back on the node's executor after so many seconds of the machine's time.
-        tell: Told in words when an answer is given up.
+        warn: Called with a sentence when an answer is given up.
     """
     send_once = service.send_response
 
@@ -35,13 +35,13 @@ def send_until_known(
         if pauses:
             call_later(pauses[0], lambda: send_again(response, header, pauses[1:]))
         else:
-            tell(f"{service.srv_name}: an answer is given up, the client that asked was never discovered")
+            warn(f"{service.srv_name}: an answer is given up, the client that asked was never discovered")
 
     def send_again(response: Any, header: Any, pauses: tuple[float, ...]) -> None:
         try:
             send(response, header, pauses)
         except InvalidHandle:
-            tell(f"{service.srv_name}: an answer is given up, the service was taken away meanwhile")
+            warn(f"{service.srv_name}: an answer is given up, the service was taken away meanwhile")
 
     service.send_response = send
 

@@ -1,4 +1,4 @@
-"""What a base tells about itself, as ROS messages; plain numbers in."""
+"""What a base measures of itself, as ROS messages; plain numbers in."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def battery_to_ros(
         current_a: Amperes, negative while discharging.
         temperature_c: Degrees Celsius.
         charge_ah: What is left.
-        capacity_ah: What it holds when full, also told as its design capacity; 0 for unknown.
+        capacity_ah: What it holds when full, also reported as its design capacity; 0 for unknown.
         charging: Current flows into it on purpose.
         full: It is kept full.
         plugged: A charger is there.

@@ -5,19 +5,134 @@ Everything here belongs to the executor's thread; other threads use ``FlorenceNo
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy.clock import Clock as RclClock
 from rclpy.clock import ClockChange, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
+from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Callback
-from florence_bt.ros._timer_queue import NANO, TimerQueue
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
+if TYPE_CHECKING:
+    from florence_bt.ros.node import FlorenceNode
+
+NANO = 1_000_000_000
+
+
+class QueueTimer:
+    """A timer of a :class:`TimerQueue`."""
+
+    __slots__ = ("_queue", "callback")
+
+    def __init__(self, queue: TimerQueue, callback: Callback) -> None:
+        self._queue = queue
+        self.callback: Callback | None = callback
+
+    def cancel(self) -> None:
+        """Forget the callback."""
+        if self.callback is not None:
+            self.callback = None
+            self._queue.forget_one()
+
+
+class TimerQueue:
+    """Time and timers of a node on one of the clocks of rclpy."""
+
+    def __init__(self, node: FlorenceNode, clock: RclClock) -> None:
+        """Make the queue.
+
+        Args:
+            node: The node whose executor runs the callbacks, and which takes their exceptions.
+            clock: The source of the time.
+        """
+        self._node = node
+        self._handle: Any = clock.handle
+        self._order = itertools.count()
+        self._queue: list[tuple[float, int, QueueTimer]] = []
+        self._cancelled = 0
+        self._timer: RclTimer = node.create_timer(1.0, self._serve, clock=clock, autostart=False)
+        self._armed_for: float | None = None
+        self._closed = False
+
+    def now(self) -> float:
+        """The time in seconds."""
+        # Asked several times in each reaction: without the objects that Clock.now() makes.
+        return float(self._handle.get_now().nanoseconds) / NANO
+
+    def call_at(self, when: float, callback: Callback) -> QueueTimer:
+        """Call back once at ``when``, on the executor; equal moments in the order of the calls."""
+        timer = QueueTimer(self, callback)
+        heapq.heappush(self._queue, (when, next(self._order), timer))
+        if self._armed_for is None or when < self._armed_for:
+            self._arm()
+        return timer
+
+    @property
+    def waiting(self) -> int:
+        """How many callbacks wait."""
+        return len(self._queue) - self._cancelled
+
+    def forget_one(self) -> None:
+        """A waiting timer was cancelled; clear up when those are many."""
+        self._cancelled += 1
+        if self._cancelled > 32 and self._cancelled > len(self._queue) // 2:
+            self._queue = [entry for entry in self._queue if entry[2].callback is not None]
+            heapq.heapify(self._queue)
+            self._cancelled = 0
+
+    def close(self) -> None:
+        """Forget every callback; what is requested later never comes."""
+        self._closed = True
+        self._queue.clear()
+        self._node.destroy_timer(self._timer)
+
+    def shift(self, seconds: float) -> None:
+        """Move every waiting moment; :meth:`rearm` has to follow when the clock has settled."""
+        self._queue = [(when + seconds, order, timer) for when, order, timer in self._queue]
+
+    def rearm(self) -> None:
+        """Set the rclpy timer again."""
+        self._armed_for = None
+        self._arm()
+
+    def _serve(self) -> None:
+        self._armed_for = None
+        now = self.now()
+        due: list[QueueTimer] = []
+        while self._queue and self._queue[0][0] <= now:
+            due.append(heapq.heappop(self._queue)[2])
+        self._arm()
+        for timer in due:
+            callback, timer.callback = timer.callback, None
+            if callback is None:
+                self._cancelled -= 1
+            else:
+                self._node.attempt(callback)
+
+    def _arm(self) -> None:
+        if self._closed:
+            return
+        while self._queue and self._queue[0][2].callback is None:
+            heapq.heappop(self._queue)
+            self._cancelled -= 1
+        if not self._queue:
+            self._armed_for = None
+            self._timer.cancel()
+            return
+        when = self._queue[0][0]
+        if when != self._armed_for:
+            self._armed_for = when
+            # Rounded up: a timer that fires a nanosecond early would find nothing due.
+            self._timer.timer_period_ns = max(1, int((when - self.now()) * NANO) + 1)
+            self._timer.reset()
+
 
 SET_BACK_S = 0.1
 """A wall clock that is behind what it said by more than this was set back; ntpd slews smaller errors."""
@@ -26,14 +141,14 @@ FIRST_TIME_S = 1.0
 
 
 class TimeSource(Protocol):
-    """Who tells a node the simulated time; see :mod:`florence_bt.ros.shared_clock`."""
+    """What gives a node the simulated time; see :mod:`florence_bt.ros.shared_clock`."""
 
     @property
     def listens(self) -> bool:
-        """Whether the time is told."""
+        """Whether the time is being received."""
 
     def listen(self) -> None:
-        """Tell the time now and from now on."""
+        """Receive the time now and from now on."""
 
 
 class SteadyClock(TimerQueue):
@@ -58,7 +173,7 @@ class RosClock(TimerQueue):
     rest of the wait: only the epoch changes.
 
     Attributes:
-        source: Who tells the simulated time; None when rclpy does, and for the wall clock.
+        source: What gives the simulated time; None when rclpy does, and for the wall clock.
         sure: Whether the time is known to go on from here. If not, the next message begins a new epoch.
     """
 
@@ -96,7 +211,7 @@ class RosClock(TimerQueue):
         now, latest = self._read(), self._latest
         self._latest = now
         if now < latest - SET_BACK_S:
-            # Only a wall clock: rclpy tells of jumps of the simulated one. Another thread may have asked.
+            # Only a wall clock: rclpy reports jumps of the simulated one. Another thread may have asked.
             self._call_soon(lambda: self._wall_clock_set_back(latest - now))
         return now
 
@@ -118,7 +233,7 @@ class RosClock(TimerQueue):
         self._on_reset.remove(callback)
 
     def refresh(self) -> None:
-        """Have the clock of rclpy tell the time of this moment, also when nobody has asked for long."""
+        """Bring the clock of rclpy up to date, also when it was not read for long."""
         self._asked = True
         source = self.source
         if source is not None and not source.listens:
@@ -130,7 +245,7 @@ class RosClock(TimerQueue):
         return asked or self.waiting > 0 or self._others_wait()
 
     def close(self) -> None:
-        """Forget every callback and stop listening to time jumps; what is asked for later never comes."""
+        """Forget every callback and stop listening to time jumps; what is requested later never comes."""
         self._jumps.unregister()
         super().close()
 

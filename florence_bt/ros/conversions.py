@@ -1,82 +1,491 @@
 """Between the core's values and ROS messages: the one place where they meet.
 
 Stamps are seconds as a float. Names are ``<value>_to_ros`` and ``<value>_from_ros``; what a message must not
-be raises :class:`~florence_bt.core.errors.FrameError`.
+be raises :class:`~florence_bt.core.errors.FrameError`. No array is copied element by element.
 """
 
-from florence_bt.ros._convert_geometry import (
-    duration_from_ros,
-    duration_to_ros,
-    frame_from_ros,
-    header_to_ros,
-    odometry_from_ros,
-    odometry_to_ros,
-    path_from_ros,
-    path_to_ros,
-    pose_array_to_ros,
-    pose_from_ros,
-    pose_stamped_from_ros,
-    pose_stamped_to_ros,
-    pose_to_ros,
-    pose_with_covariance_to_ros,
-    quaternion_from_yaw,
-    stamp_from_ros,
-    stamp_to_ros,
-    transform_from_ros,
-    transform_to_ros,
-    twist_from_ros,
-    twist_to_ros,
-    yaw_from_quaternion,
-)
-from florence_bt.ros._convert_points import millimetres_to_ros, points_to_ros
-from florence_bt.ros._convert_sensors import (
-    camera_info_to_ros,
-    camera_model_from_ros,
-    colour_from_ros,
-    colour_to_ros,
-    depth_from_ros,
-    depth_to_ros,
-    echoes_to_ros,
-    grid_from_ros,
-    grid_to_ros,
-    scan_from_ros,
-    scan_to_ros,
-)
+from __future__ import annotations
 
-__all__ = [
-    "camera_info_to_ros",
-    "camera_model_from_ros",
-    "colour_from_ros",
-    "colour_to_ros",
-    "depth_from_ros",
-    "depth_to_ros",
-    "duration_from_ros",
-    "duration_to_ros",
-    "echoes_to_ros",
-    "frame_from_ros",
-    "grid_from_ros",
-    "grid_to_ros",
-    "header_to_ros",
-    "millimetres_to_ros",
-    "odometry_from_ros",
-    "odometry_to_ros",
-    "path_from_ros",
-    "path_to_ros",
-    "points_to_ros",
-    "pose_array_to_ros",
-    "pose_from_ros",
-    "pose_stamped_from_ros",
-    "pose_stamped_to_ros",
-    "pose_to_ros",
-    "pose_with_covariance_to_ros",
-    "quaternion_from_yaw",
-    "scan_from_ros",
-    "scan_to_ros",
-    "stamp_from_ros",
-    "stamp_to_ros",
-    "transform_from_ros",
-    "transform_to_ros",
-    "twist_from_ros",
-    "twist_to_ros",
-    "yaw_from_quaternion",
-]
+import array
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration as DurationMsg
+from builtin_interfaces.msg import Time as TimeMsg
+from geometry_msgs.msg import (
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    TransformStamped,
+    Twist,
+)
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
+from nav_msgs.msg import Odometry as OdometryMsg
+from nav_msgs.msg import Path as PathMsg
+from numpy.typing import NDArray
+from sensor_msgs.msg import CameraInfo, Image, LaserEcho, MultiEchoLaserScan, PointCloud2, PointField
+from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_msgs.msg import Header
+
+from florence_bt.core.errors import FrameError
+from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.sensing import (
+    CameraModel,
+    ColourImage,
+    DepthImage,
+    FloatArray,
+    LaserScan,
+    OccupancyGrid,
+    Odometry,
+)
+from florence_bt.core.transforms import Transform3
+
+NANO = 1_000_000_000
+NO_COVARIANCE = (0.0,) * 36
+
+
+def _split(seconds: float) -> tuple[int, int]:
+    if not math.isfinite(seconds):
+        raise FrameError(f"{seconds} is not a time")
+    whole, nanoseconds = divmod(round(seconds * NANO), NANO)
+    if not -(2**31) <= whole < 2**31:
+        raise FrameError(f"{seconds} s does not fit the 32 bits of a ROS time")
+    return whole, nanoseconds
+
+
+def stamp_to_ros(seconds: float) -> TimeMsg:
+    """A moment, rounded to nanoseconds."""
+    whole, nanoseconds = _split(seconds)
+    return TimeMsg(sec=whole, nanosec=nanoseconds)
+
+
+def stamp_from_ros(message: TimeMsg) -> float:
+    """A moment in seconds."""
+    return float(message.sec) + float(message.nanosec) / NANO
+
+
+def duration_to_ros(seconds: float) -> DurationMsg:
+    """A length of time, rounded to nanoseconds."""
+    whole, nanoseconds = _split(seconds)
+    return DurationMsg(sec=whole, nanosec=nanoseconds)
+
+
+def duration_from_ros(message: DurationMsg) -> float:
+    """A length of time in seconds."""
+    return float(message.sec) + float(message.nanosec) / NANO
+
+
+def header_to_ros(frame_id: str, stamp: float) -> Header:
+    """A header."""
+    return Header(stamp=stamp_to_ros(stamp), frame_id=frame_id)
+
+
+def frame_from_ros(frame_id: str) -> str:
+    """A frame's name without the leading slash of old software."""
+    return frame_id.lstrip("/")
+
+
+def quaternion_from_yaw(yaw: float) -> Quaternion:
+    """A heading as a quaternion."""
+    return Quaternion(z=math.sin(yaw / 2.0), w=math.cos(yaw / 2.0))
+
+
+def yaw_from_quaternion(q: Quaternion) -> float:
+    """The heading of the rotated x axis in (-pi, pi]; zero for the invalid all-zero quaternion."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+
+
+def pose_to_ros(pose: Pose2) -> Pose:
+    """A pose in the plane z = 0."""
+    message = Pose(orientation=quaternion_from_yaw(pose.yaw))
+    message.position.x, message.position.y = float(pose.x), float(pose.y)
+    return message
+
+
+def pose_from_ros(message: Pose) -> Pose2:
+    """The part of a pose that lies in the plane."""
+    return Pose2(message.position.x, message.position.y, yaw_from_quaternion(message.orientation))
+
+
+def pose_stamped_to_ros(pose: Pose2, frame_id: str, stamp: float) -> PoseStamped:
+    """A pose with its frame and moment."""
+    return PoseStamped(header=header_to_ros(frame_id, stamp), pose=pose_to_ros(pose))
+
+
+def pose_with_covariance_to_ros(
+    pose: Pose2, covariance: Sequence[float], frame_id: str, stamp: float
+) -> PoseWithCovarianceStamped:
+    """A pose with its uncertainty.
+
+    Args:
+        pose: The pose.
+        covariance: Shape (36,): 6 x 6 row-major over x, y, z, roll, pitch, yaw.
+        frame_id: The frame of the pose.
+        stamp: Seconds.
+    """
+    message = PoseWithCovarianceStamped(header=header_to_ros(frame_id, stamp))
+    message.pose.pose = pose_to_ros(pose)
+    message.pose.covariance = _covariance(covariance)
+    return message
+
+
+def pose_array_to_ros(poses: Iterable[Pose2], frame_id: str, stamp: float) -> PoseArray:
+    """Many poses in one frame."""
+    return PoseArray(header=header_to_ros(frame_id, stamp), poses=[pose_to_ros(pose) for pose in poses])
+
+
+def path_to_ros(poses: Iterable[Pose2], frame_id: str, stamp: float) -> PathMsg:
+    """A path."""
+    stamped = [pose_stamped_to_ros(pose, frame_id, stamp) for pose in poses]
+    return PathMsg(header=header_to_ros(frame_id, stamp), poses=stamped)
+
+
+def twist_to_ros(twist: Twist2) -> Twist:
+    """A velocity in the plane."""
+    message = Twist()
+    message.linear.x, message.angular.z = float(twist.linear), float(twist.angular)
+    return message
+
+
+def twist_from_ros(message: Twist) -> Twist2:
+    """The part of a velocity that a differential drive can follow."""
+    return Twist2(message.linear.x, message.angular.z)
+
+
+def odometry_to_ros(
+    odometry: Odometry,
+    frame_id: str,
+    child_frame_id: str,
+    pose_covariance: Sequence[float] = NO_COVARIANCE,
+    twist_covariance: Sequence[float] = NO_COVARIANCE,
+) -> OdometryMsg:
+    """Odometry of a base.
+
+    Args:
+        odometry: Pose and velocity.
+        frame_id: The frame of the pose.
+        child_frame_id: The frame that moves, and the frame of the velocity.
+        pose_covariance: Shape (36,): 6 x 6 row-major over x, y, z, roll, pitch, yaw.
+        twist_covariance: Likewise.
+    """
+    message = OdometryMsg(header=header_to_ros(frame_id, odometry.stamp), child_frame_id=child_frame_id)
+    message.pose.pose = pose_to_ros(odometry.pose)
+    message.pose.covariance = _covariance(pose_covariance)
+    message.twist.twist = twist_to_ros(odometry.twist)
+    message.twist.covariance = _covariance(twist_covariance)
+    return message
+
+
+def odometry_from_ros(message: OdometryMsg) -> Odometry:
+    """Pose and velocity of a base."""
+    return Odometry(
+        stamp_from_ros(message.header.stamp),
+        pose_from_ros(message.pose.pose),
+        twist_from_ros(message.twist.twist),
+    )
+
+
+def transform_to_ros(
+    parent: str, child: str, stamp: float, transform: Transform3 | Pose2
+) -> TransformStamped:
+    """A transform from a child to its parent frame."""
+    message = TransformStamped(header=header_to_ros(parent, stamp), child_frame_id=child)
+    target = message.transform
+    if isinstance(transform, Pose2):
+        target.translation.x, target.translation.y = float(transform.x), float(transform.y)
+        target.rotation = quaternion_from_yaw(transform.yaw)
+    else:
+        target.translation.x, target.translation.y, target.translation.z = map(float, transform.translation)
+        x, y, z, w = transform.quaternion()
+        target.rotation = Quaternion(x=x, y=y, z=z, w=w)
+    return message
+
+
+def transform_from_ros(message: TransformStamped) -> tuple[str, str, float, Transform3]:
+    """Parent, child, moment and transform.
+
+    Raises:
+        FrameError: The rotation is not a quaternion, or a number is not finite.
+    """
+    t, q = message.transform.translation, message.transform.rotation
+    numbers = (t.x, t.y, t.z, q.x, q.y, q.z, q.w)
+    if not all(map(math.isfinite, numbers)) or not any(numbers[3:]):
+        raise FrameError(
+            f"the transform of frame {message.child_frame_id!r} is not a rigid motion: {numbers}"
+        )
+    transform = Transform3.from_quaternion(numbers[:3], (q.x, q.y, q.z, q.w))
+    header = message.header
+    return (
+        frame_from_ros(header.frame_id),
+        frame_from_ros(message.child_frame_id),
+        stamp_from_ros(header.stamp),
+        transform,
+    )
+
+
+def _covariance(values: Sequence[float]) -> list[float]:
+    if len(values) != 36:
+        raise FrameError(f"a covariance has 36 numbers, not {len(values)}")
+    return [float(value) for value in values]
+
+
+# ---- sensors ------------------------------------------------------------------------------------------
+
+
+def scan_to_ros(scan: LaserScan) -> LaserScanMsg:
+    """A laser scan."""
+    return LaserScanMsg(
+        header=header_to_ros(scan.frame_id, scan.stamp),
+        angle_min=float(scan.angle_min),
+        angle_max=float(scan.angle_max),
+        angle_increment=float(scan.angle_increment),
+        time_increment=float(scan.time_increment),
+        scan_time=float(scan.scan_time),
+        range_min=float(scan.range_min),
+        range_max=float(scan.range_max),
+        ranges=_to_array("f", scan.ranges, np.float32),
+        intensities=_to_array("f", scan.intensities, np.float32),
+    )
+
+
+def scan_from_ros(message: LaserScanMsg) -> LaserScan:
+    """A laser scan; its arrays share the message's memory."""
+    return LaserScan(
+        stamp=stamp_from_ros(message.header.stamp),
+        frame_id=frame_from_ros(message.header.frame_id),
+        angle_min=message.angle_min,
+        angle_increment=message.angle_increment,
+        range_min=message.range_min,
+        range_max=message.range_max,
+        ranges=np.frombuffer(message.ranges, np.float32),
+        time_increment=message.time_increment,
+        scan_time=message.scan_time,
+        intensities=np.frombuffer(message.intensities, np.float32),
+    )
+
+
+def echoes_to_ros(scan: LaserScan, echoes: FloatArray, intensities: FloatArray) -> MultiEchoLaserScan:
+    """A laser scan with every echo of each beam.
+
+    Args:
+        scan: The scan that the echoes belong to, n beams.
+        echoes: Shape (n, k), metres, NaN from a beam's last echo on.
+        intensities: Shape (n, k) likewise, or (n, 0) without intensities.
+    """
+    return MultiEchoLaserScan(
+        header=header_to_ros(scan.frame_id, scan.stamp),
+        angle_min=float(scan.angle_min),
+        angle_max=float(scan.angle_max),
+        angle_increment=float(scan.angle_increment),
+        time_increment=float(scan.time_increment),
+        scan_time=float(scan.scan_time),
+        range_min=float(scan.range_min),
+        range_max=float(scan.range_max),
+        ranges=_to_echoes(echoes),
+        intensities=_to_echoes(intensities) if intensities.size else [],
+    )
+
+
+def _to_echoes(beams: FloatArray) -> list[LaserEcho]:
+    return [LaserEcho(echoes=_to_array("f", beam[~np.isnan(beam)], np.float32)) for beam in beams]
+
+
+def depth_to_ros(image: DepthImage) -> Image:
+    """A depth picture in the encoding 32FC1, metres."""
+    rows, columns = image.depth.shape
+    return Image(
+        header=header_to_ros(image.frame_id, image.stamp),
+        height=rows,
+        width=columns,
+        encoding="32FC1",
+        is_bigendian=0,
+        step=4 * columns,
+        data=_to_array("B", image.depth, np.float32),
+    )
+
+
+def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
+    """A depth picture from 32FC1 (metres) or 16UC1 (millimetres, 0 = nothing measured).
+
+    Raises:
+        FrameError: Another encoding, or not as many bytes as the size says.
+    """
+    depth: NDArray[np.float32]
+    if message.encoding == "32FC1":
+        depth = _pixels(message, np.dtype(np.float32), 1).astype(np.float32, copy=False)
+    elif message.encoding in ("16UC1", "mono16"):
+        millimetres = _pixels(message, np.dtype(np.uint16), 1)
+        depth = np.where(millimetres > 0, millimetres * np.float32(1e-3), np.float32(np.nan)).astype(
+            np.float32
+        )
+    else:
+        raise FrameError(f"a depth picture cannot be {message.encoding!r} (would have worked: 32FC1, 16UC1)")
+    return DepthImage(
+        stamp_from_ros(message.header.stamp), frame_from_ros(message.header.frame_id), camera, depth
+    )
+
+
+def colour_to_ros(image: ColourImage) -> Image:
+    """A colour picture in the encoding rgb8."""
+    rows, columns, _ = image.pixels.shape
+    return Image(
+        header=header_to_ros(image.frame_id, image.stamp),
+        height=rows,
+        width=columns,
+        encoding="rgb8",
+        is_bigendian=0,
+        step=3 * columns,
+        data=_to_array("B", image.pixels, np.uint8),
+    )
+
+
+_CHANNELS: dict[str, tuple[int, ...]] = {
+    "rgb8": (0, 1, 2),
+    "rgba8": (0, 1, 2, 3),
+    "bgr8": (2, 1, 0),
+    "bgra8": (2, 1, 0, 3),
+    "mono8": (0,),
+}
+
+
+def colour_from_ros(message: Image, camera: CameraModel) -> ColourImage:
+    """A colour picture from rgb8, rgba8, bgr8, bgra8 or mono8.
+
+    Raises:
+        FrameError: Another encoding, or not as many bytes as the size says.
+    """
+    order = _CHANNELS.get(message.encoding)
+    if order is None:
+        valid = ", ".join(_CHANNELS)
+        raise FrameError(f"a colour picture cannot be {message.encoding!r} (would have worked: {valid})")
+    raw = _pixels(message, np.dtype(np.uint8), len(order))
+    if message.encoding == "mono8":
+        pixels = np.repeat(raw[..., None], 3, axis=2)
+    elif message.encoding == "rgb8":
+        pixels = raw
+    else:
+        pixels = np.ascontiguousarray(raw[..., list(order[:3])])
+    return ColourImage(
+        stamp_from_ros(message.header.stamp), frame_from_ros(message.header.frame_id), camera, pixels
+    )
+
+
+def camera_info_to_ros(camera: CameraModel, frame_id: str, stamp: float) -> CameraInfo:
+    """A camera model without distortion."""
+    return CameraInfo(
+        header=header_to_ros(frame_id, stamp),
+        height=camera.height,
+        width=camera.width,
+        distortion_model="plumb_bob",
+        d=[0.0] * 5,
+        k=[camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0],
+        r=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p=[camera.fx, 0.0, camera.cx, 0.0, 0.0, camera.fy, camera.cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    )
+
+
+def camera_model_from_ros(message: CameraInfo) -> CameraModel:
+    """A camera model; the distortion is left out.
+
+    Raises:
+        FrameError: The camera is not calibrated.
+    """
+    fx, cx, fy, cy = (float(message.k[index]) for index in (0, 2, 4, 5))
+    if not (fx > 0.0 and fy > 0.0):
+        raise FrameError(f"the camera {message.header.frame_id!r} is not calibrated: fx = {fx}, fy = {fy}")
+    return CameraModel(message.width, message.height, fx, fy, cx, cy)
+
+
+def grid_to_ros(grid: OccupancyGrid, frame_id: str, stamp: float) -> OccupancyGridMsg:
+    """A grid map."""
+    message = OccupancyGridMsg(header=header_to_ros(frame_id, stamp))
+    message.info.map_load_time = stamp_to_ros(stamp)
+    message.info.resolution = float(grid.resolution)
+    message.info.height, message.info.width = grid.cells.shape
+    message.info.origin = pose_to_ros(grid.origin)
+    message.data = _to_array("b", grid.cells, np.int8)
+    return message
+
+
+def grid_from_ros(message: OccupancyGridMsg) -> OccupancyGrid:
+    """A grid map; its cells share the message's memory.
+
+    Raises:
+        FrameError: The size does not fit the number of cells, or the resolution is not above zero.
+    """
+    rows, columns, resolution = message.info.height, message.info.width, message.info.resolution
+    if len(message.data) != rows * columns or not resolution > 0.0:
+        raise FrameError(
+            f"a map of {rows} x {columns} cells of {resolution} m cannot have {len(message.data)} values"
+        )
+    cells = np.frombuffer(message.data, np.int8).reshape(rows, columns)
+    return OccupancyGrid(float(resolution), pose_from_ros(message.info.origin), cells)
+
+
+def _to_array(code: str, values: NDArray[Any], kind: type[np.generic]) -> array.array[Any]:
+    """The values as the kind of array that messages take without looking at each element."""
+    result = array.array(code)
+    result.frombytes(np.ascontiguousarray(values, kind).tobytes())
+    return result
+
+
+def _pixels(message: Image, kind: np.dtype[Any], channels: int) -> NDArray[Any]:
+    """The pixels of a picture, shape (height, width) or (height, width, channels); without padding."""
+    row_bytes = message.width * channels * kind.itemsize
+    if message.step < row_bytes or len(message.data) != message.step * message.height:
+        raise FrameError(
+            f"a picture of {message.width} x {message.height} pixels ({message.encoding}) with "
+            f"{message.step} bytes a row cannot have {len(message.data)} bytes"
+        )
+    stored = kind.newbyteorder(">" if message.is_bigendian else "<")
+    rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, :row_bytes]
+    pixels = np.ascontiguousarray(rows).view(stored)
+    return pixels if channels == 1 else pixels.reshape(message.height, message.width, channels)
+
+
+NAMES = ("x", "y", "z", "rgb")
+
+
+def points_to_ros(points: NDArray[np.float32], frame_id: str, stamp: float) -> PointCloud2:
+    """Points of a picture, which may hold NaN.
+
+    Args:
+        points: Shape (height, width, 3) of x, y, z in metres, or (height, width, 4) with the bits of
+            0x00RRGGBB as a float.
+        frame_id: Frame of the points.
+        stamp: Seconds.
+    """
+    rows, columns, count = points.shape
+    fields = [
+        PointField(name=name, offset=4 * index, datatype=PointField.FLOAT32, count=1)
+        for index, name in enumerate(NAMES[:count])
+    ]
+    return PointCloud2(
+        header=header_to_ros(frame_id, stamp),
+        height=rows,
+        width=columns,
+        fields=fields,
+        is_bigendian=False,
+        point_step=4 * count,
+        row_step=4 * count * columns,
+        data=_to_array("B", points, np.float32),
+        is_dense=False,
+    )
+
+
+def millimetres_to_ros(millimetres: NDArray[np.uint16], frame_id: str, stamp: float) -> Image:
+    """A depth picture in the encoding 16UC1: whole millimetres, 0 where nothing was measured."""
+    rows, columns = millimetres.shape
+    return Image(
+        header=header_to_ros(frame_id, stamp),
+        height=rows,
+        width=columns,
+        encoding="16UC1",
+        is_bigendian=0,
+        step=2 * columns,
+        data=_to_array("B", millimetres, np.uint16),
+    )

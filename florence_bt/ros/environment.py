@@ -1,7 +1,7 @@
 """Who can reach our nodes: the environment variables that every process of ours sets before ROS starts.
 
 The range ``LOCALHOST`` of rmw_fastrtps says whom a process looks for. Its sockets listen on every interface,
-so a stranger who knows the address (``ROS_STATIC_PEERS``) gets in. A Fast DDS profile with 127.0.0.1 alone
+so any program that knows the address (``ROS_STATIC_PEERS``) gets in. A Fast DDS profile with 127.0.0.1 alone
 keeps them out. With ``LOCALHOST``, rmw_fastrtps adds its own transports to those of a profile; so our profile
 goes with the range ``SYSTEM_DEFAULT``, which leaves a profile as it is.
 """

@@ -42,7 +42,7 @@ class SpinLoop:
     def add(self, node: Node) -> None:
         """Serve a node from now on."""
         self._executor.add_node(node)
-        # The executor tells a node of itself only when it is set like this; setting it twice is harmless.
+        # A node knows its executor only when it is set like this; setting it twice is harmless.
         node.executor = self._executor
         self._nodes.append(node)
         self._sort_out()

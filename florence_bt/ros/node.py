@@ -24,6 +24,7 @@ from florence_bt.ros.answers import send_until_known
 from florence_bt.ros.clock import RosClock, SteadyClock
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
+from florence_bt.ros.rclpy_internals import forget_service
 from florence_bt.ros.validation import MAX_STAMP_OFFSET_S, problem_with
 
 T = TypeVar("T")
@@ -42,10 +43,10 @@ class FlorenceNode(Node):
         ros_timebase: The same as what it is.
         steady: The time of this machine as a core clock, for what depends on other processes only.
         served_by: Identity of the thread that runs callbacks of the node right now, None between them.
-        health: Counts refused messages and failed callbacks, and tells of them.
-        failures: Exceptions of callbacks; whoever spins the node hands them to :meth:`fail` or raises them
-            (:class:`florence_bt.ros.executor.SpinLoop` does).
-        fatal: An exception after which the node is of no use; whoever spins the node raises it.
+        health: Counts, logs and publishes refused messages and failed callbacks.
+        failures: Exceptions of callbacks; the :class:`~florence_bt.ros.executor.SpinLoop` raises them or
+            hands them to :meth:`fail`.
+        fatal: An exception after which the node cannot work; the loop that spins the node raises it.
     """
 
     timebase: Clock
@@ -179,7 +180,7 @@ class FlorenceNode(Node):
 
     def unknown_parameters(self) -> ConfigError | None:
         """What is wrong with the names of the parameters that were given, when all were declared."""
-        declared = [name for name in self._parameters if name not in _OWN_PARAMETERS]
+        declared = [name for name in self.get_parameters_by_prefix("") if name not in _OWN_PARAMETERS]
         for name in self._given:
             if not self.has_parameter(name):
                 return ConfigError(
@@ -235,7 +236,7 @@ class FlorenceNode(Node):
     def before_leaving(self, settled: Callable[[], bool]) -> None:
         """Let a closed node be served on, for a moment, until this says that nothing is open any more.
 
-        The time of this machine goes on for it meanwhile, so that what got no answer is said again.
+        The time of this machine goes on for it meanwhile, so that what got no answer is sent again.
         """
         self._settled.append(settled)
 
@@ -244,18 +245,17 @@ class FlorenceNode(Node):
         return all(settled() for settled in self._settled)
 
     def on_destroy(self, callback: Callable[[], None]) -> None:
-        """Call back when the node is destroyed, the latest first: for clients that hear the last answers."""
+        """Call back when the node is destroyed, the latest first: for clients that need the last answers."""
         self._destroyers.append(callback)
 
     def retire_service(self, service: Service) -> None:
         """Destroy a service that may have just been called.
 
         What the events executor of rclpy 7.1 has noticed but not served yet it serves also when its object
-        was destroyed meanwhile, and that ends the process. So the executor is told first to let go of it;
+        was destroyed meanwhile, and that ends the process. So the executor first lets go of it;
         what it has noticed before that is served, and then the service is destroyed.
         """
-        self._services.remove(service)
-        self._wake_executor()
+        forget_service(self, service)
         self._when_let_go(service.destroy)
 
     def _when_let_go(self, destroy: Callable[[], None]) -> None:
@@ -314,7 +314,7 @@ class FlorenceNode(Node):
             executor.create_task(self.run_soon)
 
     def run_soon(self) -> bool:
-        """Run what waits now; whoever spins the node calls it after each event.
+        """Run what waits now; the loop that spins the node calls it after each event.
 
         Returns:
             Whether more has come meanwhile.
@@ -339,5 +339,5 @@ def with_reason(answer: Any, reason: str) -> Any:
     return answer
 
 
-_EXECUTOR: Any = vars(Node)["executor"]
+_EXECUTOR: Any = Node.executor
 _OWN_PARAMETERS = frozenset({"use_sim_time", "start_type_description_service"})

@@ -34,7 +34,7 @@ class _Diagnosis:
 
 
 class NodeHealth:
-    """Counts, logs and publishes the troubles of one node; costs nothing while there are none.
+    """Counts, logs and publishes what goes wrong in one node; costs nothing while all is well.
 
     All methods belong to the executor's thread.
 

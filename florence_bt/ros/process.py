@@ -50,7 +50,7 @@ def run_nodes(
         remappings: Rules such as ``node:from:=to``, for every node of the process.
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
         beat: Called every :data:`BEAT_PERIOD_S` or more often from then on, until the nodes are gone, on the
-            thread that serves the callbacks: whoever misses it knows that this process does not answer.
+            thread that serves the callbacks: without it the process counts as one that does not answer.
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, was of no use any
@@ -178,8 +178,8 @@ def _report(error: Exception) -> None:
 def _asked_to_end(loop: SpinLoop) -> Iterator[Callable[[], bool]]:
     """Catch SIGINT and SIGTERM while the block runs; gives a function that says whether one came.
 
-    The executor waits in C++, where Python's handlers do not run. The wake-up socket is written at once all
-    the same, and a thread that reads it interrupts the wait.
+    The executor waits in C++, where Python's handlers do not run. The wake-up socket is written at once
+    anyway, and a thread that reads it interrupts the wait.
     """
     asked = threading.Event()
     reader, writer = socket.socketpair()

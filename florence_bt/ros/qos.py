@@ -18,11 +18,11 @@ SENSOR = _profile(5, reliable=False)
 """Readings that are soon replaced: scans, pictures."""
 
 STATE = _profile(10, reliable=False)
-"""Subscribers of what is told many times a second, such as odometry; see :data:`TF_LISTENER`."""
+"""Subscribers of what is published many times a second, such as odometry; see :data:`TF_LISTENER`."""
 
 COMMAND = _profile(1, reliable=False)
 """Subscribers of velocity commands: the newest one counts. A reliable subscriber that misses one is given all
-the later ones seconds after they were meant, also after the robot was told to stop; see :data:`TF_LISTENER`.
+the later ones seconds after they were meant, also after the robot was stopped; see :data:`TF_LISTENER`.
 """
 
 RELIABLE = _profile(10)

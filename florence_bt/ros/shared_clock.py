@@ -3,13 +3,11 @@
 Every rclpy node subscribes to the simulated time by itself, and each of these subscriptions costs a call into
 Python a hundred times a second. Nodes that one loop serves can share the first one's message.
 
-And nobody needs each message while nobody waits for a moment: an idle process does not listen at all. Who
-asks for the time then, or begins to wait, has it listen again and is given the time of the next message; that
-takes some ten milliseconds, once.
+While no callback waits for a moment, an idle process does not subscribe at all. Reading the time, or setting
+a timer, makes it subscribe again and wait for the next message. That takes some ten milliseconds, once.
 
 A simulation that starts over sets the clock back. A single message that is far from the time known is not
-believed: it may come from somebody who has nothing to do with the simulation. The next one has to go on from
-it.
+believed: it may come from another program. The next one has to go on from it.
 """
 
 from __future__ import annotations
@@ -26,6 +24,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from florence_bt.core.clock import Timer
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.rclpy_internals import join_clock_topic, leave_clock_topic, set_time, start_time
 from florence_bt.ros.validation import BadMessage, check_time
 
 CLOCK_TOPIC = "/clock"
@@ -46,8 +45,8 @@ class SharedClock:
     A node belongs to it from :meth:`add` to :meth:`remove`; before and after it follows ``/clock`` by itself.
 
     Attributes:
-        listens: Whether each message is heard. If not, :meth:`listen` has to be called before the clocks of
-            the nodes are read; :class:`florence_bt.ros.clock.RosClock` does.
+        listens: Whether each message is received. If not, :meth:`listen` must be called before the clocks are
+            read; :class:`florence_bt.ros.clock.RosClock` does.
     """
 
     def __init__(self) -> None:
@@ -56,17 +55,14 @@ class SharedClock:
         self._subscription: Any = None
         self._time: Time | None = None
         self._doubted: Time | None = None
-        self._heard_before = False
+        self._received_before = False
         self._sure = True
         self._look: Timer | None = None
 
     def add(self, node: Node) -> None:
-        """Tell a node the time from now on; nothing happens when it does not follow the simulated time."""
-        source: Any = node._time_source
-        if source._clock_sub is None:
+        """Give a node the time from now on; nothing happens when it does not follow the simulated time."""
+        if not leave_clock_topic(node):
             return
-        node.destroy_subscription(source._clock_sub)
-        source._clock_sub = None
         if self._nodes:
             self.listen()
         self._nodes.append(node)
@@ -74,7 +70,7 @@ class SharedClock:
             self.listens = True
             self._subscribe(node)
         elif self._time is not None:
-            source.clock_callback(ClockMessage(clock=self._time.to_msg()))
+            start_time(node, self._time)
         if isinstance(node, FlorenceNode):
             node.ros_timebase.source = self
         self._look_later()
@@ -92,12 +88,10 @@ class SharedClock:
         if self.listens and self._nodes and self._subscription is None:
             self._subscribe(self._nodes[0])
         self._look_later()
-        source: Any = node._time_source
-        if source.ros_time_is_active:
-            source._subscribe_to_clock_topic()
+        join_clock_topic(node)
 
     def listen(self) -> None:
-        """Hear each message from now on, and wait for the first one if somebody publishes any.
+        """Receive each message from now on, and wait for the first one if somebody publishes any.
 
         For the loop's thread only. The threads that read devices ask for the time too: that is safe, because
         a driver always waits for its next diagnostics, so its process never rests.
@@ -115,7 +109,7 @@ class SharedClock:
                 self._on_clock(taken[0])
                 return
             time.sleep(_PAUSE_S)
-        self._tell_whether_sure(sure=False)
+        self._set_sure(sure=False)
 
     def _rest(self) -> None:
         """Listen no more, unless somebody waits for a moment or has asked for the time lately."""
@@ -139,7 +133,7 @@ class SharedClock:
             self._look = None
 
     def _subscribe(self, node: Node) -> None:
-        self._heard_before = False
+        self._received_before = False
         # Raw: the message object costs more than all the rest, a hundred times a second in every process.
         self._subscription = node.create_subscription(
             ClockMessage, CLOCK_TOPIC, self._on_clock, QOS, raw=True
@@ -157,24 +151,23 @@ class SharedClock:
             self._refuse(str(error))
             return
         now = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
-        if self._time is not None and self._heard_before and not _goes_on(self._time, now):
+        if self._time is not None and self._received_before and not _goes_on(self._time, now):
             doubted, self._doubted = self._doubted, now
             if doubted is None or not _goes_on(doubted, now):
                 self._refuse(f"the time jumps to {seconds} s (would have worked: twice in a row)")
                 return
-        self._time, self._doubted, self._heard_before = now, None, True
+        self._time, self._doubted, self._received_before = now, None, True
         for node in self._nodes:
-            clock: Any = node._clock
-            clock.set_ros_time_override(now)
+            set_time(node, now)
         if not self._sure:
-            self._tell_whether_sure(sure=True)
+            self._set_sure(sure=True)
 
     def _refuse(self, problem: str) -> None:
         node = self._nodes[0]
         if isinstance(node, FlorenceNode):
             node.health.count_refused(CLOCK_TOPIC, problem)
 
-    def _tell_whether_sure(self, *, sure: bool) -> None:
+    def _set_sure(self, *, sure: bool) -> None:
         self._sure = sure
         for node in self._nodes:
             if isinstance(node, FlorenceNode):

@@ -23,10 +23,10 @@ class TransformListener:
 
     Args:
         node: Subscribes.
-        moving: Also listen to moving frames. That costs; who asks for the mounting of a sensor needs it not.
+        moving: Also listen to moving frames. That is expensive, and not needed for the mounting of a sensor.
 
     Attributes:
-        buffer: What was heard.
+        buffer: What was received.
     """
 
     def __init__(self, node: FlorenceNode, *, moving: bool = True) -> None:
@@ -42,7 +42,7 @@ class TransformListener:
             )
 
     def close(self) -> None:
-        """Listen no more; the buffer keeps what was heard."""
+        """Unsubscribe; the buffer keeps what was received."""
         self._node.ros_timebase.forget_reset(self.buffer.clear_moving)
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
@@ -57,23 +57,23 @@ class TransformListener:
 
 
 class TransformBroadcaster:
-    """Tells where moving frames are."""
+    """Publishes where moving frames are."""
 
     def __init__(self, node: Node) -> None:
         self._publisher = node.create_publisher(TFMessage, TF_TOPIC, TF)
 
     def send(self, parent: str, child: str, stamp: float, pose: Pose2) -> None:
-        """Tell where a frame was at a moment."""
+        """Publish where a frame was at a moment."""
         self.send_all(stamp, [(parent, child, pose)])
 
     def send_all(self, stamp: float, frames: Iterable[tuple[str, str, Pose2 | Transform3]]) -> None:
-        """Tell where some frames (parent, child, transform) were at a moment, in one message."""
+        """Publish where some frames (parent, child, transform) were at a moment, in one message."""
         transforms = [transform_to_ros(parent, child, stamp, where) for parent, child, where in frames]
         self._publisher.publish(TFMessage(transforms=transforms))
 
 
 class StaticTransformBroadcaster:
-    """Tells where frames sit for ever, all of them in one latched message."""
+    """Publishes where fixed frames are, all of them in one latched message."""
 
     def __init__(self, node: Node) -> None:
         self._publisher = node.create_publisher(TFMessage, TF_STATIC_TOPIC, TF_STATIC)
@@ -81,7 +81,7 @@ class StaticTransformBroadcaster:
         self._sent: dict[str, tuple[str, Transform3]] = {}
 
     def send(self, transforms: Iterable[tuple[str, str, Transform3]]) -> None:
-        """Tell (parent, child, transform) of some frames; those told earlier stay in the message."""
+        """Publish (parent, child, transform) of some frames; earlier ones stay in the message."""
         for parent, child, transform in transforms:
             self._sent[child] = (parent, transform)
         stamp = stamp_from_ros(self._node.get_clock().now().to_msg())

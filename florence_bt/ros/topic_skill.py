@@ -1,24 +1,23 @@
-"""Skills over topics: one that is commanded on a topic and tells its end on another, and a condition."""
+"""Skills over topics: one that is commanded on one topic and reports its end on another, and a condition."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
-from florence_bt.core.errors import FlorenceError
-from florence_bt.core.outcome import Result, cancelled, failure
-from florence_bt.core.skill import FinishedRun, Inputs, SkillRun
-from florence_bt.ros._action_run import Deadlines
+from florence_bt.core.outcome import Result, cancelled
+from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.ros._message_condition import MessageCondition
-from florence_bt.ros._topic_run import TopicRun
+from florence_bt.ros._runs import Deadlines, RemoteSkill, TopicRun
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 
 
-class TopicSkill:
+class TopicSkill(RemoteSkill):
     """A skill whose runs are commands on a topic; one at a time, because a message names no run."""
 
     def __init__(
@@ -38,43 +37,33 @@ class TopicSkill:
         Args:
             node: The node that talks to the other side.
             command: Message type and topic of the commands.
-            status: Message type and topic on which the other side tells how it goes.
+            status: Message type and topic on which the other side reports.
             to_command: The command from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
                 when they do not fit.
-            to_result: The end that a status message tells, None when the run goes on.
+            to_result: The end that a status message reports, None when the run goes on.
             stop_command: The message that takes a command back; None when there is none.
-            deadlines: ``accept_s`` for the search for a listener, ``result_s`` from the command to the end.
+            deadlines: ``accept_s`` for the search for a subscriber, ``result_s`` from the command to the end.
             qos: Of both topics.
         """
         self._node = node
-        self._to_command = to_command
         self._to_result = to_result
         self._stop_command = stop_command
         self._deadlines = deadlines or Deadlines()
         self._commands = node.create_publisher(command[0], command[1], qos)
-        self._label = f"topic {self._commands.topic_name}"
+        super().__init__(f"topic {self._commands.topic_name}", "command", to_command)
         self._run: TopicRun | None = None
         node.create_subscription(status[0], status[1], self._on_status, qos)
-
-    @property
-    def label(self) -> str:
-        """The topic of the commands, for people."""
-        return self._label
 
     def server_is_there(self) -> bool:
         """Whether somebody listens to the commands."""
         return bool(self._commands.get_subscription_count() > 0)
 
-    def start(self, inputs: Inputs) -> SkillRun:
-        """Send the command as soon as somebody listens; a run that goes on is replaced."""
-        try:
-            command = self._to_command(inputs)
-        except (FlorenceError, KeyError, TypeError, ValueError) as error:
-            return FinishedRun(failure("bad_input", f"no command for {self._label}: {error}"))
+    def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
+        """Send the command; a run that goes on is replaced."""
         if self._run is not None and self._run.poll() is None:
             self._run.finished(cancelled("replaced by a newer command"))
-        channel = _Channel(self._commands, command, self._stop_command)
-        self._run = TopicRun(self._node.timebase, channel, self._deadlines, self._label, self._node.steady)
+        channel = _Channel(self._commands, message, self._stop_command)
+        self._run = TopicRun(self._node.timebase, channel, self._deadlines, self.label, self._node.steady)
         return self._run
 
     def _on_status(self, message: Any) -> None:
@@ -103,7 +92,7 @@ class TopicCondition(MessageCondition):
         """Make a subscription.
 
         Args:
-            node: The node that listens.
+            node: The node that subscribes.
             source: Message type and topic.
             to_result: Judges a message by the inputs, as of :class:`MessageCondition`.
             max_age_s: Seconds after which a message does not count any more.
@@ -120,20 +109,20 @@ class TopicCondition(MessageCondition):
         return bool(self._node.count_publishers(self._topic) > 0)
 
 
+@dataclass(frozen=True, slots=True)
 class _Channel:
     """The way of one command."""
 
-    def __init__(self, publisher: Publisher, command: Any, stop_command: Any) -> None:
-        self._publisher = publisher
-        self._command = command
-        self._stop_command = stop_command
+    publisher: Publisher
+    command: Any
+    stop_command: Any
 
-    def listener_is_there(self) -> bool:
-        return bool(self._publisher.get_subscription_count() > 0)
+    def server_is_there(self) -> bool:
+        return bool(self.publisher.get_subscription_count() > 0)
 
-    def send_command(self) -> None:
-        self._publisher.publish(self._command)
+    def send(self) -> None:
+        self.publisher.publish(self.command)
 
-    def send_stop(self) -> None:
-        if self._stop_command is not None:
-            self._publisher.publish(self._stop_command)
+    def stop(self) -> None:
+        if self.stop_command is not None:
+            self.publisher.publish(self.stop_command)

@@ -41,11 +41,11 @@ MIN_SQUARED_NORM = 1e-6
 Now = Callable[[float], float]
 """Given a stamp in seconds, the present time to hold it against; zero while that is not known."""
 Check = Callable[[Any, Now | None], None]
-"""Given a message and who tells the time (None where stamps do not matter); raises BadMessage."""
+"""Given a message and the source of the time (None where stamps do not matter); raises BadMessage."""
 
 
 class BadMessage(FlorenceError):
-    """A message holds what nobody can mean; says what would have worked."""
+    """A message holds values that cannot be meant; says what would have worked."""
 
     def __init__(self, problem: str, valid: str) -> None:
         super().__init__(f"{problem} (would have worked: {valid})")
@@ -61,7 +61,7 @@ def problem_with(message: Any, now: Now | None = None) -> str | None:
 
     Args:
         message: A message, the request of a service or a goal.
-        now: Tells the present time; None where stamps do not matter.
+        now: Gives the present time; None where stamps do not matter.
     """
     check = CHECKS.get(type_name(type(message)))
     if check is None:
@@ -142,11 +142,45 @@ def _header(header: Any, now: Now | None) -> None:
     _stamp("header.stamp", header.stamp, now)
 
 
-def _planar(message: Any, now: Now | None) -> None:
-    """A request with ``x``, ``y`` and ``phi``."""
-    _within("x", message.x, MAX_DISTANCE_M, "m")
-    _within("y", message.y, MAX_DISTANCE_M, "m")
-    _within("phi", message.phi, MAX_ANGLE_RAD, "rad")
+# ---- checks made of parts ------------------------------------------------------------------------------
+
+
+def _numbers(limit: float, unit: str, *names: str) -> Check:
+    """Fields whose absolute value is limited."""
+
+    def check(message: Any, now: Now | None) -> None:
+        for name in names:
+            _within(name, getattr(message, name), limit, unit)
+
+    return check
+
+
+def _range(name: str, low: float, high: float, unit: str) -> Check:
+    """A field between two values."""
+    return lambda message, now: _between(name, getattr(message, name), low, high, unit)
+
+
+def _names(*names: str) -> Check:
+    """Fields that are names."""
+
+    def check(message: Any, now: Now | None) -> None:
+        for name in names:
+            _name(name, getattr(message, name))
+
+    return check
+
+
+def _all(*checks: Check) -> Check:
+    """Several checks, one after the other."""
+
+    def check(message: Any, now: Now | None) -> None:
+        for each in checks:
+            each(message, now)
+
+    return check
+
+
+_PLANAR = _all(_numbers(MAX_DISTANCE_M, "m", "x", "y"), _numbers(MAX_ANGLE_RAD, "rad", "phi"))
 
 
 # ---- whole messages -----------------------------------------------------------------------------------
@@ -170,6 +204,8 @@ def _transforms(message: Any, now: Now | None) -> None:
     for one in message.transforms:
         _header(one.header, now)
         _name("child_frame_id", one.child_frame_id)
+        if one.child_frame_id == one.header.frame_id:
+            raise BadMessage(f"the frame {one.child_frame_id!r} is its own parent", "two frames")
         _place(f"the translation of {one.child_frame_id!r}", one.transform.translation)
         _rotation(f"the rotation of {one.child_frame_id!r}", one.transform.rotation)
 
@@ -243,12 +279,6 @@ def _joints(message: Any, now: Now | None) -> None:
             raise BadMessage(f"{what} that are not finite", "numbers")
 
 
-def _base_state(message: Any, now: Now | None) -> None:
-    _header(message.header, now)
-    _within("distance", message.distance, MAX_DISTANCE_M, "m")
-    _within("angle", message.angle, MAX_ANGLE_RAD, "rad")
-
-
 def _pose_stamped(message: Any, now: Now | None) -> None:
     # The time of a goal is not used, and people leave it out.
     _name("header.frame_id", message.header.frame_id)
@@ -265,20 +295,6 @@ def _pose_with_covariance(message: Any, now: Now | None) -> None:
         raise BadMessage("a covariance that is not finite or too large", f"at most {MAX_DISTANCE_M**2:g}")
 
 
-def _detected_user(message: Any, now: Now | None) -> None:
-    _within("user_position_x", message.user_position_x, MAX_DISTANCE_M, "m")
-    _within("user_position_y", message.user_position_y, MAX_DISTANCE_M, "m")
-
-
-def _run_state(message: Any, now: Now | None) -> None:
-    for name in ("run_id", "mission", "state", "code"):
-        _name(name, getattr(message, name))
-
-
-def _number(message: Any, now: Now | None) -> None:
-    _within("data", message.data, MAX_DISTANCE_M, "")
-
-
 def _battery(message: Any, now: Now | None) -> None:
     for name in ("voltage", "current", "charge", "capacity"):  # NaN: not measured
         if math.isinf(getattr(message, name)):
@@ -291,25 +307,6 @@ def _parameters(message: Any, now: Now | None) -> None:
         _between(f"the type of {parameter.name[:MAX_NAME]!r}", parameter.value.type, 0, 9)
 
 
-def _label(message: Any, now: Now | None) -> None:
-    _name("label", message.label)
-
-
-def _room(message: Any, now: Now | None) -> None:
-    _name("room", message.room)
-
-
-def _hotspot(message: Any, now: Now | None) -> None:
-    _label(message, now)
-    _planar(message, now)
-
-
-def _approach(message: Any, now: Now | None) -> None:
-    for name in ("user_x", "user_y", "robot_x", "robot_y"):
-        _within(name, getattr(message, name), MAX_DISTANCE_M, "m")
-    _between("safe_distance", message.safe_distance, 0.0, MAX_DISTANCE_M, "m")
-
-
 def _song(message: Any, now: Now | None) -> None:
     for duration in message.durations:
         _between("a duration", duration, 0.0, MAX_NOTE_S, "s")
@@ -317,14 +314,6 @@ def _song(message: Any, now: Now | None) -> None:
 
 def _drive_goal(message: Any, now: Now | None) -> None:
     _pose_stamped(message.pose, now)
-
-
-def _spin_goal(message: Any, now: Now | None) -> None:
-    _within("target_yaw", message.target_yaw, MAX_ANGLE_RAD, "rad")
-
-
-def _look_goal(message: Any, now: Now | None) -> None:
-    _between("window", message.window, 0.0, MAX_LOOK_S, "s")
 
 
 CHECKS: Mapping[str, Check] = {
@@ -342,21 +331,28 @@ CHECKS: Mapping[str, Check] = {
     "sensor_msgs/Imu": _imu,
     "sensor_msgs/JointState": _joints,
     "sensor_msgs/BatteryState": _battery,
-    "std_msgs/Float64": _number,
+    "std_msgs/Float64": _numbers(MAX_DISTANCE_M, "", "data"),
     "tf2_msgs/TFMessage": _transforms,
-    "florence_interfaces/DetectedUser": _detected_user,
-    "florence_interfaces/RunState": _run_state,
-    "florence_interfaces/TurtlebotSensorState": _base_state,
-    "florence_interfaces/GetHotspot_Request": _label,
-    "florence_interfaces/GotoRoom_Request": _room,
-    "florence_interfaces/GotoXYPhi_Request": _planar,
+    "florence_interfaces/DetectedUser": _numbers(MAX_DISTANCE_M, "m", "user_position_x", "user_position_y"),
+    "florence_interfaces/RunState": _names("run_id", "mission", "state", "code"),
+    "florence_interfaces/TurtlebotSensorState": _all(
+        lambda message, now: _header(message.header, now),
+        _numbers(MAX_DISTANCE_M, "m", "distance"),
+        _numbers(MAX_ANGLE_RAD, "rad", "angle"),
+    ),
+    "florence_interfaces/GetHotspot_Request": _names("label"),
+    "florence_interfaces/GotoRoom_Request": _names("room"),
+    "florence_interfaces/GotoXYPhi_Request": _PLANAR,
     "florence_interfaces/PlaySong_Request": _song,
-    "florence_interfaces/ProposeApproach_Request": _approach,
-    "florence_interfaces/SetHotspot_Request": _hotspot,
-    "florence_interfaces/SetRoom_Request": _room,
-    "florence_interfaces/SetXYPhi_Request": _planar,
-    "florence_interfaces/LookForUser_Goal": _look_goal,
+    "florence_interfaces/ProposeApproach_Request": _all(
+        _numbers(MAX_DISTANCE_M, "m", "user_x", "user_y", "robot_x", "robot_y"),
+        _range("safe_distance", 0.0, MAX_DISTANCE_M, "m"),
+    ),
+    "florence_interfaces/SetHotspot_Request": _all(_names("label"), _PLANAR),
+    "florence_interfaces/SetRoom_Request": _names("room"),
+    "florence_interfaces/SetXYPhi_Request": _PLANAR,
+    "florence_interfaces/LookForUser_Goal": _range("window", 0.0, MAX_LOOK_S, "s"),
     "nav2_msgs/NavigateToPose_Goal": _drive_goal,
-    "nav2_msgs/Spin_Goal": _spin_goal,
+    "nav2_msgs/Spin_Goal": _numbers(MAX_ANGLE_RAD, "rad", "target_yaw"),
 }
 """Type -> its check. A type that is not here is not checked."""

@@ -1,4 +1,4 @@
-"""Latched publishers that know their listeners, for messages that cost more than what they tell of."""
+"""Latched publishers that know their subscribers, for messages that are expensive to make."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from florence_bt.ros.qos import LATCHED
 
 
 class LatchedPublisher:
-    """A latched publisher that knows its listeners.
+    """A latched publisher that knows its subscribers.
 
     Args:
         node: The node that publishes.
@@ -30,20 +30,20 @@ class LatchedPublisher:
 
     @property
     def holds(self) -> bool:
-        """Whether who joins is given a message by the topic itself, not always that of the moment."""
+        """Whether a new subscriber gets a message from the topic itself, perhaps an old one."""
         return self._holds
 
     @property
-    def tells_joiners(self) -> bool:
-        """Whether everybody who listens now is given the last message by the topic itself.
+    def serves_new_subscribers(self) -> bool:
+        """Whether every subscriber gets the last message from the topic itself.
 
-        Not before there is one, and not when somebody listens who does not ask for earlier messages.
+        Not before there is one, and not when a subscriber does not ask for earlier messages.
         """
         return self._holds and not self._somebody_is_volatile()
 
     @property
     def listeners(self) -> int:
-        """How many listen now."""
+        """How many subscribers there are."""
         return self._publisher.get_subscription_count() if self._publisher is not None else 0
 
     def publish(self, message: Any) -> None:
@@ -67,16 +67,16 @@ class LatchedPublisher:
 
 
 class WatchedPublisher(LatchedPublisher):
-    """A latched publisher that is told when somebody joins. It lives as long as its node.
+    """A latched publisher that is notified of new subscribers. It lives as long as its node.
 
     It cannot be closed before: the events executor of rclpy 7.1 crashes when a publisher goes while it has
-    still to tell that somebody joined or left.
+    not yet reported that a subscriber joined or left.
 
     Args:
         node: The node that publishes.
         message_type: Type of the messages.
         topic: Name of the topic.
-        on_join: Called when somebody has begun to listen; should publish the state of the moment.
+        on_join: Called when a subscriber has joined; should publish the present state.
     """
 
     def __init__(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from florence_bt.runtime.run import MissionRun, Policy, Request
+from florence_bt.runtime.run import MissionRequest, MissionRun, TriggerPolicy
 from florence_bt.runtime.run_queue import RunQueue
 
 
@@ -32,7 +32,7 @@ def name_of(run: MissionRun) -> str:
 
 
 def decide(
-    request: Request,
+    request: MissionRequest,
     current: MissionRun | None,
     blocked_by: str | None = None,
     queue: RunQueue | None = None,
@@ -56,27 +56,27 @@ def decide(
     word = current.status.value.lower()
     busy = f"{current.mission} is {word} (run {current.run_id}, priority {current.request.priority})"
     match request.policy:
-        case Policy.QUEUE if queue is not None and queue.full:
+        case TriggerPolicy.QUEUE if queue is not None and queue.full:
             return Decision(
                 Verdict.REJECT,
                 f"{busy} and {queue.limit} runs wait already, which is the limit; stop some of them, wait, "
                 "or ask with policy 'preempt'",
             )
-        case Policy.QUEUE:
+        case TriggerPolicy.QUEUE:
             return Decision(Verdict.QUEUE, f"waits because {busy}")
-        case Policy.PREEMPT if request.priority < current.request.priority:
+        case TriggerPolicy.PREEMPT if request.priority < current.request.priority:
             return Decision(
                 Verdict.REJECT,
                 f"{busy}, above the priority {request.priority} of this request; wait, stop it, or ask with "
                 f"priority {current.request.priority} or more",
             )
-        case Policy.PREEMPT if queue is not None and queue.crowded:
+        case TriggerPolicy.PREEMPT if queue is not None and queue.crowded:
             return Decision(
                 Verdict.REJECT,
                 f"{busy} and {len(queue)} runs wait already, among them one that preempted it, which is one "
                 "above the limit; stop some of them or ask again in a moment",
             )
-        case Policy.PREEMPT:
+        case TriggerPolicy.PREEMPT:
             return Decision(Verdict.PREEMPT, f"replaces {current.run_id}")
         case _:
             return Decision(Verdict.REJECT, f"{busy}; stop it first or ask with policy 'queue' or 'preempt'")

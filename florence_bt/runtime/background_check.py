@@ -14,7 +14,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
@@ -55,7 +56,7 @@ class BackgroundCheck:
         self._waiting: list[WhenFresh] = []
         self._report = ReloadReport()
         self._checks = 0
-        self._process: subprocess.Popen[bytes] | None = None
+        self._check: _Check | None = None
         self._limit: Timer | None = None
 
     def when_fresh(self, then: WhenFresh) -> None:
@@ -83,39 +84,33 @@ class BackgroundCheck:
 
     def _start(self) -> None:
         self._checks += 1
-        try:
-            process = self._process = subprocess.Popen(
-                [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-            )
-        except OSError as error:
-            self._answer(f"the missions cannot be checked: {error}")
-            return
-        threading.Thread(target=self._work, args=(process,), name="check", daemon=True).start()
+        check = self._check = _Check()
+        threading.Thread(target=self._work, args=(check,), name="check", daemon=True).start()
 
-    def _work(self, process: subprocess.Popen[bytes]) -> None:
-        """Wait for the process, and read what it says; on a thread of its own."""
-        pickled, _ = process.communicate(self._pickled)
-        if process.returncode != 0:
-            self._call_soon(lambda: self._failed(process))
+    def _work(self, check: _Check) -> None:
+        """Start the process, wait for it, and read its output; on a thread of its own."""
+        try:
+            code, pickled = check.run(self._pickled)
+        except OSError as error:
+            problem = f"the missions cannot be checked: {error}"
+            self._call_soon(lambda: self._failed(check, problem))
+            return
+        if code != 0:
+            problem = f"the check of the missions ended with code {code}; its error is in the log"
+            self._call_soon(lambda: self._failed(check, problem))
             return
         source = _Slices(pickled)
-        gc.disable()  # a collection looks at all that was read so far, and the executor waits for it
-        try:
+        with collector_paused():
             report = pickle.Unpickler(source).load()
             begin = source.position
             missions = pickle.Unpickler(source).load()
-        finally:
-            gc.enable()
-        self._call_soon(lambda: self._checked(process, report, missions, pickled[begin:]))
+        self._call_soon(lambda: self._checked(check, report, missions, pickled[begin:]))
 
-    def _checked(
-        self, process: subprocess.Popen[bytes], report: ReloadReport, missions: MissionFolders, pickled: bytes
-    ) -> None:
-        if process is not self._process:
+    def _checked(self, check: _Check, report: ReloadReport, missions: MissionFolders, pickled: bytes) -> None:
+        if check is not self._check:
             return  # it came too late
         self._missions, self._pickled, self._report = missions, pickled, report
         self._adopt(missions)
-        gc.freeze()  # as at the start of the process: what lives long is not looked at by the collector
         if not self._edited():
             self._answer("")
         elif self._checks < AGAIN:
@@ -123,10 +118,9 @@ class BackgroundCheck:
         else:
             self._answer("the files of the missions are being written at this moment; ask again")
 
-    def _failed(self, process: subprocess.Popen[bytes]) -> None:
-        if process is self._process:
-            code = process.returncode
-            self._answer(f"the check of the missions ended with code {code}; its error is in the log")
+    def _failed(self, check: _Check, problem: str) -> None:
+        if check is self._check:
+            self._answer(problem)
 
     def _too_late(self) -> None:
         self._answer(
@@ -143,10 +137,56 @@ class BackgroundCheck:
         if self._limit is not None:
             self._limit.cancel()
             self._limit = None
-        if self._process is not None:
-            if self._process.poll() is None:
+        if self._check is not None:
+            self._check.stop()
+            self._check = None
+
+
+class _Check:
+    """The process of one check. It is started on the thread that waits for it: a start takes up to 40 ms."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._stopped = False
+
+    def run(self, pickled: bytes) -> tuple[int, bytes]:
+        """Run the process to its end; its exit code and its output.
+
+        Raises:
+            OSError: It cannot be started.
+        """
+        process = subprocess.Popen(
+            [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        with self._lock:
+            self._process = process
+            if self._stopped:
+                process.kill()
+        output, _ = process.communicate(pickled)
+        return process.returncode, output
+
+    def stop(self) -> None:
+        """End the process, now or as soon as it has started."""
+        with self._lock:
+            self._stopped = True
+            if self._process is not None and self._process.poll() is None:
                 self._process.kill()
-            self._process = None
+
+
+@contextmanager
+def collector_paused() -> Iterator[None]:
+    """Let the garbage collector pause, and never look at what was made meanwhile.
+
+    A collection visits all that was read so far, and every thread waits for it. What is made here lives long,
+    as what was made at the start of the process (``ros.spin``).
+    """
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 PROTOCOL = 3
@@ -163,17 +203,17 @@ class _Slices:
 
     def read(self, count: int) -> bytes:
         """The next bytes."""
-        self._let_others_run()
+        self._yield_cpu()
         begin, self.position = self.position, self.position + count
         return self._data[begin : self.position]
 
     def readline(self) -> bytes:
         """The next line."""
-        self._let_others_run()
+        self._yield_cpu()
         begin, self.position = self.position, self._data.index(b"\n", self.position) + 1
         return self._data[begin : self.position]
 
-    def _let_others_run(self) -> None:
+    def _yield_cpu(self) -> None:
         if time.perf_counter() >= self._until:
             time.sleep(SLICE_S)
             self._until = time.perf_counter() + SLICE_S

@@ -31,7 +31,7 @@ class EventKind(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class RunEvent:
     """One record.
 
     Attributes:

@@ -8,21 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
+from florence_bt.behaviours.keys import KeyStore
 from florence_bt.behaviours.why import Why
 from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.skill import Skill
-from florence_bt.runtime.announcer import Announcer, EventLog, Listener, NoLog
 from florence_bt.runtime.arbiter import Verdict, decide, name_of
+from florence_bt.runtime.event_bus import EventBus, EventLog, Listener, NoLog
 from florence_bt.runtime.events import EventKind, seconds_text
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
-from florence_bt.runtime.run import MissionRun, Request, RunIds, RunStatus
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus
+from florence_bt.runtime.run_environment import RunEnvironment
 from florence_bt.runtime.run_queue import RunQueue
-from florence_bt.runtime.runs_in_sight import RunsInSight
 from florence_bt.runtime.tree_run import END_LIMIT_S, TreeRun
-from florence_bt.runtime.world import World
 from florence_bt.trees.checks.lint import check
+from florence_bt.trees.drawings.ascii import draw_rows
+from florence_bt.trees.language.compile import CompiledTree
 from florence_bt.trees.language.findings import Finding, raise_first_error
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
@@ -40,7 +42,7 @@ class RequestRefused(FlorenceError):
     """A request was refused because of what runs now; the message says what would have worked."""
 
 
-class Executor(RunsInSight):
+class Executor:
     """Runs missions one at a time.
 
     Args:
@@ -53,10 +55,12 @@ class Executor(RunsInSight):
         log: Keeps what happens; nothing is acknowledged before it is safe there.
         queue_limit: How many runs may wait for their turn.
         stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
-        let_others_run: Called when the skills of a tick were started and only the telling is left.
+        yield_cpu: Called when the skills of a tick were started and only the telling is left.
         reload_at_trigger: Whether a trigger takes edits over itself; otherwise whoever calls it sees to that.
 
     Attributes:
+        current: The run that is not over yet, or None.
+        last: The run that ended last, or None.
         on_tick: Called with the run after each tick.
         woken: When the last step began, on the stopwatch.
     """
@@ -73,10 +77,13 @@ class Executor(RunsInSight):
         log: EventLog | None = None,
         queue_limit: int = QUEUE_LIMIT,
         stopwatch: Callable[[], float] | None = None,
-        let_others_run: Callable[[], None] = lambda: None,
+        yield_cpu: Callable[[], None] = lambda: None,
         reload_at_trigger: bool = True,
     ) -> None:
-        super().__init__(RunQueue(queue_limit))
+        self.current: MissionRun | None = None
+        self.last: MissionRun | None = None
+        self._queue = RunQueue(queue_limit)
+        self._active: TreeRun | None = None
         self._missions = library
         self.on_tick: Callable[[MissionRun], None] = lambda run: None
         self._skills = skills
@@ -84,17 +91,17 @@ class Executor(RunsInSight):
         self._clock = clock
         self._run_ids = run_ids
         self._call_soon = call_soon or (lambda callback: clock.call_at(clock.now(), callback))
-        self._announcer = Announcer(clock, log or NoLog())
+        self._event_bus = EventBus(clock, log or NoLog())
         self._blocks: dict[str, str] = {}
         self._wake_asked = False
         self._stopwatch = stopwatch or clock.now
-        self._let_others_run = let_others_run
+        self._yield_cpu = yield_cpu
         self._reload_at_trigger = reload_at_trigger
         self.woken = 0.0
 
     def add_listener(self, listener: Listener) -> None:
         """Call back with the run at every event: the topics, the live view, the recorder."""
-        self._announcer.add_listener(listener)
+        self._event_bus.add_listener(listener)
 
     @property
     def library(self) -> MissionLibrary:
@@ -111,9 +118,65 @@ class Executor(RunsInSight):
     def blocked_by(self, reason: str | None) -> None:
         self.block("", reason)
 
+    # ---- the runs that are known ------------------------------------------------------------------------
+
+    @property
+    def waiting(self) -> tuple[MissionRun, ...]:
+        """The runs that wait for their turn, the next one first."""
+        return tuple(self._queue)
+
+    def find(self, run_id: str | None = None) -> MissionRun | None:
+        """The run with this id among the current, the queued and the last one; without an id the current
+        run or else the last one.
+        """
+        candidates = [self.current, *self._queue, self.last]
+        for run in candidates:
+            if run is not None and run_id in (None, "", run.run_id):
+                return run
+        return None
+
+    def render(
+        self,
+        run: MissionRun,
+        *,
+        colour: bool = False,
+        visited_only: bool = False,
+        durations: bool = False,
+        width: int | None = None,
+    ) -> str:
+        """The ASCII tree of a run: live for the current one, as it was at the end for others.
+
+        Args:
+            run: The run.
+            colour: Whether to colour the marks for a terminal.
+            visited_only: Whether to leave out nodes that were not reached.
+            durations: Whether nodes tell how long they took, on the clock of the run.
+            width: Characters of a line at most; what nodes say is cut.
+        """
+        live = (RunStatus.RUNNING, RunStatus.PAUSED)
+        rows = run.rows
+        if self._active is not None and run is self._active.run and run.status in live:
+            rows = self._active.rows()
+        elif not rows:
+            return run.tree
+        return draw_rows(rows, colour=colour, visited_only=visited_only, durations=durations, width=width)
+
+    def tip(self) -> str:
+        """The name of the node that the current run waits for, empty when nothing runs."""
+        return self._active.tip() if self._active is not None else ""
+
+    @property
+    def tree(self) -> CompiledTree | None:
+        """The tree of the current run for those who look at it, None when nothing runs."""
+        return self._active.tree if self._active is not None else None
+
+    def keys(self) -> KeyStore | None:
+        """The keys of the current run's mission, None when nothing runs."""
+        return self._active.tree.keys if self._active is not None else None
+
     # ---- triggers -------------------------------------------------------------------------------------
 
-    def trigger(self, request: Request) -> MissionRun:
+    def trigger(self, request: MissionRequest) -> MissionRun:
         """Start, queue or refuse a mission.
 
         Returns:
@@ -142,7 +205,7 @@ class Executor(RunsInSight):
             return run
         preempts = decision.verdict is Verdict.PREEMPT
         self._queue.add(run, first=preempts)
-        self._announcer.tell(run, EventKind.QUEUED, reason=decision.reason)
+        self._event_bus.publish(run, EventKind.QUEUED, reason=decision.reason)
         if preempts:
             self.stop(f"preempted by {run.run_id} ({request.caller})")
         return run
@@ -201,7 +264,7 @@ class Executor(RunsInSight):
         """What people should know though missions run: edits that do not count, a journal in trouble."""
         missions = self._missions
         held = missions.held if isinstance(missions, MissionFolders) else {}
-        trouble = self._announcer.log.trouble
+        trouble = self._event_bus.log.trouble
         return [*(f"{name}: {reason}" for name, reason in held.items()), *([trouble] if trouble else [])]
 
     def note_about(self, mission: str) -> str:
@@ -281,12 +344,12 @@ class Executor(RunsInSight):
     def take_up(self, tree: TreeRun) -> None:
         """Go on with a paused run of the process before; nothing else may be running."""
         tree.on_tick, tree.on_over = self._after_tick, self._on_over
-        tree.move_to(self.world())
+        tree.move_to(self.environment())
         if tree.run.started is not None:
             tree.run.started = self._clock.now() - (tree.clock.now() - tree.run.started)
         self.current, self._active = tree.run, tree
         if tree.run.paused:
-            self._announcer.tell(tree.run, EventKind.RECOVERED, paused=True, reason=tree.run.paused)
+            self._event_bus.publish(tree.run, EventKind.RECOVERED, paused=True, reason=tree.run.paused)
         else:
             tree.resume(EventKind.RECOVERED)
 
@@ -294,7 +357,7 @@ class Executor(RunsInSight):
         """Let runs wait that the process before had in its queue."""
         for run in runs:
             self._queue.add(run)
-            self._announcer.tell(run, EventKind.QUEUED, reason="queued again after a crash")
+            self._event_bus.publish(run, EventKind.QUEUED, reason="queued again after a crash")
         self._start_next()
 
     def close_past(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
@@ -302,16 +365,16 @@ class Executor(RunsInSight):
         self.last = run
         self._close(run, status, why)
 
-    def world(self) -> World:
+    def environment(self) -> RunEnvironment:
         """What runs work with here."""
-        return World(
+        return RunEnvironment(
             self.library,
             self._skills,
             self._declarations,
             self._clock,
             self.wake,
-            self._announcer,
-            self._let_others_run,
+            self._event_bus,
+            self._yield_cpu,
         )
 
     # ---- waking ---------------------------------------------------------------------------------------
@@ -329,22 +392,22 @@ class Executor(RunsInSight):
         if self._active is not None:
             self.woken = self._stopwatch()
             self._active.step()
-            self._announcer.log.commit()
+            self._event_bus.log.commit()
 
     def _build(self, run: MissionRun) -> TreeRun:
         """Build what a run works with; starts nothing."""
-        return TreeRun(run, self.world(), self._after_tick, self._on_over)
+        return TreeRun(run, self.environment(), self._after_tick, self._on_over)
 
     def _begin(self, tree: TreeRun) -> None:
         run = tree.run
         self.current, self._active = run, tree
         run.status = RunStatus.RUNNING
         run.started = self._clock.now()
-        self._announcer.tell(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
+        self._event_bus.publish(run, EventKind.STARTED, inputs=dict(run.inputs), caller=run.request.caller)
         self.wake()
 
     def _after_tick(self, run: MissionRun) -> None:
-        self._announcer.call(run, self.on_tick)
+        self._event_bus.call(run, self.on_tick)
 
     def _on_over(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
         self.current = self._active = None
@@ -369,7 +432,7 @@ class Executor(RunsInSight):
         run.status = status
         run.why = why
         run.ended = self._clock.now()
-        self._announcer.tell(
+        self._event_bus.publish(
             run,
             EventKind.ENDED,
             status=status.value,
@@ -381,7 +444,7 @@ class Executor(RunsInSight):
 
     def _new_id(self, mission: str) -> str:
         run_id = self._run_ids.next(mission)
-        while self._announcer.log.knows(run_id):
+        while self._event_bus.log.knows(run_id):
             run_id = self._run_ids.next(mission)
         return run_id
 

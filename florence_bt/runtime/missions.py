@@ -294,4 +294,4 @@ def _called_by(library: MissionLibrary, name: str) -> set[str]:
 def _calls(library: MissionLibrary, name: str) -> Iterable[str]:
     mission = library.find(name)
     nodes = mission.nodes() if mission is not None else ()
-    return [node.mission.text for node in nodes if isinstance(node, model.Call)]
+    return [node.mission.text for node in nodes if isinstance(node, model.CallMission)]

@@ -16,7 +16,7 @@ from typing import Any
 from florence_bt.core.clock import Clock, Timer, call_every
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.runtime.events import Event, EventKind, plain
+from florence_bt.runtime.events import EventKind, RunEvent, plain
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.journal.text import journal_text
@@ -116,7 +116,7 @@ class RunRecorder:
         self._stop_timer()
         self._closed = True
 
-    def _on_event(self, run: MissionRun, event: Event) -> None:
+    def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         if self._closed or self._given_up == run.run_id:
             return
         try:
@@ -139,7 +139,7 @@ class RunRecorder:
             self._timer.cancel()
             self._timer = None
 
-    def _record(self, run: MissionRun, event: Event) -> None:
+    def _record(self, run: MissionRun, event: RunEvent) -> None:
         if run.run_id not in self._open:
             self._open[run.run_id] = RunRecord(self.folder_of(run.run_id))
         record = self._open[run.run_id]

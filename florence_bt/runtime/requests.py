@@ -7,9 +7,14 @@ clear sentence and nothing else happens.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.runtime.run import Policy, Request
+from florence_bt.runtime.journal import JournalReader
+from florence_bt.runtime.journal.rows import typed
+from florence_bt.runtime.run import RUN_ID, MissionRequest, TriggerPolicy
+from florence_bt.trees.language.loader import MissionLibrary
 
 MAX_INPUTS = 64
 MAX_NAME = 200
@@ -27,7 +32,7 @@ def request_from_texts(
     caller: str,
     policy: str = "",
     priority: int = 0,
-) -> Request:
+) -> MissionRequest:
     """Make a request of what a caller sent.
 
     Args:
@@ -53,7 +58,7 @@ def request_from_texts(
         if name in inputs:
             raise ConfigError(f"the input {name!r} was given twice", valid=["each input once"])
         inputs[name] = checked_text(f"the value of the input {name!r}", value, MAX_VALUE)
-    return Request(
+    return MissionRequest(
         checked_text("the name of the mission", mission),
         inputs,
         checked_text("the caller", caller),
@@ -62,19 +67,21 @@ def request_from_texts(
     )
 
 
-def policy_from_text(text: str) -> Policy:
+def policy_from_text(text: str) -> TriggerPolicy:
     """The policy with this name; empty means ``reject``.
 
     Raises:
         ConfigError: There is no such policy.
     """
     if not text:
-        return Policy.REJECT
+        return TriggerPolicy.REJECT
     try:
-        return Policy(text)
+        return TriggerPolicy(text)
     except ValueError:
         shown = checked_text("the policy", text)
-        raise ConfigError(f"unknown policy {shown!r}", valid=[policy.value for policy in Policy]) from None
+        raise ConfigError(
+            f"unknown policy {shown!r}", valid=[policy.value for policy in TriggerPolicy]
+        ) from None
 
 
 def checked_text(what: str, text: str, longest: int = MAX_NAME) -> str:
@@ -93,3 +100,31 @@ def checked_text(what: str, text: str, longest: int = MAX_NAME) -> str:
     if not text.translate(_BLANKS).isprintable():
         raise ConfigError(f"{what} has characters that cannot be printed: {text!r}", valid=["plain text"])
     return text
+
+
+def same_again(request: MissionRequest, library: MissionLibrary, runs_folder: Path) -> MissionRequest:
+    """Replace the id of a run by its mission and inputs.
+
+    Args:
+        request: What a caller asks for; one that names a mission is given back as it is.
+        library: The missions, which know the types of the inputs.
+        runs_folder: The folder of the journal.
+
+    Raises:
+        ConfigError: No such run is in the journal, or the request brings inputs of its own.
+    """
+    run_id = request.mission
+    if not RUN_ID.fullmatch(run_id):
+        return request
+    with JournalReader(runs_folder) as reader:
+        row = reader.run(run_id)
+    if row is None:
+        raise ConfigError(f"no run {run_id!r} is in the journal", valid=["a run that florence runs shows"])
+    if request.inputs:
+        raise ConfigError(
+            f"{run_id} is a run, and runs again with the inputs that it had", valid=["no inputs"]
+        )
+    mission = library.find(row.mission)
+    ports = mission.inputs if mission is not None else {}
+    inputs = {name: typed(value, ports.get(name)) for name, value in row.inputs.items()}
+    return replace(request, mission=row.mission, inputs=inputs)

@@ -41,7 +41,7 @@ FINAL = frozenset({RunStatus.SUCCEEDED, RunStatus.FAILED, RunStatus.STOPPED, Run
 """The states in which nothing can change any more."""
 
 
-class Policy(enum.Enum):
+class TriggerPolicy(enum.Enum):
     """What a caller wants when another mission is running (ARCHITECTURE.md, ROS surface)."""
 
     REJECT = "reject"
@@ -50,7 +50,7 @@ class Policy(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class MissionRequest:
     """A trigger.
 
     Attributes:
@@ -64,7 +64,7 @@ class Request:
     mission: str
     inputs: Mapping[str, Any] = field(default_factory=dict)
     caller: str = "unknown"
-    policy: Policy = Policy.REJECT
+    policy: TriggerPolicy = TriggerPolicy.REJECT
     priority: int = 0
 
 
@@ -91,7 +91,7 @@ class MissionRun:
     """
 
     run_id: str
-    request: Request
+    request: MissionRequest
     inputs: Mapping[str, Any]
     status: RunStatus = RunStatus.QUEUED
     started: float | None = None

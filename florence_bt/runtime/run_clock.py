@@ -84,9 +84,9 @@ class RunClock:
         self._base = base
 
     def _arm(self, timer: RunTimer) -> None:
-        timer.inner = self._base.call_at(timer.when + self._behind, lambda: self._ring(timer))
+        timer.inner = self._base.call_at(timer.when + self._behind, lambda: self._fire(timer))
 
-    def _ring(self, timer: RunTimer) -> None:
+    def _fire(self, timer: RunTimer) -> None:
         timer.inner = None
         self._timers.pop(timer, None)
         callback, timer.callback = timer.callback, None

@@ -5,31 +5,33 @@ A :class:`TreeRun` ticks, pauses and ends the tree; which run comes next is the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import py_trees
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.composites import CLEANUP
 from florence_bt.behaviours.context import TreeContext
 from florence_bt.behaviours.keys import KeyStore
-from florence_bt.behaviours.why import Why, explain
-from florence_bt.core.clock import Timer
+from florence_bt.behaviours.why import Why, explain, path_of, remember_failure
+from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.outcome import Result
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.run import MissionRun, RunStatus
 from florence_bt.runtime.run_clock import RunClock
-from florence_bt.runtime.tree_ticks import MAX_TICKS_AT_ONE_MOMENT, TreeTicks
-from florence_bt.runtime.world import World, keep_off_the_base
-from florence_bt.trees.drawings.ascii import TreeRow, draw_rows, tree_rows
+from florence_bt.runtime.run_environment import RunEnvironment, keep_off_the_base
+from florence_bt.runtime.ticking import Ticker
+from florence_bt.trees.drawings.ascii import Left, TreeRow, draw_rows, tree_rows
 from florence_bt.trees.language.compile import CompiledTree, compile_mission
 
 END_LIMIT_S = 15.0
 """How long skills may take to report their end after their run has ended or was paused; longer than a skill's
 own limit for the answer to a cancel. A clean-up has all the time that its own skills have."""
+MAX_TICKS_AT_ONE_MOMENT = 1000
+"""A tree that wakes itself more often without time passing is broken and is failed."""
 
 
 class TreeRun:
@@ -37,7 +39,7 @@ class TreeRun:
 
     Args:
         run: The run; its status is kept up to date.
-        world: What it works with.
+        environment: What it works with.
         on_tick: Called with the run after each tick.
         on_over: Called once, when nothing of the run is left, with how it ended.
 
@@ -48,14 +50,14 @@ class TreeRun:
     def __init__(
         self,
         run: MissionRun,
-        world: World,
+        environment: RunEnvironment,
         on_tick: Callable[[MissionRun], None],
         on_over: Callable[[MissionRun, RunStatus, Why | None], None],
     ) -> None:
         self.run = run
-        self.clock = RunClock(world.clock)
-        self._world = world
-        self._skills = dict(world.skills)
+        self.clock = RunClock(environment.clock)
+        self._environment = environment
+        self._skills = dict(environment.skills)
         self.on_tick = on_tick
         self.on_over = on_over
         self._context = TreeContext(
@@ -63,13 +65,13 @@ class TreeRun:
             keys=KeyStore(),
             wake=self._wake,
             skills=self._skills,
-            declarations=world.declarations,
+            declarations=environment.declarations,
             on_skill_started=self._on_skill_started,
             on_skill_ended=self._on_skill_ended,
             later=self._after_tick,
         )
         self.tree: CompiledTree = compile_mission(
-            world.library.get(run.mission), world.library, run.inputs, self._context
+            environment.library.get(run.mission), environment.library, run.inputs, self._context
         )
         self._ticks = TreeTicks(self.root, self.clock)
         self._end: tuple[RunStatus, Why | None] | None = None
@@ -79,7 +81,7 @@ class TreeRun:
         self._resume_kind = EventKind.RESUMED
 
     @property
-    def root(self) -> py_trees.behaviour.Behaviour:
+    def root(self) -> Behaviour:
         """The root of the tree."""
         return self.tree.root
 
@@ -88,12 +90,12 @@ class TreeRun:
         tip = self.root.tip()
         return tip.name if tip is not None else ""
 
-    def move_to(self, world: World) -> None:
-        """Go on in another world: from a replay to the real one. The run must be paused; it stays so."""
-        self._world = world
+    def move_to(self, environment: RunEnvironment) -> None:
+        """Go on in another environment, after a replay in the real one. The run is paused and stays so."""
+        self._environment = environment
         self._skills.clear()
-        self._skills.update(world.skills)
-        self.clock.move_to(world.clock)
+        self._skills.update(environment.skills)
+        self.clock.move_to(environment.clock)
 
     def step(self) -> None:
         """Do what there is to do now: something woke the run."""
@@ -108,7 +110,7 @@ class TreeRun:
 
     def _tick(self) -> None:
         root = self.tree.root
-        if self._ticks.count >= MAX_TICKS_AT_ONE_MOMENT and self._ticks.spins(self._world.clock.now()):
+        if self._ticks.count >= MAX_TICKS_AT_ONE_MOMENT and self._ticks.spins(self._environment.clock.now()):
             self.end(
                 RunStatus.FAILED, Why(root.name, "spinning", "the tree wakes itself without time passing")
             )
@@ -124,9 +126,9 @@ class TreeRun:
         finally:
             self._do_held()
             self._held = None
-        self._ticks.note(self._world.clock.now())
+        self._ticks.note(self._environment.clock.now())
         for change in self._ticks.changes():
-            self._world.announcer.tell(self.run, EventKind.NODE, **change)
+            self._environment.event_bus.publish(self.run, EventKind.NODE, **change)
         self.on_tick(self.run)
         if root.status is Status.SUCCESS:
             self.run.outputs = self.tree.outputs()
@@ -144,7 +146,7 @@ class TreeRun:
 
     def _do_held(self) -> None:
         if self._held:
-            self._world.let_others_run()
+            self._environment.yield_cpu()
         while self._held:
             held, self._held = self._held, []
             for callback in held:
@@ -166,7 +168,7 @@ class TreeRun:
         run.status = RunStatus.PAUSED
         self.clock.freeze()
         # The log first, so that it tells which skills ended because of the pause.
-        with self._world.announcer.telling(run, EventKind.PAUSED, reason=reason, tip=self.tip()):
+        with self._environment.event_bus.publishing(run, EventKind.PAUSED, reason=reason, tip=self.tip()):
             try:
                 self._context.suspend()
             except Exception as error:
@@ -178,7 +180,7 @@ class TreeRun:
         self._resume_wanted = False
         self._cancel_limit()
         self.run.paused = reason
-        self._world.announcer.tell(self.run, EventKind.PAUSED, reason=reason, tip=self.tip())
+        self._environment.event_bus.publish(self.run, EventKind.PAUSED, reason=reason, tip=self.tip())
 
     def resume(self, kind: EventKind = EventKind.RESUMED) -> None:
         """Go on as soon as the skills that were cancelled for the pause have reported their ends.
@@ -189,7 +191,9 @@ class TreeRun:
         self._resume_kind = kind
         self._resume_wanted = True
         self._cancel_limit()
-        self._limit = self._world.clock.call_at(self._world.clock.now() + END_LIMIT_S, self._resume_late)
+        self._limit = self._environment.clock.call_at(
+            self._environment.clock.now() + END_LIMIT_S, self._resume_late
+        )
         self._resume_when_drained()
 
     def still_ending(self) -> list[str]:
@@ -215,14 +219,14 @@ class TreeRun:
         self.run.paused = ""
         if ending:
             self._limit_end()
-        self._world.announcer.tell(self.run, self._resume_kind)
+        self._environment.event_bus.publish(self.run, self._resume_kind)
         self.clock.thaw()
         try:
             self._context.resume()
         except Exception as error:
             self._break_down(error)
             return
-        self._world.wake()
+        self._environment.wake()
 
     # ---- ending ---------------------------------------------------------------------------------------
 
@@ -234,17 +238,17 @@ class TreeRun:
         self._do_held()
         tip = self.tip()
         at = Why(run.mission, "stopped", f"{reason} (was at {tip!r})" if tip else reason)
-        with self._world.announcer.telling(run, EventKind.STOP_ASKED, reason=reason):
+        with self._environment.event_bus.publishing(run, EventKind.STOP_ASKED, reason=reason):
             self.end(RunStatus.STOPPED, at)
 
     def keep_off(self, reason: str) -> None:
         """Drive no more: a person has the robot. The rest of the clean-ups goes on; call it before a stop."""
         keep_off_the_base(
             self._skills,
-            self._world.declarations,
+            self._environment.declarations,
             self._context.runs,
             reason,
-            partial(self._world.announcer.tell_broken, self.run),
+            partial(self._environment.event_bus.publish_error, self.run),
         )
 
     def end(self, status: RunStatus, why: Why | None) -> None:
@@ -266,7 +270,7 @@ class TreeRun:
         self._stop_tree()
         # Clean-ups need time, also after a pause.
         self.clock.thaw()
-        self._world.wake()
+        self._environment.wake()
 
     def rows(self) -> tuple[TreeRow, ...]:
         """The tree as it stands, to be drawn."""
@@ -278,7 +282,7 @@ class TreeRun:
 
     def _break_down(self, error: Exception) -> None:
         self._do_held()
-        self._world.announcer.tell_broken(self.run, error)
+        self._environment.event_bus.publish_error(self.run, error)
         why = Why(self.root.name, "internal_error", f"{type(error).__name__}: {error}")
         self.end(RunStatus.FAILED, why)
 
@@ -287,7 +291,7 @@ class TreeRun:
             self.root.stop(Status.INVALID)
         except Exception as error:
             # As in a tick. What the nodes did not get to cancel is cancelled here; then all are waited for.
-            self._world.announcer.tell_broken(self.run, error)
+            self._environment.event_bus.publish_error(self.run, error)
             for entry in tuple(self._context.runs):
                 if not entry.left and entry.inputs is not None:
                     self._leave(entry)
@@ -296,11 +300,11 @@ class TreeRun:
         try:
             self._context.leave(entry)
         except Exception as error:
-            self._world.announcer.tell_broken(self.run, error)
+            self._environment.event_bus.publish_error(self.run, error)
 
     def _limit_end(self) -> None:
         self._cancel_limit()
-        clock = self._world.clock
+        clock = self._environment.clock
         self._limit = clock.call_at(clock.now() + END_LIMIT_S, self._end_late)
 
     def _cancel_limit(self) -> None:
@@ -322,7 +326,7 @@ class TreeRun:
                 context.poll(entry)
             except Exception as error:
                 context.drop(entry)
-                self._world.announcer.tell_broken(self.run, error)
+                self._environment.event_bus.publish_error(self.run, error)
         return [entry.skill for entry in context.runs]
 
     def _end_late(self) -> None:
@@ -352,25 +356,25 @@ class TreeRun:
     # ---- skills ---------------------------------------------------------------------------------------
 
     def _wake(self) -> None:
-        self._world.wake()
+        self._environment.wake()
 
     def _on_skill_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
-        self._after_tick(partial(self._tell_started, path, skill, inputs))
+        self._after_tick(partial(self._publish_started, path, skill, inputs))
 
     def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
-        tell = partial(self._tell_ended, path, skill, result, self._context.pause.active)
+        publish = partial(self._publish_ended, path, skill, result, self._context.pause.active)
         if self._held is None:
-            tell()
+            publish()
         else:
-            self._held.append(tell)
+            self._held.append(publish)
 
-    def _tell_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
-        self._world.announcer.tell(
+    def _publish_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
+        self._environment.event_bus.publish(
             self.run, EventKind.SKILL_STARTED, node=path, skill=skill, inputs=dict(inputs)
         )
 
-    def _tell_ended(self, path: str, skill: str, result: Result, paused: bool) -> None:
-        self._world.announcer.tell(
+    def _publish_ended(self, path: str, skill: str, result: Result, paused: bool) -> None:
+        self._environment.event_bus.publish(
             self.run,
             EventKind.SKILL_ENDED,
             node=path,
@@ -382,4 +386,97 @@ class TreeRun:
             **({"paused": True} if paused else {}),
         )
         # In a run that is ending, the last skill's end is what the executor waits for.
-        self._world.wake()
+        self._environment.wake()
+
+
+class TreeTicks:
+    """Ticks a tree.
+
+    Args:
+        root: The tree.
+        clock: The clock of the run: pauses do not count for the nodes.
+
+    Attributes:
+        tick: Ticks the tree once.
+        count: How many ticks there were at the moment of the last one.
+    """
+
+    def __init__(self, root: Behaviour, clock: Clock) -> None:
+        self._ticker = Ticker(root, record=True)
+        self.tick = self._ticker.tick
+        self._clock = clock
+        self._times: dict[Behaviour, tuple[float, float | None]] = {}
+        self._paths: dict[Behaviour, str] = {}
+        self._last: dict[Behaviour, tuple[int, Left]] = {}
+        self._began: dict[Behaviour, int] = {}
+        self.count = 0
+        self._moment = -1.0
+
+    def note(self, now: float) -> None:
+        """Count a tick at a moment of the real clock."""
+        self.count = self.count + 1 if now == self._moment else 1
+        self._moment = now
+
+    def spins(self, now: float) -> bool:
+        """Whether one more tick at this moment of the real clock would be too much."""
+        return self.count >= MAX_TICKS_AT_ONE_MOMENT and now == self._moment
+
+    def changes(self) -> Iterator[dict[str, str]]:
+        """What the last tick changed, in order: the data of events."""
+        now = self._clock.now()
+        known: dict[Behaviour, Why] = {}
+        for node, old, new in self._ticker.changes:
+            self._note_time(node, new, now)
+            why = explain(node, known) if new is Status.FAILURE else None
+            if new is not Status.INVALID:
+                remember_failure(node, why)
+            self._note_last(node, old, new, why)
+            path = self._paths.get(node)
+            if path is None:
+                path = self._paths[node] = path_of(node)
+            change = {"node": path, "old": old.name, "new": new.name}
+            if why is None:
+                change["reason"] = node.feedback_message
+            else:
+                change.update(code=why.code, reason=why.reason, cause=why.path)
+            yield change
+
+    def left(self, node: Behaviour) -> Left | None:
+        """Where a node stood that the nodes above it have left; None when they have not reached it.
+
+        A node that begins again has not reached those below it.
+        """
+        last = self._last.get(node)
+        if node.status is not Status.INVALID or last is None:
+            return None
+        tick, left = last
+        above = node.parent
+        while above is not None:
+            if self._began.get(above, 0) > tick:
+                return None
+            above = above.parent
+        return left
+
+    def seconds(self, node: Behaviour) -> float | None:
+        """How long a node took, or has been running; None when it was not reached."""
+        if node not in self._times or (node.status is Status.INVALID and self.left(node) is None):
+            return None
+        began, ended = self._times[node]
+        return (self._clock.now() if ended is None else ended) - began
+
+    def _note_last(self, node: Behaviour, old: Status, new: Status, why: Why | None) -> None:
+        tick = self._ticker.count
+        if new is not Status.INVALID:
+            self._last[node] = tick, Left(new, node.feedback_message, why)
+            if old is not Status.RUNNING:
+                self._began[node] = tick
+        elif old is Status.RUNNING and node in self._last:
+            self._last[node] = self._last[node][0], Left(old, node.feedback_message, None)
+
+    def _note_time(self, node: Behaviour, status: Status, now: float) -> None:
+        if status is Status.RUNNING:
+            self._times[node] = (now, None)
+            return
+        began, ended = self._times.get(node, (now, None))
+        if status is not Status.INVALID or ended is None:
+            self._times[node] = (began if ended is None else now, now)

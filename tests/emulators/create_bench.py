@@ -10,7 +10,7 @@ from florence_bt.core.geometry import Twist2
 from florence_bt.drivers.diagnosis import Diagnosis
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -39,7 +39,7 @@ class PtyBench:
         self.driver = TurtlebotDriver(TurtlebotParameters(**parameters))
         self.line: PseudoTerminal | None = PseudoTerminal(link)
         self.port: SerialPort | None = None
-        self.reading: Reading | None = None
+        self.reading: BaseReading | None = None
         self.problem = ""
         self.reasons: list[str] = []
         self.now = 0.0
@@ -88,10 +88,10 @@ class PtyBench:
         self.problem = str(error)
         self.reading = None
         self._retry_at = self.now + RETRY_S
-        last_words = self.driver.shutdown()
+        shutdown_command = self.driver.shutdown()
         if self.port is not None:
             try:
-                self._to_base(last_words)
+                self._to_base(shutdown_command)
             except DeviceError as unheard:
                 self.problem = str(unheard)
             self.port.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
@@ -31,13 +31,13 @@ class Bench:
             base, BaseSensors(base, seed, noise), header_in_checksum=header_in_checksum
         )
         self.driver = TurtlebotDriver(TurtlebotParameters(**parameters))
-        self.readings: list[Reading] = []
+        self.readings: list[BaseReading] = []
         self.sent: list[tuple[float, bytes]] = []
         self.now = 0.0
         self._piece = piece
         self.driver.start(0.0)
 
-    def run(self, seconds: float, twist: Twist2 | None = None) -> list[Reading]:
+    def run(self, seconds: float, twist: Twist2 | None = None) -> list[BaseReading]:
         """Let time pass, with the same velocity command every 0.1 s; returns the readings of that time."""
         before = len(self.readings)
         for number in range(round(seconds / STEP)):
@@ -59,7 +59,7 @@ class Bench:
             self.readings += self.driver.receive(data[start : start + self._piece], self.now)
 
     @property
-    def latest(self) -> Reading:
+    def latest(self) -> BaseReading:
         return self.readings[-1]
 
 

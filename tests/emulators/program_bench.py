@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -14,6 +15,17 @@ from florence_bt.core.socket_paths import short_path
 
 LONG_S = 60.0
 """A limit for what takes microseconds."""
+
+
+def documented_commands(device: str) -> set[str]:
+    """The commands of the control channel that docs/emulators.md has in its table for a device."""
+    text = (Path(__file__).parents[2] / "docs" / "emulators.md").read_text()
+    table = (
+        text.partition(f"\n## {device}")[2].partition("### Making things go wrong")[2].partition("\n## ")[0]
+    )
+    rows = [line for line in table.partition("\nIn a test")[0].splitlines() if line.startswith("| `")]
+    first_cells = [re.split(r"(?<!\\)\|", row)[1] for row in rows]
+    return {usage.split()[0] for cell in first_cells for usage in re.findall("`([^`]+)`", cell)}
 
 
 class Hand:

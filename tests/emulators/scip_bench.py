@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.simulation.emulators.scip import URG_04LX, ScannerModel, ScipEmulator
 
@@ -61,5 +61,5 @@ def started(seconds: float = 1.0, **how: object) -> Bench:
     bench = Bench(**how)  # type: ignore[arg-type]
     bench.driver.start(0.0)
     bench.run(seconds)
-    assert bench.driver.status.phase is Phase.MEASURING
+    assert bench.driver.status.phase is DriverPhase.MEASURING
     return bench

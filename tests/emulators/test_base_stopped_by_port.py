@@ -1,4 +1,4 @@
-"""The base is told to stop by its port when the driver that drove it is gone, amid whatever it sent."""
+"""The base is stopped by its port when the driver that drove it is gone, amid whatever it sent."""
 
 import os
 import select
@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 
-from florence_bt.app.bringup.make_safe_port import HungDriverStop, stop_base
+from florence_bt.app.bringup.hold import HungDriverStop, stop_base
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.core.errors import DeviceLost
-from florence_bt.drivers.turtlebot import codec
+from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.simulation.emulators.create import CreateEmulator, Mode
 from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseSensors
 
-DRIVING = codec.drive_direct(200, 150)
+DRIVING = commands.drive_direct(200, 150)
 ROBOT = """
 turtlebot_node: {port: /dev/base, robot_type: create2, drive_mode: drive, update_rate: 20.0}
 """
@@ -54,18 +54,18 @@ def port(base: Any) -> Port:
 
 @pytest.mark.parametrize("sent", range(len(DRIVING) + 1))
 def test_a_driver_may_die_amid_a_command(base: Any, port: Port, tmp_path: Any, sent: int) -> None:
-    port.create.receive(codec.drive_direct(300, 300)[:sent], 0.5)
+    port.create.receive(commands.drive_direct(300, 300)[:sent], 0.5)
     options = BringUp(str(tmp_path))
-    assert stop_base(options, port.open) == "the base was told to stop"
+    assert stop_base(options, port.open) == "the base was sent a stop command"
     assert base.wheels == (0.0, 0.0) and port.create.mode is Mode.FULL and port.closed
     assert port.opened == [(str(tmp_path / "ports" / "create"), 57600)]
 
 
 def test_a_base_that_drives_to_its_dock_is_stopped(base: Any, port: Port, tmp_path: Any) -> None:
-    port.create.receive(codec.cover_and_dock(), 0.5)
+    port.create.receive(commands.cover_and_dock(), 0.5)
     port.create.poll(0.6)
     assert port.create.mode is Mode.PASSIVE
-    assert stop_base(BringUp(str(tmp_path)), port.open) == "the base was told to stop"
+    assert stop_base(BringUp(str(tmp_path)), port.open) == "the base was sent a stop command"
     assert base.wheels == (0.0, 0.0) and port.create.mode is Mode.FULL
 
 
@@ -73,7 +73,7 @@ def test_the_port_of_a_real_robot_is_that_of_its_configuration(port: Port, tmp_p
     config = tmp_path / "robot.yaml"
     config.write_text(ROBOT)
     options = BringUp(str(tmp_path), simulated=False, config_file=str(config))
-    assert stop_base(options, port.open) == "the base was told to stop"
+    assert stop_base(options, port.open) == "the base was sent a stop command"
     assert port.opened == [("/dev/base", 115200)]
 
 
@@ -84,7 +84,7 @@ def test_parameters_are_read_as_the_driver_reads_them(port: Port, tmp_path: Any)
         "turtlebot_node: {port: /dev/base, operation_mode: null, cmd_vel_timeout: 1, drive_mode: turtle}"
     )
     options = BringUp(str(tmp_path), simulated=False, config_file=str(config))
-    assert stop_base(options, port.open) == "the base was told to stop"
+    assert stop_base(options, port.open) == "the base was sent a stop command"
     assert port.opened == [("/dev/base", 57600)]
 
 

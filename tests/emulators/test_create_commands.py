@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from florence_bt.simulation.emulators.create import CreateEmulator, CreateFaults, Mode
+from florence_bt.simulation.emulators.create import CreateEmulator, Mode
 from tests.emulators.create_bench import awake
 
 
@@ -33,14 +33,14 @@ def test_a_song_plays_as_long_as_its_notes(base: Any) -> None:
     create.receive(bytes([140, 3, 1, 70, 8, 141, 3]), 0.95)  # ignored: another one plays
     assert create.receive(bytes([149, 2, 36, 37]), 1.0) == bytes([2, 0])
     assert create.songs.played == [2]
-    assert create.unobeyed == {141: 1}
+    assert create.rejected == {141: 1}
 
 
 def test_songs_need_a_number_and_a_drive_mode(base: Any) -> None:
     create = awake(base, 128)
     create.receive(bytes([140, 16, 1, 60, 8, 140, 1, 1, 60, 8, 141, 1]), 0.0)
     assert create.songs.played == []
-    assert create.unobeyed == {140: 1, 141: 1}
+    assert create.rejected == {140: 1, 141: 1}
 
 
 def test_low_side_drivers_and_infrared(base: Any) -> None:
@@ -59,7 +59,7 @@ def test_baud(base: Any) -> None:
     create.receive(bytes([129, 7]), 0.0)
     assert create.baud_rate == 19200
     create.receive(bytes([129, 12]), 0.0)
-    assert (create.baud_rate, create.unobeyed) == (19200, {129: 1})
+    assert (create.baud_rate, create.rejected) == (19200, {129: 1})
 
 
 def test_signals_inputs_and_buttons(base: Any) -> None:
@@ -141,7 +141,7 @@ def test_what_came_together_with_a_wait_is_obeyed_after_it(base: Any) -> None:
 
 
 @pytest.mark.parametrize(("wait", "packet", "shown"), [(156, 19, 50), (157, 20, 51)])
-def test_waits_begin_their_packet_anew(base: Any, wait: int, packet: int, shown: int) -> None:
+def test_waits_reset_their_packet(base: Any, wait: int, packet: int, shown: int) -> None:
     create = awake(base)
     speeds = [0, 100, 0, 100] if wait == 156 else [0, 100, 255, 156]
     create.receive(bytes([145, *speeds]), 0.0)
@@ -174,46 +174,6 @@ def test_a_negative_distance_waits_for_the_way_back(base: Any) -> None:
     assert roll(create, base, 0.0, 2.0, lambda: create.receive(bytes([142, 35]), 0.0) != b"") == (
         pytest.approx(0.5, abs=0.006)
     )
-
-
-@pytest.mark.parametrize(
-    ("event", "fault"),
-    [
-        (1, {"wheel_drops": 16}),
-        (2, {"wheel_drops": 16}),
-        (3, {"wheel_drops": 8}),
-        (4, {"wheel_drops": 4}),
-        (5, {"right_bumper": True}),
-        (6, {"left_bumper": True}),
-        (7, {"right_bumper": True}),
-        (8, {"virtual_wall": True}),
-        (9, {"wall": True}),
-        (10, {"cliffs": (False, False, False, True)}),
-        (11, {"cliffs": (True, False, False, False)}),
-        (12, {"cliffs": (False, True, False, False)}),
-        (13, {"cliffs": (False, False, True, False)}),
-        (14, {"cliffs": (False, False, False, True)}),
-        (15, {"dock": True}),
-        (16, {"buttons": 4}),
-        (17, {"buttons": 1}),
-        (18, {"digital_inputs": 1}),
-        (19, {"digital_inputs": 2}),
-        (20, {"digital_inputs": 4}),
-        (21, {"digital_inputs": 8}),
-    ],
-)
-def test_events_and_their_ends(base: Any, event: int, fault: dict[str, Any]) -> None:
-    create = awake(base)
-    create.receive(bytes([158, event]), 0.0)
-    assert create.receive(bytes([142, 35]), 1.0) == b""
-    for name, value in fault.items():
-        setattr(create.faults, name, value)
-    assert create.receive(bytes([142, 35]), 2.0) == bytes([3])
-    create.receive(bytes([158, 256 - event]), 3.0)
-    assert create.receive(bytes([142, 35]), 4.0) == b""
-    for name in fault:
-        setattr(create.faults, name, getattr(CreateFaults(), name))
-    assert create.receive(bytes([142, 35]), 5.0) == bytes([3])
 
 
 def test_a_script_that_goes_round_without_a_wait_does_not_hang(base: Any) -> None:
@@ -253,9 +213,9 @@ def test_cover_drives_in_passive_mode_and_turns_away_from_what_it_hits(base: Any
 
 def test_demos_end(base: Any) -> None:
     create = awake(base)
-    create.receive(bytes([136, 4]), 0.0)
+    create.receive(bytes([136, 0]), 0.0)
     create.poll(1.0)
-    assert base.wheels == (0.12, 0.24)
+    assert base.wheels == (0.3, 0.3)
     create.receive(bytes([136, 255]), 1.1)
     assert base.wheels == (0.0, 0.0)
     create.receive(bytes([143]), 2.0)
@@ -269,7 +229,7 @@ def test_demos_end(base: Any) -> None:
     create.poll(3.2)
     assert base.wheels == (0.0, 0.0)
     create.receive(bytes([136, 10]), 4.0)
-    assert create.unobeyed == {136: 1}
+    assert create.rejected == {136: 1}
 
 
 # -- dock, charging, gyro, line ------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ def test_passive_stops(base: Any) -> None:
     assert base.wheels == (0.0, 0.0)
     assert create.receive(bytes([145, 0, 100, 0, 100]), 0.2) == b""
     assert base.wheels == (0.0, 0.0)
-    assert create.unobeyed == {145: 1}
+    assert create.rejected == {145: 1}
 
 
 def test_commands_byte_by_byte_and_unknown_ones(base: Any) -> None:
@@ -97,7 +97,7 @@ def test_commands_byte_by_byte_and_unknown_ones(base: Any) -> None:
     assert base.wheels == (0.06, 0.05)
     assert create.unknown_bytes == 2
     assert create.songs.notes(0) == bytes([60, 8, 62, 8])
-    assert create.unobeyed == {}
+    assert create.rejected == {}
 
 
 def test_stream_of_the_manuals_example(base: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.simulation.emulators.create import CreateFaults
 from tests.emulators.create_bench import PtyBench
 
@@ -45,7 +45,7 @@ def heal(bench: PtyBench) -> None:
     fault(bench, **{name: getattr(CreateFaults(), name) for name in CreateFaults.__slots__})
 
 
-def worst(bench: PtyBench, name: str) -> tuple[Level, str]:
+def worst(bench: PtyBench, name: str) -> tuple[Severity, str]:
     found = bench.diagnoses()[name]
     return found.level, found.message
 
@@ -76,13 +76,13 @@ def test_what_touches_the_base_stops_it_is_told_and_recovers(
     assert bench.reading.stop_reason is not None
     assert not reason or bench.reading.stop_reason.name == reason
     level, message = worst(bench, "Operating Mode")
-    assert level is Level.WARN
+    assert level is Severity.WARN
     assert any(part in message for part in text.split("|"))
     heal(bench)
     bench.run(0.5)
     assert bench.base.wheels == (0.0, 0.0)  # not by itself
     assert drives(bench, seconds=2.0)
-    assert worst(bench, "Operating Mode")[0] is Level.OK
+    assert worst(bench, "Operating Mode")[0] is Severity.OK
 
 
 def test_a_spin_is_stopped_too_and_may_be_begun_again(make: MakeBench) -> None:
@@ -103,7 +103,7 @@ def test_the_charger_holds_every_motion_and_the_dock_leaves_the_way_back(make: M
     heal(bench)
     fault(bench, dock=True, cliffs=(True, True, True, True))  # its plate looks like a cliff
     assert not drives(bench, FORWARD)
-    assert worst(bench, "Charging Sources") == (Level.OK, "Base Dock")
+    assert worst(bench, "Charging Sources") == (Severity.OK, "Base Dock")
     assert drives(bench, BACK)
 
 
@@ -128,14 +128,14 @@ def test_a_line_without_good_frames_stops_the_base(make: MakeBench, values: dict
     bench.run(1.2, FORWARD)
     assert bench.base.wheels == (0.0, 0.0)
     level, message = worst(bench, "TurtleBot Node")
-    assert level is Level.ERROR
+    assert level is Severity.ERROR
     assert "no good frame" in message
-    assert worst(bench, "Battery")[0] is Level.STALE
+    assert worst(bench, "Battery")[0] is Severity.STALE
     bench.run(3.0, FORWARD)
     assert bench.base.wheels == (0.0, 0.0)  # nobody drives blind
     heal(bench)
     bench.run(3.0)
-    assert worst(bench, "TurtleBot Node") == (Level.OK, "RUNNING")
+    assert worst(bench, "TurtleBot Node") == (Severity.OK, "RUNNING")
     assert drives(bench)
 
 
@@ -166,7 +166,7 @@ def test_unplug_and_replug(make: MakeBench) -> None:
     bench.unplug()
     bench.run(0.1)
     level, message = worst(bench, "TurtleBot Node")
-    assert level is Level.ERROR
+    assert level is Severity.ERROR
     assert "went away" in message
     bench.run(1.0)
     assert "no such port" in worst(bench, "TurtleBot Node")[1]
@@ -175,7 +175,7 @@ def test_unplug_and_replug(make: MakeBench) -> None:
     # The base rolled on without a host; the first byte of the new connection stops it.
     assert bench.base.wheels == (0.0, 0.0)
     bench.run(3.0)
-    assert worst(bench, "TurtleBot Node") == (Level.OK, "RUNNING")
+    assert worst(bench, "TurtleBot Node") == (Severity.OK, "RUNNING")
     assert drives(bench)
 
 
@@ -193,7 +193,7 @@ def test_an_empty_battery_stops_the_base(make: MakeBench) -> None:
     bench.create.battery.charge_mah = 0.1 * 2700
     assert drives(bench)
     assert worst(bench, "Battery") == (
-        Level.WARN,
+        Severity.WARN,
         "the battery is low: bring the base to its charger",
     )
     bench.create.battery.charge_mah = 0.01 * 2700
@@ -211,7 +211,7 @@ def test_a_charging_fault_is_told(make: MakeBench) -> None:
     fault(bench, charger=True, charging_fault=True)
     bench.run(0.1)
     level, message = worst(bench, "Battery")
-    assert (level, message[:14]) == (Level.ERROR, "charging fault")
+    assert (level, message[:14]) == (Severity.ERROR, "charging fault")
 
 
 def test_a_gyro_that_drifts_stops_the_base_until_it_is_calibrated(make: MakeBench) -> None:
@@ -223,13 +223,13 @@ def test_a_gyro_that_drifts_stops_the_base_until_it_is_calibrated(make: MakeBenc
             break
     assert bench.base.wheels == (0.0, 0.0)
     level, message = worst(bench, "Gyro Sensor")
-    assert level is Level.ERROR
+    assert level is Severity.ERROR
     assert "calibrate" in message
     fault(bench, gyro_drift=0.0)
     bench.run(0.5, FORWARD)
     assert bench.base.wheels == (0.0, 0.0)
     bench.run(1.5)
-    assert worst(bench, "Gyro Sensor")[0] is Level.OK
+    assert worst(bench, "Gyro Sensor")[0] is Severity.OK
     assert drives(bench)
     assert bench.reading is not None
     assert bench.reading.gyro is not None
@@ -260,7 +260,7 @@ def test_a_gyro_that_dies_leaves_the_heading_to_the_wheels(make: MakeBench, twis
     assert bench.base.wheels == (0.0, 0.0)
     bench.run(2.0)
     level, message = worst(bench, "Gyro Sensor")
-    assert level is Level.ERROR
+    assert level is Severity.ERROR
     assert "power" in message
     assert drives(bench)
     assert bench.reading is not None
@@ -275,12 +275,12 @@ def test_a_base_that_hears_nothing_is_told_of_and_stopped_when_it_hears(make: Ma
     assert bench.base.wheels == (0.2, 0.2)  # nobody can help that
     bench.run(0.8, BACK)
     level, message = worst(bench, "TurtleBot Node")
-    assert (level, "does not do what it is told" in message) == (Level.ERROR, True)
+    assert (level, "does not acknowledge its commands" in message) == (Severity.ERROR, True)
     heal(bench)
     bench.run(0.1, BACK)
     assert bench.base.wheels == (0.0, 0.0)
     bench.run(0.2)
-    assert worst(bench, "TurtleBot Node") == (Level.OK, "RUNNING")
+    assert worst(bench, "TurtleBot Node") == (Severity.OK, "RUNNING")
     assert drives(bench, BACK)
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Level
-from florence_bt.drivers.turtlebot.charging import PATIENCE_S, PAUSE_S
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
+from florence_bt.drivers.turtlebot.hazards import CHARGING_TIMEOUT_S, RESET_PAUSE_S
 from florence_bt.drivers.turtlebot.parameters import DriveMode, TurtlebotParameters
 from florence_bt.simulation.emulators.create import Mode
 from tests.emulators.create_bench import PtyBench
@@ -74,7 +74,7 @@ def test_switching_a_create_2_off_and_on_is_no_motion(make: MakeBench) -> None:
     assert before.x > 0.5
     bench.create.set_power(False, bench.now)
     bench.run(2.0, Twist2(0.2, 0.0))
-    assert bench.diagnoses()["TurtleBot Node"].level is Level.ERROR
+    assert bench.diagnoses()["TurtleBot Node"].level is Severity.ERROR
     bench.create.set_power(True, bench.now)
     bench.run(8.0)
     assert bench.reading is not None
@@ -119,7 +119,7 @@ def test_a_base_that_does_not_charge_is_reset_once_and_then_charges(make: MakeBe
     bench = make()
     bench.create.battery.charge_mah = 0.1 * 2700
     bench.create.faults.dock = True
-    bench.run(PATIENCE_S - 1.0)
+    bench.run(CHARGING_TIMEOUT_S - 1.0)
     assert bench.create.mode is Mode.FULL  # in which it does not charge
     bench.run(8.0)
     assert bench.driver.charge_resets == 1
@@ -138,7 +138,7 @@ def test_a_reset_that_does_not_help_is_not_repeated_soon(make: MakeBench) -> Non
     bench.create.faults.charger = bench.create.faults.charging_fault = True
     bench.run(60.0)
     assert bench.driver.charge_resets == 1
-    assert PAUSE_S > 60.0
+    assert RESET_PAUSE_S > 60.0
 
 
 def test_no_reset_when_told_so_or_when_full(make: MakeBench) -> None:

@@ -24,7 +24,7 @@ from florence_bt.simulation.emulators.__main__ import main
 from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
 from florence_bt.simulation.emulators.modem_lines import pretended_modem_lines
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand
+from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand, documented_commands
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def ask(program: CreateProgram, port: serial.Serial, command: bytes, size: int) 
 
 def test_every_fault_can_be_told(make: Callable[..., CreateProgram]) -> None:
     program = make(model="create2")
-    run, faults = program.control.run, program.create.faults
+    run, faults = program.run, program.create.faults
     for line in (
         "silent on",
         "deaf on",
@@ -118,22 +118,22 @@ def test_every_fault_can_be_told(make: Callable[..., CreateProgram]) -> None:
     ],
 )
 def test_what_is_not_understood_is_answered(make: Callable[..., CreateProgram], line: str, hint: str) -> None:
-    answer = make().control.run(line)
+    answer = make().run(line)
     assert answer.startswith("error: ")
     assert hint in answer
 
 
 def test_status_and_help(make: Callable[..., CreateProgram]) -> None:
     program = make()
-    status = json.loads(program.control.run("status"))
+    status = json.loads(program.run("status"))
     assert (status["model"], status["mode"], status["plugged"], status["pose"]) == (
         "create",
         "off",
         True,
         [0.0, 0.0, 0.0],
     )
-    words = {line.split()[0].rstrip(",") for line in program.control.run("help").splitlines()}
-    assert set(program.control._verbs) - words <= {"virtual_wall", "overcurrents"}
+    commands = {line.split()[0] for line in program.run("help").splitlines()}
+    assert commands == documented_commands("iRobot Create")
 
 
 # -- the line ------------------------------------------------------------------------------------------------
@@ -148,7 +148,7 @@ def test_a_client_drives_the_base(make: Callable[..., CreateProgram]) -> None:
             program.step()
         program._clock.now += 2.0  # type: ignore[attr-defined]
         program.step()
-        assert json.loads(program.control.run("status"))["pose"] == [0.2, 0.0, 0.0]
+        assert json.loads(program.run("status"))["pose"] == [0.2, 0.0, 0.0]
         assert ask(program, port, bytes([142, 19]), 2) == bytes([0, 200])
 
 
@@ -164,20 +164,20 @@ def test_a_script_ends_where_it_should_although_the_emulator_was_held_up(
         program._clock.now += 5.0  # type: ignore[attr-defined]
         program.step()
     assert program.create.wheels == (0, 0)
-    assert json.loads(program.control.run("status"))["pose"] == [pytest.approx(0.1, abs=0.002), 0.0, 0.0]
+    assert json.loads(program.run("status"))["pose"] == [pytest.approx(0.1, abs=0.002), 0.0, 0.0]
 
 
 def test_unplug_and_plug(make: Callable[..., CreateProgram], tmp_path: Path) -> None:
     program = make()
     port = serial.Serial(program.path, 57600, timeout=0.01)
-    program.control.run("unplug")
+    program.run("unplug")
     program.step()
     with pytest.raises((OSError, serial.SerialException)):
         port.read(1)
         port.write(b"x")
     port.close()
     assert not (tmp_path / "create").exists()
-    program.control.run("plug")
+    program.run("plug")
     with serial.Serial(program.path, 57600, timeout=0.01) as again:
         assert ask(program, again, bytes([128, 142, 35]), 1) == b"\x01"
 

@@ -7,7 +7,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError, DeviceTimeout
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.turtlebot.codec import OiMode
+from florence_bt.drivers.turtlebot.codec.packets import OiMode
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import StopReason
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from florence_bt.core.errors import DeviceError, DeviceLost
 from florence_bt.core.socket_paths import short_path
-from florence_bt.drivers.device_reader import DeviceReader
+from florence_bt.drivers.connection import DeviceReader
 from florence_bt.drivers.kinect.codec import METRES_OF_RAW
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
-from florence_bt.drivers.kinect.transport import SocketFrameSource
+from florence_bt.drivers.kinect.sources import SocketFrameSource
 from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer, pack_depth, quantise
 
 DEPTH = np.linspace(0.6, 5.0, 240 * 320, dtype=np.float32).reshape(240, 320)

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from florence_bt.core.errors import DeviceError
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
-from florence_bt.drivers.hokuyo.driver import Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.simulation.emulators.scip import URG_04LX, UTM_30LX, ScannerModel, ScipFaults
@@ -43,7 +43,7 @@ def test_the_latency_is_measured(delay: float, wraps: bool) -> None:
         bench.scanner.set_timer((1 << 24) - 500, bench.now)
     bench.run(5.0, step=0.001)
     assert bench.problems == []
-    assert bench.driver.status.phase is Phase.MEASURING
+    assert bench.driver.status.phase is DriverPhase.MEASURING
     assert bench.driver.calibrated
     # The clock's answers are late as well, and half of their way is taken off.
     assert bench.driver.latency == pytest.approx(0.0709 + delay / 2, abs=0.003)
@@ -152,7 +152,7 @@ def results_of(bench: Bench, seconds: float = 60.0) -> list[SelfTestResult]:
     found: list[SelfTestResult] = []
     bench.driver.begin_self_test(found.extend, bench.now)
     for _ in range(round(seconds)):
-        assert bench.run(1.0) == [] or bench.driver.status.phase is Phase.MEASURING
+        assert bench.run(1.0) == [] or bench.driver.status.phase is DriverPhase.MEASURING
         if found:
             break
     return found
@@ -163,7 +163,7 @@ def test_the_self_test_passes(model: object) -> None:
     bench = started(**({} if model is None else {"model": model}))
     found = results_of(bench)
     assert [result.name for result in found] == TESTS
-    assert {result.level for result in found} == {Level.OK}
+    assert {result.level for result in found} == {Severity.OK}
     assert found[0].message == bench.scanner.model.healthy
     assert found[3].message == "all 99 scans came"
     assert ("no intensities" in found[4].message) is (model is None)
@@ -185,15 +185,15 @@ def test_the_self_test_finds_what_is_wrong(fault: dict[str, object], failed: lis
     bench = started(parameters=HokuyoParameters(calibrate_time=False, self_test_scans=5))
     bench.scanner.faults = ScipFaults(**fault)  # type: ignore[arg-type]
     found = results_of(bench)
-    bad = [result for result in found if result.level is Level.ERROR]
+    bad = [result for result in found if result.level is Severity.ERROR]
     assert [result.name for result in bad] == failed
     assert words in bad[0].message
     bench.scanner.faults = ScipFaults()
     assert len(bench.run(15.0)) > 10
 
 
-@pytest.mark.parametrize(("spoilt", "level"), [(1, Level.WARN), (2, Level.ERROR)])
-def test_damaged_scans_are_counted(spoilt: int, level: Level) -> None:
+@pytest.mark.parametrize(("spoilt", "level"), [(1, Severity.WARN), (2, Severity.ERROR)])
+def test_damaged_scans_are_counted(spoilt: int, level: Severity) -> None:
     bench = started(parameters=HokuyoParameters(calibrate_time=False, self_test_scans=5))
     bench.scanner.faults.bad_checksums = spoilt
     assert results_of(bench)[3].level is level
@@ -249,7 +249,7 @@ def test_every_fault_is_told_and_ends_with_scans_again(name: str) -> None:
     bench.run(6.0)
     assert len(bench.scans) - seen <= 4  # a timer that stands lets two scans through at each new start
     found = diagnose(bench.driver, PLAIN, "/dev/ttyACM0", "", bench.now)
-    assert found.level is not Level.OK, found
+    assert found.level is not Severity.OK, found
     assert bench.driver.status.problem
     assert bench.driver.status.lost >= 1
     bench.scanner.faults = ScipFaults()
@@ -257,7 +257,7 @@ def test_every_fault_is_told_and_ends_with_scans_again(name: str) -> None:
     bench.run(25.0)
     scans = bench.run(3.0)
     assert len(scans) >= 29
-    assert diagnose(bench.driver, PLAIN, "/dev/ttyACM0", "", bench.now).level is Level.OK
+    assert diagnose(bench.driver, PLAIN, "/dev/ttyACM0", "", bench.now).level is Severity.OK
     ahead = (384 - 44) * scans[-1].time_increment
     moment = math.remainder(scans[-1].stamp + ahead - (scans[-1].ranges[0] - 1.0), 4.0)
     assert abs(moment) < 0.012  # nothing stale is published
@@ -279,7 +279,7 @@ TROUBLES: dict[str, Callable[[Bench], object]] = FAULTS | {
     "sleep": lambda bench: bench.scanner.receive(b"%SL\n", bench.now),
     "a new plug": lambda bench: (bench.driver.disconnected("unplugged"), bench.driver.start(bench.now)),
     "a self test": lambda bench: (
-        bench.driver.status.phase is Phase.MEASURING
+        bench.driver.status.phase is DriverPhase.MEASURING
         and bench.driver.begin_self_test(lambda results: None, bench.now)
     ),
 }
@@ -316,7 +316,7 @@ def test_any_troubles_in_any_order_end_with_scans_again(
             break
     else:
         pytest.fail(f"no scans: {bench.driver.status}, {bench.problems[-3:]}")
-    assert diagnose(bench.driver, wanted, "", "", bench.now).level is not Level.ERROR
+    assert diagnose(bench.driver, wanted, "", "", bench.now).level is not Severity.ERROR
 
 
 STATUSES = ["01", "04", "10", "0A", "0B", "0C", "0D", "0E", "0F", "0G", "0H", "0I"]

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from florence_bt.simulation.emulators.scip import MODELS, URG_04LX, UTM_30LX, ScipEmulator
-from florence_bt.simulation.emulators.scip_room import ScipRoom
+from florence_bt.simulation.emulators.scip_program import ScipRoom
 
 
 class Ramp:
@@ -97,35 +97,6 @@ def test_a_restart_must_be_asked_for_twice(urg: ScipEmulator) -> None:
     assert urg.laser_on
     assert status(urg, "RB") == "00"
     assert not urg.laser_on
-
-
-def test_a_pretended_error_at_once(urg: ScipEmulator) -> None:
-    commands = ("DB1x", "DB06", "DB10", "BM", "DB02", "DB02")
-    assert [status(urg, command) for command in commands] == ["01", "01", "03", "00", "00", "02"]
-    assert b"STAT:Simulated error 02." in urg.receive(b"II\n", 0.0)
-    assert not urg.laser_on
-    assert [status(urg, command) for command in ("BM", "GD0044072501", "MD0044072501000")] == [
-        "01",
-        "50",
-        "50",
-    ]
-    assert status(urg, "DB10") == "00"
-    assert b"STAT:Sensor works well." in urg.receive(b"II\n", 0.0)
-    assert status(urg, "BM") == "00"
-
-
-@pytest.mark.parametrize(
-    ("mode", "then"), [("03", ["21", "98", "99", "99"]), ("04", ["21", "50"]), ("05", ["50"])]
-)
-def test_a_pretended_error_in_a_stream(urg: ScipEmulator, mode: str, then: list[str]) -> None:
-    assert status(urg, f"DB{mode}") == "00"
-    urg.receive(b"MD0044072501000\n", 0.0)
-    sent = [data for step in range(250) if (data := urg.poll(0.01 * step))]
-    assert [data.split(b"\n")[1][:2].decode() for data in sent][: 20 + len(then)] == ["99"] * 20 + then
-    assert urg.measuring == (then[-1] == "99")
-    assert status(urg, "BM", 3.0) == ("02" if urg.measuring else "01")
-    urg.receive(b"DB10\nQT\n", 3.0)
-    assert status(urg, "BM", 3.0) == "00"
 
 
 def test_information_is_given_in_time_mode_too(urg: ScipEmulator) -> None:

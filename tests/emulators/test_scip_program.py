@@ -15,7 +15,7 @@ import serial
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
-from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand
+from tests.emulators.program_bench import LONG_S, EmulatorProcess, Hand, documented_commands
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
         "power off",
         "",
     ):
-        assert program.control.run(line) == "ok", line
+        assert program.run(line) == "ok", line
     faults = program.scanner.faults
     assert (faults.silent, faults.deaf, len(faults.noise)) == (True, True, 12)
     assert (faults.bad_checksums, faults.bad_replies, faults.cut_scan_at) == (3, 2, 700)
@@ -66,7 +66,7 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
     assert (faults.delay_s, faults.bytes_per_second) == (0.5, 1000.0)
     assert not program.scanner.powered
     for line in ("status_of PP none", "every_scan_status none", "stat", "speed 0", "clear"):
-        assert program.control.run(line) == "ok", line
+        assert program.run(line) == "ok", line
     assert program.scanner.faults == type(faults)()
     assert program.scanner.powered
 
@@ -79,27 +79,27 @@ def test_every_fault_can_be_told(make: Callable[..., ScipProgram]) -> None:
         ("noise -1", "a number from 0"),
         ("noise 1.5", "whole number"),
         ("delay x", "a number from 0"),
-        ("scan_status 5", "no status"),
+        ("scan_status 5", "not a status"),
         ("status_of PP", "PP 0A"),
     ],
 )
 def test_a_wrong_line_is_explained(make: Callable[..., ScipProgram], line: str, words: str) -> None:
-    answer = make().control.run(line)
+    answer = make().run(line)
     assert answer.startswith("error: ")
     assert words in answer
 
 
 def test_status_and_help(make: Callable[..., ScipProgram]) -> None:
     program = make(model="utm-30lx", scip1=True)
-    found = json.loads(program.control.run("status"))
+    found = json.loads(program.run("status"))
     assert (found["model"], found["plugged"], found["laser"], found["scip"]) == (
         "utm-30lx",
         True,
         False,
         "1.1",
     )
-    for line in program.control.run("help").splitlines():
-        assert "there is no command" not in program.control.run(line.split()[0])
+    commands = {line.split()[0] for line in program.run("help").splitlines()}
+    assert commands == documented_commands("Hokuyo")
 
 
 # -- the line ------------------------------------------------------------------------------------------------
@@ -108,10 +108,10 @@ def test_status_and_help(make: Callable[..., ScipProgram]) -> None:
 def test_the_plug(make: Callable[..., ScipProgram], tmp_path: Path) -> None:
     program = make()
     assert program.path == str(tmp_path / "laser")
-    program.control.run("unplug")
+    program.run("unplug")
     assert not (tmp_path / "laser").exists()
     program.step()
-    program.control.run("plug")
+    program.run("plug")
     with serial.Serial(program.path, timeout=0) as port:
         port.write(b"QT\n")
         answer = b""
@@ -122,7 +122,7 @@ def test_the_plug(make: Callable[..., ScipProgram], tmp_path: Path) -> None:
     assert answer == b"QT\n00P\n\n"
 
 
-def talk(program: ScipProgram, peer: socket.socket, command: bytes, size: int) -> bytes:
+def conversation(program: ScipProgram, peer: socket.socket, command: bytes, size: int) -> bytes:
     peer.sendall(command)
     peer.setblocking(False)
     answer = b""
@@ -141,7 +141,7 @@ def test_one_client_after_the_other_by_tcp(make: Callable[..., ScipProgram]) -> 
     host, number = program.path.split(":")
     for _ in range(2):
         with socket.create_connection((host, int(number))) as peer:
-            assert talk(program, peer, b"QT\n", 8) == b"QT\n00P\n\n"
+            assert conversation(program, peer, b"QT\n", 8) == b"QT\n00P\n\n"
         end = time.monotonic() + LONG_S
         while program._line is not None and program._line.has_client and time.monotonic() < end:
             program.step()

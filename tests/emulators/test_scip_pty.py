@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import DeviceLost
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -106,7 +106,7 @@ def test_a_pulled_plug_and_its_return(line: Line) -> None:
         line.port.read(60.0)
     line.driver.disconnected(str(lost.value))
     line.port.close()
-    assert line.driver.status.phase is Phase.STOPPED
+    assert line.driver.status.phase is DriverPhase.STOPPED
     assert line.driver.status.lost == 1
     line.plug_in()
     line.driver.start(line.now)

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from florence_bt.drivers.diagnosis import Diagnosis, Level
+from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.simulation.emulators.scip import ScipFaults
@@ -51,10 +51,10 @@ def test_a_check_that_never_ends_is_ended(status: str) -> None:
     bench.scanner.faults.every_scan_status = status
     assert bench.run(4.5) == []
     assert bench.said == []  # it may go on by itself
-    assert bench.diagnosis().level is Level.WARN
+    assert bench.diagnosis().level is Severity.WARN
     bench.run(1.0)
     found = bench.diagnosis()
-    assert found.level is Level.ERROR
+    assert found.level is Severity.ERROR
     assert f"status {status}" in found.message
     assert found.message.endswith("the sensor is started again")
     bench.run(2.0)
@@ -70,11 +70,11 @@ def test_a_check_that_never_ends_is_ended(status: str) -> None:
         "MD0044072501000",
     ]
     found = bench.diagnosis()
-    assert found.level is Level.ERROR  # still no scans
+    assert found.level is Severity.ERROR  # still no scans
     assert (found.values["Scan Thread Lost Count"], found.values["Failures In A Row"]) == ("1", "1")
     bench.scanner.faults = ScipFaults()
     assert len(bench.run(2.0)) >= 18
-    assert bench.diagnosis().level is Level.OK
+    assert bench.diagnosis().level is Severity.OK
 
 
 @pytest.mark.parametrize("status", ["21", "49"])
@@ -96,7 +96,7 @@ def test_the_pauses_between_starts_grow_and_stay_bearable(status: str) -> None:
     pauses = [round(gap - checked) for gap in gaps]
     assert pauses[:5] == [2, 4, 8, 10, 10]
     assert bench.diagnosis().values["Last Rest Before A Start"] == "10"
-    assert bench.diagnosis().level is not Level.OK
+    assert bench.diagnosis().level is not Severity.OK
 
 
 def test_a_check_that_ends_in_time_costs_no_restart() -> None:
@@ -106,7 +106,7 @@ def test_a_check_that_ends_in_time_costs_no_restart() -> None:
         bench.run(4.0)
         bench.scanner.faults.every_scan_status = None
         assert len(bench.run(1.0)) >= 9
-        assert bench.diagnosis().level is Level.OK
+        assert bench.diagnosis().level is Severity.OK
     assert bench.said == []
     assert len(bench.problems) == 5
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -73,10 +73,10 @@ class Line:
             self._port = SerialPort(str(self._link), WANTED)
             self.opened += 1
             self.driver.start(now)
-        self._to_host(self._port, self.scanner.poll(now), self.scanner.state.bit_rate)
+        self._to_host(self._port, self.scanner.poll(now), self.scanner.bit_rate)
         while self._port is not None and (data := self.driver.poll(now)):
             self._to_device(self._port, data)
-        if self.driver.unheard:
+        if self.driver.no_answer:
             self._port.close()
             self._port = None
             self.driver.disconnected("nothing answers")
@@ -90,7 +90,7 @@ class Line:
         arrived = b""
         while len(arrived) < len(data):
             arrived += self._terminal.read()
-        rate = self.scanner.state.bit_rate  # SS is answered at the old one
+        rate = self.scanner.bit_rate  # SS is answered at the old one
         if self.connected:
             self._to_host(port, self.scanner.receive(self._heard(arrived, rate), self.clock.now()), rate)
 
@@ -118,8 +118,8 @@ def line(tmp_path: Path) -> Iterator[Line]:
     line = Line(tmp_path / "ttyUSB0")
     line.until_scans()
     line.run(2.0)
-    assert line.driver.status.phase is Phase.MEASURING
-    assert line.scanner.state.bit_rate == WANTED
+    assert line.driver.status.phase is DriverPhase.MEASURING
+    assert line.scanner.bit_rate == WANTED
     yield line
     line.close()
 
@@ -135,7 +135,7 @@ def test_after_a_power_cut(line: Line, away_s: float, limit_s: float) -> None:
     assert line.run(away_s) == 0
     line.scanner.set_power(True, line.clock.now())
     assert line.until_scans() < limit_s
-    assert line.scanner.state.bit_rate == WANTED
+    assert line.scanner.bit_rate == WANTED
     assert line.run(3.0) >= 28
 
 
@@ -154,10 +154,10 @@ def test_another_sensor_at_another_speed_is_found_too(line: Line, left: str) -> 
     line.connected = False
     line.run(4.0)
     line.scanner.receive(b"QT\nSS" + left.encode() + b"\n", line.clock.now())
-    assert line.scanner.state.bit_rate == int(left)
+    assert line.scanner.bit_rate == int(left)
     line.connected = True
     assert line.until_scans() < 25.0
-    assert line.scanner.state.bit_rate == WANTED
+    assert line.scanner.bit_rate == WANTED
 
 
 def test_a_silent_line_is_opened_again_soon(line: Line) -> None:

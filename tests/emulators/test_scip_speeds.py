@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import DeviceLost
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -33,9 +33,9 @@ class Wire(Bench):
         for _ in range(round(seconds / step)):
             self.now += step
             self.world.now = self.now
-            self._deliver(self._heard(self.scanner.poll(self.now), self.scanner.state.bit_rate))
+            self._deliver(self._heard(self.scanner.poll(self.now), self.scanner.bit_rate))
             while data := self.driver.poll(self.now):
-                rate = self.scanner.state.bit_rate  # SS is answered at the old one
+                rate = self.scanner.bit_rate  # SS is answered at the old one
                 answer = self.scanner.receive(self._heard(data, rate), self.now)
                 self._deliver(self._heard(answer, rate))
         return list(self.scans[before:])
@@ -45,10 +45,10 @@ class Wire(Bench):
 
 
 def measuring(wire: Wire) -> int:
-    assert wire.driver.status.phase is Phase.MEASURING
-    assert wire.scanner.state.bit_rate == wire.driver.bit_rate
+    assert wire.driver.status.phase is DriverPhase.MEASURING
+    assert wire.scanner.bit_rate == wire.driver.bit_rate
     assert len(wire.run(1.0)) >= 9
-    return wire.scanner.state.bit_rate
+    return wire.scanner.bit_rate
 
 
 @pytest.mark.parametrize("wanted", [19200, 38400, 115200, 750000])
@@ -93,7 +93,7 @@ def test_a_line_without_speed_is_left_alone() -> None:
     bench.driver.start(0.0)
     bench.run(1.0)
     assert bench.driver.bit_rate is None
-    assert bench.scanner.state.bit_rate == 19200  # SS was not sent
+    assert bench.scanner.bit_rate == 19200  # SS was not sent
 
 
 @pytest.fixture
@@ -118,7 +118,7 @@ def test_on_a_port(program: ScipProgram) -> None:
         program.step()
         scans += len(driver.receive(port.read(0.001), now))
     assert scans >= 3
-    assert program.scanner.state.bit_rate == 115200
+    assert program.scanner.bit_rate == 115200
     with pytest.raises(DeviceLost, match="cannot be set to -1 baud"):
         port.set_baud_rate(-1)
     port.close()

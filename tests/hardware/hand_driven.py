@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from florence_bt.drivers.serial_port import SerialPort
-from florence_bt.simulation.emulators._lone_program import LoneProgram
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
+from florence_bt.simulation.emulators.standalone import StandaloneEmulator
 
 LONG_S = 60.0
 """A limit for bytes that are under way already."""
@@ -25,7 +25,7 @@ class Emulated:
         given: Bytes that the emulator wrote.
     """
 
-    def __init__(self, make: Callable[[Callable[[], float]], LoneProgram]) -> None:
+    def __init__(self, make: Callable[[Callable[[], float]], StandaloneEmulator]) -> None:
         self.now = 100.0
         self.sent = self.taken = self.given = 0
         self.program = make(self.clock)

@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.serial_port import SerialPort
-from florence_bt.drivers.turtlebot import codec
-from florence_bt.drivers.turtlebot.codec.packets import OiMode, implausible
+from florence_bt.drivers.turtlebot.codec import commands
+from florence_bt.drivers.turtlebot.codec.packets import PACKETS, OiMode, decode_packets, implausible
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.simulation.emulators.create_program import CreateOptions, CreateProgram
 from tests.hardware.hand_driven import Emulated, HandPort
@@ -38,12 +38,12 @@ class Robot:
         self.clock = device.clock if emulated else time.monotonic
         self.port = HandPort(device, rate) if emulated else SerialPort(device, rate)
         self.driver = TurtlebotDriver(self.parameters)
-        self.readings: list[Reading] = []
+        self.readings: list[BaseReading] = []
         self.driver.start(self.clock())
 
     def run(
         self, seconds: float, twist: Twist2 | None = None, until: Callable[[], bool] | None = None
-    ) -> list[Reading]:
+    ) -> list[BaseReading]:
         """Serve the driver; gives the readings of that time."""
         before = len(self.readings)
         end = self.clock() + seconds
@@ -103,7 +103,7 @@ def test_the_battery_and_every_packet_are_plausible(robot: Robot) -> None:
     assert -20 < state.temperature < 70
     values = {
         packet.id: int(getattr(state, packet.name))
-        for packet in codec.PACKETS.values()
+        for packet in PACKETS.values()
         if packet.scale is None and packet.id in robot.parameters.model.packets
     }
     assert implausible(values) == []
@@ -116,21 +116,21 @@ def test_modes_are_reached_and_told(robot: Robot) -> None:
         state = robot.run(0.5)[-1].state
         if not state.charging_sources_available:
             assert state.oi_mode == mode
-    assert diagnose(robot.driver, robot.readings[-1], "", "")["TurtleBot Node"].level is Level.OK
+    assert diagnose(robot.driver, robot.readings[-1], "", "")["TurtleBot Node"].level is Severity.OK
 
 
 def test_a_query_is_answered(robot: Robot) -> None:
     # All of it within the silence that the driver bears (data_timeout).
-    robot.port.write(codec.pause_stream())
+    robot.port.write(commands.pause_stream())
     robot.run(0.1)
     robot.port.read(0.05)
-    robot.port.write(codec.sensors(6))
+    robot.port.write(commands.sensors(6))
     answer = b""
     end = robot.clock() + 2.0
     while len(answer) < 52 and robot.clock() < end:
         answer += robot.port.read(0.1)
-    assert codec.decode_group6(answer).voltage > 10_000
-    robot.port.write(codec.resume_stream())
+    assert decode_packets([6], answer)[22] > 10_000
+    robot.port.write(commands.resume_stream())
     assert robot.run(0.5)
 
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver, Phase
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
@@ -71,8 +71,8 @@ class Scanner:
         return scans
 
     def ready(self) -> None:
-        self.run(READY_S, until=lambda: self.driver.status.phase is Phase.MEASURING)
-        assert self.driver.status.phase is Phase.MEASURING, (
+        self.run(READY_S, until=lambda: self.driver.status.phase is DriverPhase.MEASURING)
+        assert self.driver.status.phase is DriverPhase.MEASURING, (
             f"the scanner does not measure: {self.driver.status.problem or 'it is silent'}"
         )
 
@@ -126,7 +126,7 @@ def test_scans_come_at_their_rate_and_whole(opened: Callable[..., Scanner]) -> N
     np.testing.assert_allclose(turns, np.rint(turns), atol=0.04 * rate / 10.0)
     assert scanner.driver.status.corrupted <= damaged + 1
     found = diagnose(scanner.driver, scanner.parameters, "", "", scanner.clock())
-    assert found.level is not Level.ERROR, found
+    assert found.level is not Severity.ERROR, found
 
 
 def test_something_is_measured(opened: Callable[..., Scanner]) -> None:
@@ -147,5 +147,5 @@ def test_the_self_test(opened: Callable[..., Scanner]) -> None:
     found: list[Sequence[SelfTestResult]] = []
     scanner.driver.begin_self_test(found.append, scanner.clock())
     scanner.run(READY_S, until=lambda: bool(found))
-    assert [result for result in found[0] if result.level is Level.ERROR] == []
+    assert [result for result in found[0] if result.level is Severity.ERROR] == []
     assert scanner.run_for(6)

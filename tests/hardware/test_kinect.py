@@ -19,8 +19,7 @@ from florence_bt.drivers.kinect.freenect_source import FOLDER_VARIABLE, find_fak
 from florence_bt.drivers.kinect.motor import codec
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
 from florence_bt.drivers.kinect.recording import RecordingWriter
-from florence_bt.drivers.kinect.sources import open_source
-from florence_bt.drivers.kinect.transport import FrameSource
+from florence_bt.drivers.kinect.sources import FrameSource, open_source
 from florence_bt.simulation.emulators.kinect_motor import KinectMotorBackend
 
 pytestmark = pytest.mark.slow

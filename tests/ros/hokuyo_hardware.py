@@ -41,7 +41,7 @@ class Hardware:
         if self.terminal is None:
             return
         self.now += self._step_s()
-        rate = self.scanner.state.bit_rate  # SS is answered at the old one
+        rate = self.scanner.bit_rate  # SS is answered at the old one
         self.terminal.write(self._heard(self.scanner.poll(self.now), rate))
         if data := self.terminal.read():
             self.terminal.write(self._heard(self.scanner.receive(self._heard(data, rate), self.now), rate))

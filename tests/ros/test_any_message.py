@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import DriverPhase, HealthCheck, given, settings
 from hypothesis import strategies as st
 
 pytest.importorskip("rclpy")
@@ -120,7 +120,7 @@ def test_no_message_or_request_raises(ros: Any, node: FlorenceNode) -> None:
         max_examples=ROUNDS,
         deadline=None,
         database=None,
-        phases=[Phase.generate],
+        phases=[DriverPhase.generate],
         suppress_health_check=list(HealthCheck),
     )
     @given(st.randoms(use_true_random=False))

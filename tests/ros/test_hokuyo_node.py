@@ -179,7 +179,7 @@ def test_a_real_serial_line_is_brought_to_its_speed(ros: Any, hardware: Hardware
     wanted = {"calibrate_time": False, "port": str(hardware.link), "baud_rate": 57600}
     ros.add(HokuyoNode(parameters=wanted))
     ros.spin_until(serving(hardware, lambda: len(spy.scans) > 2), what="scans")
-    assert hardware.scanner.state.bit_rate == 57600
+    assert hardware.scanner.bit_rate == 57600
     assert isinstance(hardware.terminal, PseudoTerminal)
     assert hardware.terminal.client_baud == 57600
 
@@ -247,7 +247,7 @@ def test_a_dumb_port_is_opened_again(ros: Any, lock_step: LockStep) -> None:
     ros.add(HokuyoNode(parameters=settings | {"reconnect_delay_s": 0.1}, open_port=hardware.open_port))
     report = ros.spin_until(
         serving(hardware, lambda: [r for r in spy.reports if "nothing that speaks" in r.message]),
-        what="the complaint",
+        what="the warning",
     )
     assert report[0].level == DiagnosticStatus.ERROR
     hardware.scanner.faults.deaf = False

@@ -158,14 +158,14 @@ def test_the_action_tells_the_cause_and_the_outputs(bench_of):
 def test_a_crashed_run_is_taken_up_when_the_base_is_safe(bench_of, ros, tmp_path):
     """The process before died on a run: the journal says so, and the base is made safe first."""
     from florence_bt.core.clock import ManualClock
-    from florence_bt.runtime.events import Event, EventKind
+    from florence_bt.runtime.events import EventKind, RunEvent
     from florence_bt.runtime.journal import Journal
-    from florence_bt.runtime.run import MissionRun, Request, RunStatus
+    from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
     journal = Journal(tmp_path / "runs")
-    run = MissionRun("20200101T000000Z-001-drive_once", Request("drive_once"), {"way": 1.0})
+    run = MissionRun("20200101T000000Z-001-drive_once", MissionRequest("drive_once"), {"way": 1.0})
     run.status, run.started = RunStatus.RUNNING, 1.0
-    journal.write(run, Event(ManualClock(1.0).now(), run.run_id, EventKind.STARTED, {}))
+    journal.write(run, RunEvent(ManualClock(1.0).now(), run.run_id, EventKind.STARTED, {}))
     journal.close()
     bench = bench_of()
     assert bench.safety.made_safe == 1

@@ -42,10 +42,11 @@ from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
-from florence_bt.skills.navigation.map_server.map_file import load_map, save_map
+from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
+from tests.unit.skills.map_saver import save_map
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
 
 pytestmark = pytest.mark.ros

@@ -13,7 +13,7 @@ from rclpy.action.server import RCLError
 
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.core.skill import Phase
-from florence_bt.ros._action_run import WATCH_PERIOD_S
+from florence_bt.ros._runs import WATCH_PERIOD_S
 from florence_bt.ros.action_server import PREEMPTED, SHUT_DOWN, SingleGoalServer
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.node import FlorenceNode
@@ -343,7 +343,7 @@ def test_a_flood_of_feedback_is_no_work_for_the_executor(ros: Any, client: Flore
     ros.spin_until(lambda: flood.get_subscription_count() == 1, what="the subscription of the client")
     changes: list[str] = []
     run.on_change(lambda: changes.append(run.feedback))
-    message = Spin.Impl.FeedbackMessage(goal_id=run._channel._id)
+    message = Spin.Impl.FeedbackMessage(goal_id=run._channel.uuid)
     begin = client.steady.now()
     for number in range(3000):
         message.feedback.angular_distance_traveled = float(number)
@@ -364,7 +364,7 @@ def test_no_second_goal_beside_one_that_the_server_does_not_end(ros: Any, client
     ros.spin_until(lambda: first.phase is Phase.ACTIVE, what="the goal")
     first.cancel()
     ros.spin_until(lambda: first.poll() is not None, what="the end of the patience")
-    goal = first._channel.goal_id
+    goal = first.goal_id
     assert f"its goal {goal} is still open" in first.poll().reason
     second = skill.start({"angle": 2.0})
     ros.spin_until(lambda: second.poll() is not None, what="the answer to the second one")

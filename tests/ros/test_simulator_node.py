@@ -41,7 +41,7 @@ class EmptyWorld:
     """Hardware that does nothing but count."""
 
     def __init__(self):
-        self.time = self.laser_spoke_at = 0.0
+        self.time = self.laser_sent_at = 0.0
         self.laser_speaks = True
         self.served = 0
         self.world = SimpleNamespace(resting=False)
@@ -55,7 +55,7 @@ class EmptyWorld:
     def step(self):
         self.time += STEP_S
         if self.laser_speaks:
-            self.laser_spoke_at = self.time
+            self.laser_sent_at = self.time
 
     def serve(self):
         self.served += 1
@@ -104,7 +104,7 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
 
 
 def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
-    monkeypatch.setattr(simulator_node, "LOCALISER_PATIENCE_S", 600.0)
+    monkeypatch.setattr(simulator_node, "LOCALISER_TIMEOUT_S", 600.0)
     hardware = EmptyWorld()
     localiser = ros.add(FlorenceNode("localiser"))
     transforms = TransformBroadcaster(localiser)
@@ -181,7 +181,7 @@ def test_a_silent_laser_holds_up_nothing(ros, monkeypatch):
 
     ros.spin_until(waits)  # for what the laser says and nobody makes a scan of
     hardware.laser_speaks = False
-    last = hardware.laser_spoke_at
+    last = hardware.laser_sent_at
 
     def goes_on() -> bool:
         told(last)

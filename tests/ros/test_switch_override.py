@@ -69,7 +69,7 @@ def test_a_driver_that_does_not_obey_is_an_error(
     )
     child.wait_for("up")
     monkeypatch.setattr(module, "SIGHT_S", 5.0)
-    with pytest.raises(DeviceTimeout, match="did not obey"):
+    with pytest.raises(DeviceTimeout, match="did not confirm"):
         switch_override(True)
 
 

@@ -150,12 +150,12 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     assert "aborted because: the process died on it; restarted as" in watcher.output
     system.wait_for("the process 'missions' is up again", PATIENCE_S)
 
-    # The driver of the base dies: the base is told to stop, and all ends with what it was.
+    # The driver of the base dies: the base is sent a stop command, and all ends with what it was.
     watcher = start_process(*FLORENCE, "run", "patrol", "--headless", "--policy", "preempt")
     watcher.wait_for("-- driving", PATIENCE_S)
     kill_process(folder, "hardware")
     assert system.process.wait(PATIENCE_S) == 3
-    assert "the process 'hardware' was killed by SIGKILL; the base was told to stop" in system.output
+    assert "the process 'hardware' was killed by SIGKILL; the base was sent a stop command" in system.output
     assert watcher.process.wait(PATIENCE_S) in (1, 3), watcher.output
     last = start_process(*FLORENCE, "runs", "--folder", folder / "runs", "--limit", "1")
     assert last.process.wait(PATIENCE_S) == 0
@@ -218,5 +218,5 @@ def test_ctrl_c_while_the_hardware_hangs(start_process, tmp_path, patrol, known)
         system.wait_for("the process 'hardware' has not answered for 1.0 s; the robot is stopped", PATIENCE_S)
     system.end(signal.SIGINT, PATIENCE_S)
     assert "the process 'hardware' did not end in time and was killed" in system.output
-    assert "the base was told to stop" in system.output
+    assert "the base was sent a stop command" in system.output
     assert_clean(system, folder, 130)

@@ -14,7 +14,7 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.run import Request, RunIds, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
 from florence_bt.trees.language.loader import MissionLibrary
 
 pytestmark = pytest.mark.ros
@@ -58,7 +58,7 @@ def test_a_message_stops_the_drive(ros: Any, tmp_path: Path) -> None:
     ros.spin_until(lambda: publisher.get_subscription_count() == 1 and battery.server_is_there())
     publisher.publish(BatteryState(percentage=0.8))
     ros.spin_until(lambda: battery.start({"charge": 0.3}).poll().succeeded)
-    run = executor.trigger(Request("m"))
+    run = executor.trigger(MissionRequest("m"))
     ros.spin_until(lambda: drive.active == 1)
     publisher.publish(BatteryState(percentage=0.5))
     publisher.publish(BatteryState(percentage=0.2))

@@ -10,7 +10,7 @@ import pytest
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JournalReader
-from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus
 from florence_bt.simulation.home.closeness import closeness
 
 pytestmark = pytest.mark.slow
@@ -90,7 +90,7 @@ def test_it_drives_through_every_door_and_touches_nothing():
 @pytest.mark.parametrize("moment", [0.0, 0.05, 0.5, 3.0, 17.0, 21.0, 26.0])
 def test_a_stop_at_any_moment_stops_the_robot(moment):
     rig = make_rig(seed=1, person="kitchen")
-    run = rig.executor.trigger(Request("goto_user", caller="test"))
+    run = rig.executor.trigger(MissionRequest("goto_user", caller="test"))
     rig.clock.advance(moment)
     rig.executor.stop("enough")
     rig.clock.advance(2.0)
@@ -110,7 +110,7 @@ def test_a_stop_at_any_moment_stops_the_robot(moment):
 def test_bad_requests_move_nothing(mission, inputs, message):
     rig = make_rig(seed=1, person="absent")
     with pytest.raises(ConfigError, match=message):
-        rig.executor.trigger(Request(mission, inputs))
+        rig.executor.trigger(MissionRequest(mission, inputs))
     assert speed(rig, 1.0) == pytest.approx(0.0, abs=1e-4)
 
 

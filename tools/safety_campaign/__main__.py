@@ -37,19 +37,27 @@ def _kills(options: argparse.Namespace) -> str:
 
 
 def _messages(options: argparse.Namespace) -> str:
-    """Messages for a while; then a mission must drive the robot again."""
+    """Messages for a while; then a mission is asked to drive the robot."""
     with RunningSystem(options.seed) as system:
         before = system.pids()
         report = attack_with_messages(float(options.count or ATTACK_S), options.seed)
         ended = [name for name, pid in before.items() if system.pid(name) != pid]
         drives = system.drives_again()
-    rows = [(name, str(count)) for name, count in sorted(report.sent.items())]
-    rows.append(("all", str(sum(report.sent.values()))))
+        status = system.status()
+        if ended:
+            _say(system.output)
+    rows = []
+    for kind in ("msg", "srv", "action"):
+        mine = {name: count for name, count in report.sent.items() if f"/{kind}/" in name}
+        types = {name.partition("(")[2] for name in mine}
+        what = {"msg": "topics", "srv": "services", "action": "parts of actions"}[kind]
+        rows.append((what, str(len(mine)), str(len(types)), str(sum(mine.values()))))
+    afterwards = "the robot drives" if drives else f"it ends with: {status.reason}"
     lines = (
-        table(("topic, service or action", "messages"), rows),
+        table(("attacked", "names", "types", "messages"), rows),
         f"Processes ended: {', '.join(ended) or 'none'}. "
         f"Nodes lost: {', '.join(report.nodes_lost) or 'none'}. "
-        f"A mission drives the robot afterwards: {'yes' if drives else 'no'}.",
+        f"A mission afterwards, in the map and with the hotspots that these messages left: {afterwards}.",
     )
     return "\n\n".join(lines)
 

@@ -32,6 +32,9 @@ ATTACK_S = 0.6
 QUIET_S = 0.6
 """How long nobody does, before the release; the velocity filter lets old commands go within that time."""
 
+SHIFT_M = 0.01
+"""A base that moves farther than this between the stand and the end is worth a line."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -43,7 +46,8 @@ class Trial:
         reaction_s: From the message to the first lower wheel speed.
         standing_s: From the message to the stand.
         distance_m: How far the robot came after the message.
-        moved: Whether it moved again before the release, or by itself after it.
+        commanded: Whether the wheels were given a speed before the release, or without a command after it.
+        shifted_m: How far the robot came between the stand and the end, after the release.
     """
 
     server: str
@@ -51,7 +55,8 @@ class Trial:
     reaction_s: float
     standing_s: float
     distance_m: float
-    moved: bool
+    commanded: bool
+    shifted_m: float
 
 
 def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Trial]:
@@ -64,9 +69,10 @@ def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> 
                 drive = _drive_for(server, done, dice)
                 if server == "dead" and done == 1:
                     _kill_server(system)
-                trials.append(
-                    _try_once(system, server, drive, dice, last_words=server == "dead" and done == 0)
-                )
+                trial = _try_once(system, server, drive, dice, dies=server == "dead" and done == 0)
+                trials.append(trial)
+                if trial.commanded or trial.shifted_m > SHIFT_M:
+                    say(f"override {len(trials)} moved: {trial}; {_speeds(system.truths)}")
                 system.spin(0.2)
             say(f"{len(trials)} of {count} overrides")
     return trials
@@ -97,14 +103,12 @@ def _kill_server(system: RunningSystem) -> None:
         system.wait(lambda: system.pid("missions") is None, "the death of the mission server")
 
 
-def _try_once(
-    system: RunningSystem, server: str, drive: str, dice: random.Random, *, last_words: bool
-) -> Trial:
+def _try_once(system: RunningSystem, server: str, drive: str, dice: random.Random, *, dies: bool) -> Trial:
     _begin_drive(system, drive, dice)
     if server == "hung":
         system.send("missions", signal.SIGSTOP)
         system.spin(dice.uniform(0.0, 0.3))
-    elif last_words:
+    elif dies:
         _kill_server(system)
         system.spin(dice.uniform(0.0, 0.3))
     system.forget()
@@ -117,8 +121,12 @@ def _try_once(
     lower = [truth["monotonic"] for truth in truths if _speed(truth) < speed or speed == 0.0]
     standing = truths[moving[-1] + 1 if moving else 0]["monotonic"] if stands else begin + 5.0
     distance = _distance(place, system.truth["robot"])
-    moved = _attack(system, server)
-    return Trial(server, drive, (lower or [begin + 5.0])[0] - begin, standing - begin, distance, moved)
+    stood = system.truth["robot"]
+    _attack(system, server)
+    commanded = any(_speed(truth) > 0.0 for truth in system.truths)
+    shifted = max((_distance(stood, truth["robot"]) for truth in system.truths), default=0.0)
+    reaction = (lower or [begin + 5.0])[0] - begin
+    return Trial(server, drive, reaction, standing - begin, distance, commanded, shifted)
 
 
 def _begin_drive(system: RunningSystem, drive: str, dice: random.Random) -> None:
@@ -145,8 +153,8 @@ def _begin_drive(system: RunningSystem, drive: str, dice: random.Random) -> None
     raise CampaignFailed(f"the robot does not drive by {drive}:\n{system.output}")
 
 
-def _attack(system: RunningSystem, server: str) -> bool:
-    """Let everybody try to drive the robot; then release it. Whether it moved."""
+def _attack(system: RunningSystem, server: str) -> None:
+    """Let everybody try to drive the robot; then release it."""
     system.forget()
     twist = Twist()
     twist.linear.x = 0.2
@@ -164,7 +172,12 @@ def _attack(system: RunningSystem, server: str) -> bool:
     system.switch.publish(Bool(data=False))
     system.wait(lambda: system.overridden is False, "the release")
     system.spin(0.4)
-    return any(truth["moving"] or _speed(truth) > 0.0 for truth in system.truths)
+
+
+def _speeds(truths: list[dict]) -> str:
+    """When the wheels were given which speeds, for people; seconds from the first truth."""
+    given = [(truth["monotonic"] - truths[0]["monotonic"], truth["wheels"]) for truth in truths]
+    return ", ".join(f"{at:.2f} s: {wheels}" for at, wheels in given if any(wheels))[:500]
 
 
 def _speed(truth: dict) -> float:
@@ -195,7 +208,8 @@ def overrides_table(trials: list[Trial]) -> str:
         "standing: median",
         "longest",
         "farthest after it",
-        "moved before or by itself after the release",
+        "given a speed before, or by itself after the release",
+        "farthest shift meanwhile",
     )
     return table(head, [row for row in [*rows, _row("all", trials)] if row])
 
@@ -214,5 +228,6 @@ def _row(name: str, trials: list[Trial]) -> tuple[str, ...]:
         milliseconds(standings, 0.5),
         milliseconds(standings, 1.0),
         f"{max(trial.distance_m for trial in trials) * 100:.1f} cm",
-        str(sum(trial.moved for trial in trials)),
+        str(sum(trial.commanded for trial in trials)),
+        f"{max(trial.shifted_m for trial in trials) * 1000:.1f} mm",
     )

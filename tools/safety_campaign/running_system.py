@@ -225,8 +225,13 @@ class RunningSystem:
         self._spins = _goal_client(node, Spin, "spin")
 
     def _on_truth(self, message: String) -> None:
-        self.truth = json.loads(message.data)
-        self.truths.append(self.truth)
+        try:
+            truth = json.loads(message.data)
+        except ValueError:
+            return  # of the attack with messages, which leaves no topic out
+        if isinstance(truth, dict) and "robot" in truth:
+            self.truth = truth
+            self.truths.append(truth)
 
     def _on_override(self, message: Bool) -> None:
         self.overridden = bool(message.data)

@@ -10,7 +10,8 @@ import yaml
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
-from florence_bt.core.plain_yaml import EmptyFile, parse_source, read_bytes
+from florence_bt.core.plain_yaml import EmptyFile, parse_yaml
+from florence_bt.core.text_files import read_bytes
 
 Parameters = dict[str, Any]
 
@@ -34,7 +35,7 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
     data = read_bytes(path)
     try:
         # Refuses what could grow without end; the values are typed as YAML types them.
-        parse_source(data, path)
+        parse_yaml(data, path)
         content = yaml.load(data, Loader=_LOADER)
     except EmptyFile:
         content = None

@@ -40,8 +40,8 @@ class DeviceReport:
         ]
 
 
-def tell_missing(report: DeviceReport, say: Callable[[str], None]) -> None:
-    """Say which devices do not work, if any."""
+def report_missing(report: DeviceReport, say: Callable[[str], None]) -> None:
+    """Report which devices do not work, if any."""
     lines = report.missing()
     for line in lines:
         say(f"device missing: {line}")

@@ -11,14 +11,14 @@ from collections.abc import Callable
 from contextlib import suppress
 
 FD_VARIABLE = "FLORENCE_HEARTBEAT_FD"
-"""Environment variable that tells a process of a bring-up into which file descriptor to beat."""
+"""Environment variable: the file descriptor into which a process of a bring-up writes its heartbeats."""
 SILENT_S = 1.0
 """A process that has not beaten for so long does not answer. Nav2's bond waits for 4 s."""
 KILLED_AFTER_S = 5.0
 """A process that has not beaten for so long will not come back."""
 LONGEST_LOOK_S = 0.1
-"""Two looks that are further apart count as this much silence: whoever looks was held up itself, and perhaps
-everybody, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""
+"""Two looks that are further apart count as this much silence: the supervisor was held up itself, and perhaps
+all processes, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""
 
 
 def heartbeat_of_this_process() -> Callable[[], None]:
@@ -39,7 +39,7 @@ def heartbeat_of_this_process() -> Callable[[], None]:
 
 
 class HeartbeatMonitor:
-    """Listens to the beats of one process.
+    """Reads the heartbeats of one process.
 
     Attributes:
         writer: The file descriptor for the process; :meth:`started` closes it here.
@@ -86,5 +86,5 @@ class HeartbeatMonitor:
             self.silent_s += passed
 
     def close(self) -> None:
-        """Stop listening."""
+        """Close the pipe."""
         os.close(self._reader)

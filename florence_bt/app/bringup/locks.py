@@ -31,7 +31,7 @@ class Lock:
     def __init__(self, file: Path, place: str, instead: str) -> None:
         try:
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # Without O_NOFOLLOW, whoever may write to the folder could have any file of ours overwritten.
+            # Without O_NOFOLLOW, anybody who may write to the folder could have any file of ours overwritten.
             flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
             self._descriptor = os.open(file, flags, 0o600)
         except OSError as error:
@@ -89,7 +89,7 @@ def bring_up_here() -> bool:
 def lock_domain() -> Lock:
     """Take the ROS domain of this process on this machine, for this user.
 
-    Discovery is no way to find another system before it is disturbed: it takes seconds on a busy machine.
+    Discovery is too slow to find another system before it is disturbed: it takes seconds on a busy machine.
 
     Raises:
         ConfigError: As :class:`Lock`; or somebody else has made, or may write to, the folder of the locks.

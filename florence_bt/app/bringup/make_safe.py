@@ -21,7 +21,7 @@ from florence_bt.ros.qos import RELIABLE, SENSOR
 LIMIT_S = 15.0
 """How long to wait for the answers and for the base to stand, in steady time."""
 SEARCH_S = 3.0
-"""How long to look for servers; one that comes into sight later has begun anew, without goals."""
+"""How long to look for servers; one that comes into sight later has restarted, without goals."""
 PERIOD_S = 0.1
 """How often to look for servers, and to command zero."""
 STANDING_SPEED = 0.01
@@ -63,7 +63,7 @@ class StandStill:
         self._unasked = list(goals.actions)
         self._unanswered: list[str] = []
         self._standing = 0
-        self._heard = False
+        self._received = False
         self._limit_s = limit_s
         now = node.steady.now()
         self._search_until, self._end = now + min(SEARCH_S, limit_s), now + limit_s
@@ -117,7 +117,7 @@ class StandStill:
     def _on_odometry(self, message: Odometry) -> None:
         twist = message.twist.twist
         stands = abs(twist.linear.x) < STANDING_SPEED and abs(twist.angular.z) < STANDING_SPEED
-        self._heard = True
+        self._received = True
         self._standing = self._standing + 1 if stands else 0
         self._finish_if_safe()
 
@@ -127,7 +127,7 @@ class StandStill:
 
     def _what_is_not_known(self) -> str:
         parts = [f"no answer of {', '.join(self._unanswered)}"] if self._unanswered else []
-        if not self._heard:
+        if not self._received:
             parts.append("no odometry")
         elif self._standing < STANDING_READINGS:
             parts.append("the base still moves")

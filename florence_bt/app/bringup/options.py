@@ -116,5 +116,5 @@ def parse_start(text: str) -> tuple[float, float, float]:
     except ValueError:
         x = y = yaw = math.nan
     if not all(math.isfinite(number) for number in (x, y, yaw)):
-        raise ConfigError(f"{text!r} is no start", valid=["x,y,yaw in metres and degrees, e.g. 1.5,2,90"])
+        raise ConfigError(f"{text!r} is not a start", valid=["x,y,yaw in metres and degrees, e.g. 1.5,2,90"])
     return x, y, math.radians(yaw)

@@ -36,26 +36,26 @@ def main(group: str, options_file: Path, parent: int) -> int:
     # Should the supervisor be killed, its children must not drive on alone.
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:
-        return 0  # it was killed before the kernel knew that we want to be told
-    # These imports take seconds; whoever ends the process meanwhile must not see a traceback.
+        return 0  # it was killed before the kernel was asked for the signal
+    # These imports take seconds; ending the process meanwhile must not print a traceback.
     from florence_bt.app.bringup.topology import REMAPPINGS, factories
     from florence_bt.ros.process import run_nodes
 
     try:
         options = BringUp.read(options_file)
 
-        def tell_that_it_is_up() -> None:
+        def write_up_file() -> None:
             up_file = options.up_file(group)
             try:
                 up_file.parent.mkdir(exist_ok=True)
                 up_file.write_text(f"{os.getpid()}\n", encoding="utf-8")
             except OSError as error:
-                print(f"florence {group}: cannot tell that it is up: {error}", file=sys.stderr)
+                print(f"florence {group}: cannot write that it is up: {error}", file=sys.stderr)
 
         return run_nodes(
             factories(group, options),
             remappings=REMAPPINGS,
-            on_ready=tell_that_it_is_up,
+            on_ready=write_up_file,
             beat=heartbeat_of_this_process(),
         )
     except FlorenceError as error:

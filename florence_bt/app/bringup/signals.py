@@ -1,4 +1,4 @@
-"""What Ctrl-C and its kin do while the system goes up, runs and goes down: nothing is left half done.
+"""What Ctrl-C and similar signals do while the system starts, runs and ends: nothing is left half done.
 
 Python runs signal handlers in the main thread only; on other threads all of this does nothing.
 """
@@ -23,14 +23,14 @@ _onces: list[list[int]] = []
 
 
 @contextmanager
-def all_like_ctrl_c() -> Iterator[None]:
+def as_keyboard_interrupt() -> Iterator[None]:
     """Let every signal that asks for the end raise KeyboardInterrupt; one that is ignored stays so.
 
     Where Python lets no exception out (callbacks of weak references, as imports have them, and ``__del__``)
     it comes a moment later.
     """
     came: list[int] = []
-    tell_lost = sys.unraisablehook
+    report_lost = sys.unraisablehook
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if _onces and _onces[-1]:
@@ -47,21 +47,21 @@ def all_like_ctrl_c() -> Iterator[None]:
             later.daemon = True
             later.start()
         else:
-            tell_lost(lost)
+            report_lost(lost)
 
     with _handlers({number: interrupt for number in ENDING if not _is_ignored(number)}):
         sys.unraisablehook = come_again
         try:
             yield
         finally:
-            sys.unraisablehook = tell_lost
+            sys.unraisablehook = report_lost
 
 
 @contextmanager
 def once() -> Iterator[None]:
-    """Let one signal interrupt the block (within :func:`all_like_ctrl_c`); those that follow change nothing.
+    """Let one signal interrupt the block (within :func:`as_keyboard_interrupt`); later ones change nothing.
 
-    For what must be taken down when it is interrupted: the impatient press again before that has begun.
+    For what must be taken down when it is interrupted: people press Ctrl-C again before that has begun.
     """
     _onces.append([])
     try:
@@ -71,7 +71,7 @@ def once() -> Iterator[None]:
 
 
 @contextmanager
-def deaf() -> Iterator[None]:
+def ignored() -> Iterator[None]:
     """Ignore the signals for a while."""
     with _handlers(dict.fromkeys(ENDING, signal.SIG_IGN)):
         yield

@@ -55,7 +55,7 @@ def simulated_motor() -> Callable[[int], UsbMotor]:
 
 
 def clear_ports(options: BringUp) -> None:
-    """Remove the ports that a killed bring-up left: they may lead to somebody else's terminal by now."""
+    """Remove the ports that a killed bring-up left: they may lead to another terminal by now."""
     settings = hardware_settings(options)
     for port in (settings.base_port, settings.laser_port, settings.kinect_socket):
         if port.is_symlink() or port.is_socket():
@@ -74,7 +74,7 @@ def people_at_home(flat: Flat, options: BringUp) -> list[PersonSpec]:
 
 
 def start_of(options: BringUp) -> Pose2 | None:
-    """Where the robot starts, None when a real robot has to be told."""
+    """Where the robot starts, None when a real robot must be given its pose."""
     if options.start_pose is not None or not options.in_flat:
         return options.start_pose
     return load_flat().start
@@ -83,7 +83,7 @@ def start_of(options: BringUp) -> Pose2 | None:
 def user_room(options: BringUp) -> str | None:
     """The room in which the user was last seen, None to leave it to the configuration.
 
-    In the simulated flat it is the room the person is in, as presence sensors would tell; with nobody at
+    In the simulated flat it is the room the person is in, as presence sensors would report; with nobody at
     home it is the flat's first room.
     """
     if options.user_room is not None or not options.in_flat:

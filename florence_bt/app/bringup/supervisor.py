@@ -23,7 +23,7 @@ END_LOOK_S = 0.02
 """Wall seconds between two looks whether a process has ended."""
 TAIL_LINES = 15
 STARTED_AGAIN = "FLORENCE_STARTED_AGAIN"
-"""The variable that tells a process that it follows one that died; empty for the first one of its group."""
+"""Environment variable: set for a process that replaces one that died, empty for the first of its group."""
 RESTARTS = 3
 """How often processes that died are started again within :data:`RESTARTS_PERIOD_S`."""
 RESTARTS_PERIOD_S = 600.0
@@ -42,7 +42,7 @@ def command_of(group: str, options_file: Path) -> list[str]:
 
 
 class ProcessDied(FlorenceError):
-    """A process of the bring-up ended although nobody asked it to.
+    """A process of the bring-up ended without being asked to.
 
     Attributes:
         name: The group of nodes that ran in it.
@@ -76,8 +76,8 @@ class _Child:
     heart: HeartbeatMonitor
     killed_because: str = ""
     """Why it was killed; empty when it was not."""
-    mourned: str | None = None
-    """What was done about its death; None before."""
+    reaped: str | None = None
+    """What was done after its end; None before."""
 
     def close(self) -> None:
         self.log.close()
@@ -91,7 +91,7 @@ class Supervisor:
     """Owns the child processes. Use as a context manager: leaving it ends them all.
 
     Args:
-        options_file: What every child is told (``BringUp``).
+        options_file: The options of every child (``BringUp``).
         log_folder: One log file per process goes here.
         make_command: The command line of the process of a group; given the group and the options file.
         stop_budget_s: Wall seconds that a process gets to end by itself after it was asked to.
@@ -201,7 +201,7 @@ class Supervisor:
         """
         for child in self._children:
             if child.process.poll() is not None:
-                raise ProcessDied(child.name, child.how_it_ended(), child.log_file, self._mourn(child))
+                raise ProcessDied(child.name, child.how_it_ended(), child.log_file, self._reap(child))
 
     def silences(self) -> dict[str, float]:
         """Take the heartbeats that came; call it several times a second.
@@ -233,10 +233,10 @@ class Supervisor:
         (child,) = (child for child in self._children if child.name == name)
         return child
 
-    def _mourn(self, child: _Child) -> str:
-        if child.mourned is None:
-            child.mourned = self._after_death(child.name)
-        return child.mourned
+    def _reap(self, child: _Child) -> str:
+        if child.reaped is None:
+            child.reaped = self._after_death(child.name)
+        return child.reaped
 
     def stop(self) -> list[str]:
         """End every process, the last started first; those that are silent already are killed at once.
@@ -251,7 +251,7 @@ class Supervisor:
             for child in batch:
                 # One that was asked before its handlers stood has opened nothing.
                 if child.process.returncode not in (0, -signal.SIGTERM):
-                    self._mourn(child)
+                    self._reap(child)
                 child.close()
                 self._children.remove(child)
         return killed

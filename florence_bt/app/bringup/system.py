@@ -9,22 +9,23 @@ from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from florence_bt.app.bringup.device_report import DeviceReport, tell_missing
+from florence_bt.app.bringup.device_report import DeviceReport, report_missing
 from florence_bt.app.bringup.heartbeat import KILLED_AFTER_S, SILENT_S
-from florence_bt.app.bringup.hold import RobotHold
+from florence_bt.app.bringup.hold import HungDriverStop, RobotHold, stop_base
 from florence_bt.app.bringup.locks import lock_domain, lock_folder
 from florence_bt.app.bringup.make_safe import BaseSafety
-from florence_bt.app.bringup.make_safe_port import HungDriverStop, stop_base
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only
-from florence_bt.app.bringup.signals import deaf, once
+from florence_bt.app.bringup.signals import ignored, once
 from florence_bt.app.bringup.simulated import clear_ports
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
-from florence_bt.app.runs.client import ACTIONS, ACTIVE_STATES, MissionClient
+from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.core.serving import ServedAction
 from florence_bt.ros.open_goals import OpenGoals
+from florence_bt.skills.served import ACTIONS, SERVED
 
 READY_BUDGET_S = 90.0
 """Wall seconds that all nodes get to start; the first start compiles the hot loops."""
@@ -39,7 +40,7 @@ class System:
 
     Args:
         options: What to bring up.
-        report: Told what is going on, in short lines.
+        report: Called with short lines about what goes on.
 
     Raises:
         ConfigError: A file of the bring-up is wrong, or another one uses the folder or the domain; nothing
@@ -92,12 +93,12 @@ class System:
         """Stop everything."""
         try:
             if isinstance(error, ProcessDied):
-                self._tell_the_runs(error)
+                self._stop_the_runs(error)
         finally:
             self._down()
 
     def wait_ready(self) -> float:
-        """Wait until a mission can run. A real robot may still have to be told where it is.
+        """Wait until a mission can run. A real robot may still need its initial pose.
 
         Returns:
             Wall seconds it took.
@@ -110,14 +111,14 @@ class System:
         start = time.monotonic()
         self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
         if not self.client.spin_until(self._is_ready, READY_BUDGET_S, watch=self._check_start):
-            missing = ", ".join(self.client.missing() or self._not_up()) or "the robot's pose"
+            missing = ", ".join(self._not_served() or self._not_up()) or "the robot's pose"
             raise DeviceTimeout(
                 f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
                 f"see the logs in {self.options.folder}/logs"
             )
         if not self.options.simulated:
             self.client.spin_until(self._devices_answer, DEVICES_S, watch=self._check_start)
-            tell_missing(self._devices, self._report)
+            report_missing(self._devices, self._report)
         return time.monotonic() - start
 
     def pids(self) -> dict[str, int]:
@@ -187,12 +188,21 @@ class System:
             self._starting_again = ""
 
     def _is_ready(self) -> bool:
-        if self._not_up() or self.client.missing():
+        if self._not_up() or self._not_served():
             return False
         return not self.options.simulated or self.client.knows_pose()
 
     def _devices_answer(self) -> bool:
         return not self._devices.missing() and self.client.knows_pose()
+
+    def _not_served(self) -> list[str]:
+        """The actions and services of the shipped missions that nobody serves yet."""
+        names = {name for name, _ in self.client.node.get_service_names_and_types()}
+        needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
+        for served in SERVED:
+            suffix = "/_action/send_goal" if isinstance(served, ServedAction) else ""
+            needed[f"/{served.name}{suffix}"] = served.name
+        return [shown for name, shown in needed.items() if name not in names]
 
     def _not_up(self) -> list[str]:
         """The groups whose process has not all its nodes yet; an earlier bring-up left other ids."""
@@ -227,8 +237,8 @@ class System:
         self._safety = self._safety or BaseSafety(self.client.node, OpenGoals(self.client.node, ACTIONS))
         self._safety.make_safe()
 
-    def _tell_the_runs(self, death: ProcessDied) -> None:
-        """Let every run end with what took it along, as long as the mission server can write that down."""
+    def _stop_the_runs(self, death: ProcessDied) -> None:
+        """Stop every run with the reason, as long as the mission server can record it."""
         if death.name != BASE:
             self._hold_still()
         if death.name == MISSIONS or self.client.state.state not in ACTIVE_STATES:
@@ -239,14 +249,14 @@ class System:
                 self.client.stop(f"{death.what}, so the whole system ends", run_id)
             self.client.spin_until(lambda: self.client.state.state not in ACTIVE_STATES, LAST_RUN_S)
         except FlorenceError as error:
-            self.client.node.get_logger().warning(f"the runs were not told of it: {error}")
+            self.client.node.get_logger().warning(f"the runs were not stopped: {error}")
 
     def _down(self) -> None:
-        """End everything, whatever the impatient press meanwhile: half of it would leave the base driving.
+        """End everything, and ignore further signals: half of it would leave the base driving.
 
         The wheels stop first. Then the mission process ends: it cancels its goals while navigation is there.
         """
-        with deaf():
+        with ignored():
             self._going_down = True
             try:
                 if BASE in self._supervisor.silences():

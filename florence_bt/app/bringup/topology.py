@@ -49,7 +49,7 @@ REMAPPINGS = (
     "turtlebot_node:cmd_vel:=filtered_cmd_vel",
     "turtlebot_node:manual_cmd_vel:=filtered_manual_cmd_vel",
 )
-"""The base obeys the velocity filter, not the planners (REFERENCE 6.5)."""
+"""The base takes its commands from the velocity filter, not from navigation (REFERENCE 6.5)."""
 
 Factory = Callable[[], "FlorenceNode"]
 
@@ -134,10 +134,12 @@ def _make_server(options: BringUp) -> HardwareServer:
     from florence_bt.app.bringup.simulated import hardware_mounts, hardware_settings, people_at_home
     from florence_bt.simulation.hardware.server import HardwareServer
     from florence_bt.simulation.home.flat import load_flat
-    from florence_bt.simulation.home.world import World
+    from florence_bt.simulation.home.world import SimulatedWorld
 
     flat = load_flat()
-    world = World(flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed)
+    world = SimulatedWorld(
+        flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed
+    )
     return HardwareServer(world, hardware_mounts(), hardware_settings(options))
 
 
@@ -188,8 +190,8 @@ def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.simulated import start_of
     from florence_bt.skills.navigation.localisation.node import LocaliserNode
     from florence_bt.skills.navigation.map_server.node import MapServerNode
+    from florence_bt.skills.navigation.navigate.drive import CycleParameters
     from florence_bt.skills.navigation.navigate.node import NavigationNode
-    from florence_bt.skills.navigation.navigate.step import CycleParameters
 
     navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
     start = start_of(settings.options)

@@ -9,7 +9,7 @@ from rich.console import Console
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.runs.client import MissionClient
-from florence_bt.app.runs.journal_view import left_runs, what_became_of
+from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.ros.environment import reach_of
 
@@ -46,9 +46,9 @@ def run_up(options: BringUp) -> None:
         for finding in _findings(system.client):
             say(finding)
         say(f"ready after {seconds:.1f} s; logs in {options.folder}/logs, runs in {options.runs}")
-        for line in what_became_of(options.runs, left):
+        for line in outcomes_of(options.runs, left):
             say(line)
         if not system.client.knows_pose():
-            say("the robot does not know where it is; tell it on the topic initialpose, e.g. with RViz")
+            say("the robot does not know where it is; publish its pose on initialpose, e.g. with RViz")
         say("in another terminal: florence run goto_user, florence status, florence stop; Ctrl-C ends all")
         system.client.spin_until(lambda: False, FOREVER_S, watch=system.keep_up)

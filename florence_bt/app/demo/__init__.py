@@ -1,1 +1,1 @@
-"""Simulated runs: the demo, the trials, and the rig that both use."""
+"""Simulated runs: the demo, and the rig of the package's own flat."""

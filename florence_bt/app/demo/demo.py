@@ -13,8 +13,8 @@ from rich.console import Console
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
+from florence_bt.app.runs.client import RunWatch
 from florence_bt.app.runs.live import Display, make_display, styled
-from florence_bt.app.runs.run_watch import RunWatch
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.closeness import Closeness, closeness, closeness_text
@@ -25,7 +25,7 @@ MISSION_BUDGET_S = 600.0
 PICTURE_BUDGET_S = 30.0
 """Wall seconds for the picture of the run."""
 TRUTH_BUDGET_S = 10.0
-"""Wall seconds to wait for the first word of the simulator."""
+"""Wall seconds to wait for the first message of the simulator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ def _run_mission(system: System, display: Display) -> DemoResult:
     client = system.client
     client.follow_truth()
     if not client.spin_until(lambda: bool(client.truth), TRUTH_BUDGET_S, watch=system.check):
-        raise DeviceTimeout("the simulator does not tell the truth; see its log")
+        raise DeviceTimeout("the simulator does not publish its truth; see its log")
     start = float(client.truth["time"])
     # A demonstration that was killed may have left a run that is taken up at this start.
     answer = client.run(MISSION, {}, caller="florence demo", policy="preempt")
@@ -111,7 +111,7 @@ def _closeness(truth: Mapping[str, Any]) -> Closeness | None:
 
 
 def print_result(result: DemoResult, console: Console) -> None:
-    """Tell how it ended, for people."""
+    """Print how it ended, for people."""
     console.print()
     console.print(styled(result.tree), soft_wrap=True)
     console.print()

@@ -113,7 +113,7 @@ def draw_picture(map_file: Path, hotspots_file: Path, folder: Path) -> Path:
         [Pose2(**look) for look in result["looks"]],
         unfinished,
         f"{result['mission']}: {result['status']}",
-        labels={spot.label: spot.pose for spot in load_hotspots(hotspots_file)},
+        {spot.label: spot.pose for spot in load_hotspots(hotspots_file)},
     )
     return unfinished.replace(picture)
 

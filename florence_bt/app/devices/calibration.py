@@ -1,4 +1,4 @@
-"""``florence calibrate``: turns the base before a wall and tells, or writes, better factors."""
+"""``florence calibrate``: turns the base before a wall and prints, or writes, better factors."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
 
 from florence_bt.app.devices.config_edit import set_numbers
-from florence_bt.app.runs.client import ANSWER_BUDGET_S, OVERRIDDEN, MissionClient
-from florence_bt.app.runs.run_watch import LIVE_STATES
+from florence_bt.app.runs.client import ANSWER_BUDGET_S, LIVE_STATES, OVERRIDDEN, MissionClient
 from florence_bt.core.errors import ConfigError
 from florence_bt.skills.calibration.factors import GYRO_PARAMETER, ODOMETRY_PARAMETER, Factors
 from florence_bt.skills.calibration.node import CalibrationNode
@@ -34,7 +33,7 @@ _BOOLEAN, _DOUBLE = 1, 3
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """What came of it.
+    """The result of a calibration.
 
     Attributes:
         succeeded: Whether the factors became steady.
@@ -59,7 +58,7 @@ def calibrate(
     """Calibrate the robot of the running system.
 
     Args:
-        say: Told what goes on, a line at a time.
+        say: Called with what goes on, a line at a time.
         rounds: How often to repeat at most.
         speeds: Turning speeds in rad/s; the usual ones when empty.
         rest_s: Seconds at rest for the gyro's drift; the usual ones when None.
@@ -126,14 +125,14 @@ class _Others:
     def look(self) -> None:
         """Ask the mission server twice a second; afterwards ``claim`` says why to end, or is empty.
 
-        Not by the override's topic: what somebody tells who has just come into sight can be missed.
+        Not by the override's topic: the message of a publisher that was just discovered can be missed.
         """
         now = time.monotonic()
         if self._asked is not None and self._asked.done():
             self._judge(self._asked.result())
             self._asked, self._next = None, now + LOOK_PERIOD_S
         elif now >= self._next:
-            # Also anew after a while, should an answer be lost.
+            # Also again after a while, should an answer be lost.
             self._asked, self._next = self._client.ask_status(), now + ANSWER_BUDGET_S
 
     def _judge(self, status: Any) -> None:
@@ -144,7 +143,7 @@ class _Others:
 
 
 def report_lines(calibrated: Calibrated) -> list[str]:
-    """What to tell a person, in the words of the document (section 7.2) where it has some."""
+    """The report for people, in the words of the document (section 7.2) where it has some."""
     lines = []
     for number, factors in enumerate(calibrated.rounds, 1):
         found = ", ".join(f"{name} x {factor:.4f}" for name, factor in factors.by_parameter().items())

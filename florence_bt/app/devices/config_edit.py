@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.plain_yaml import EmptyFile, Table, Text, parse_source, read_bytes
+from florence_bt.core.plain_yaml import EmptyFile, YamlMapping, YamlScalar, parse_yaml
+from florence_bt.core.text_files import read_bytes
 
 
 def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
@@ -24,7 +25,7 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
         The copy of the file as it was.
 
     Raises:
-        ConfigError: The file cannot be read or written, or the node's section is no table.
+        ConfigError: The file cannot be read or written, or the node's section is not a mapping.
     """
     text = read_bytes(file).decode("utf-8")
     for name, value in values.items():
@@ -43,17 +44,17 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
 def _with_number(text: str, file: Path, node: str, name: str, number: str) -> str:
     lines = text.splitlines(keepends=True)
     try:
-        source = parse_source(text.encode(), file)
+        source = parse_yaml(text.encode(), file)
     except EmptyFile:
         return f"{_ended(text)}{node}:\n  {name}: {number}\n"
-    if not isinstance(source, Table):
+    if not isinstance(source, YamlMapping):
         raise ConfigError("must map node names to their parameters", file=file, valid=[f"{node}: {{...}}"])
     for key, section in source.entries:
         if key.text.removeprefix("/") != node:
             continue
-        if isinstance(section, Table):
+        if isinstance(section, YamlMapping):
             section = section.get("ros__parameters") or section
-        if not isinstance(section, Table):
+        if not isinstance(section, YamlMapping):
             raise ConfigError(
                 f"{node} must map parameter names to values",
                 file=file,
@@ -62,7 +63,7 @@ def _with_number(text: str, file: Path, node: str, name: str, number: str) -> st
                 valid=[f"{node}:\n  {name}: {number}"],
             )
         for parameter, value in section.entries:
-            if parameter.text == name and isinstance(value, Text):
+            if parameter.text == name and isinstance(value, YamlScalar):
                 line, start = value.position.line - 1, value.position.column - 1
                 width = len(value.text) + 2 * value.quoted
                 lines[line] = lines[line][:start] + number + lines[line][start + width :]
@@ -71,7 +72,7 @@ def _with_number(text: str, file: Path, node: str, name: str, number: str) -> st
     return f"{_ended(text)}\n{node}:\n  {name}: {number}\n"
 
 
-def _inserted(lines: list[str], section: Table, entry: str) -> str:
+def _inserted(lines: list[str], section: YamlMapping, entry: str) -> str:
     """Add an entry before the first one of a section, which may be on one line in braces."""
     place = section.entries[0][0].position if section.entries else section.position
     line, start = place.line - 1, place.column - 1

@@ -13,8 +13,7 @@ from florence_bt.drivers.kinect.driver import KinectParameters
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame
 from florence_bt.drivers.kinect.motor.usb_motor import UsbMotor
 from florence_bt.drivers.kinect.recording import RecordingWriter
-from florence_bt.drivers.kinect.sources import RECORDING, USB, open_source
-from florence_bt.drivers.kinect.transport import FrameSource
+from florence_bt.drivers.kinect.sources import RECORDING, USB, FrameSource, open_source
 
 LONGEST_S = 3600.0
 PATIENCE_S = 10.0
@@ -67,7 +66,7 @@ def record(
         open_motor: Opens the motor, which has the accelerometer; asked only for a Kinect on USB.
 
     Raises:
-        ConfigError: The time or the folder is no good.
+        ConfigError: The time or the folder cannot be used.
         DeviceError: There is no camera, or it fails; what came before that is kept.
         KeyboardInterrupt: Ctrl-C before the first picture; later it ends the recording early.
     """
@@ -118,9 +117,7 @@ class _Accelerometer:
             self.problem = "only a Kinect on USB has one"
             return
         if device and not device.isdecimal():
-            self.problem = (
-                "a serial number does not tell whose motor it is; name the Kinect as usb:0 or usb:1"
-            )
+            self.problem = "a serial number does not say whose motor it is; name the Kinect as usb:0 or usb:1"
             return
         try:
             self._motor = open_motor(int(device or 0))
@@ -160,7 +157,7 @@ class _Loop:
         self._accelerometer = accelerometer
         self._writer = writer
         self._wall_time = wall_time
-        self._last_heard = wall_time()
+        self._last_depth = wall_time()
         self.first = self.last = 0.0
 
     def run(self, seconds: float) -> None:
@@ -169,7 +166,7 @@ class _Loop:
             now = self._wall_time()
             if frame is not None:
                 self._take(frame, now)
-            if now - self._last_heard > PATIENCE_S:
+            if now - self._last_depth > PATIENCE_S:
                 raise DeviceTimeout(f"the Kinect sent no depth picture for {PATIENCE_S:g} s")
 
     def _take(self, frame: Frame, now: float) -> None:
@@ -178,5 +175,5 @@ class _Loop:
         self.last = now
         self._writer.add(frame, now)
         if isinstance(frame, DepthFrame):
-            self._last_heard = now
+            self._last_depth = now
             self._accelerometer.write_to(self._writer, now)

@@ -9,7 +9,7 @@ from typing import Any
 
 from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
 from florence_bt.app.bringup.topology import NODES
-from florence_bt.app.doctor.finding import Finding, good, note, problem
+from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.firmware import check_firmware
 from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings
 from florence_bt.app.doctor.libraries import check_libraries
@@ -23,7 +23,7 @@ WATCH_S, WATCH_LONGER_S = 2.5, 15.0
 """Seconds to look at the ROS graph, and how long when a part of a system has not been seen by then."""
 
 
-def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) -> Iterator[Finding]:
+def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) -> Iterator[HealthFinding]:
     """Look at everything.
 
     Args:
@@ -46,7 +46,7 @@ def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) ->
     yield from _ros()
 
 
-def _hardware(config: dict[str, dict[str, Any]]) -> Iterator[Finding]:
+def _hardware(config: dict[str, dict[str, Any]]) -> Iterator[HealthFinding]:
     ports = {
         node: str(config[node]["port"])
         for node in SERIAL_NODES
@@ -63,7 +63,7 @@ def _is_free(port: str) -> bool:
     return path.exists() and os.access(path, os.R_OK | os.W_OK) and not list(users_of(path))
 
 
-def _ros() -> Iterator[Finding]:
+def _ros() -> Iterator[HealthFinding]:
     yield from check_settings(os.environ)
     try:
         from florence_bt.app.doctor.graph_watch import watch_graph
@@ -75,12 +75,12 @@ def _ros() -> Iterator[Finding]:
     yield from (finding for seen in view for finding in check_graph(seen))
 
 
-def _watched(view: list[GraphView], watch: Callable[[float, float], GraphView]) -> Iterator[Finding]:
+def _watched(view: list[GraphView], watch: Callable[[float, float], GraphView]) -> Iterator[HealthFinding]:
     view.append(watch(WATCH_S, WATCH_LONGER_S))
     return iter(())
 
 
-def _guarded(group: str, check: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+def _guarded(group: str, check: Callable[[], Iterator[HealthFinding]]) -> Iterator[HealthFinding]:
     try:
         yield from check()
     except Exception as error:

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 
 
-class Level(enum.Enum):
+class Severity(enum.Enum):
     """How bad it is."""
 
     OK = "ok"
@@ -19,7 +19,7 @@ class Level(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class HealthFinding:
     """One thing that was looked at.
 
     Attributes:
@@ -32,26 +32,26 @@ class Finding:
 
     group: str
     item: str
-    level: Level
+    level: Severity
     found: str
     advice: str = ""
 
 
-def good(group: str, item: str, found: str) -> Finding:
+def good(group: str, item: str, found: str) -> HealthFinding:
     """All is well."""
-    return Finding(group, item, Level.OK, found)
+    return HealthFinding(group, item, Severity.OK, found)
 
 
-def note(group: str, item: str, found: str, advice: str = "") -> Finding:
+def note(group: str, item: str, found: str, advice: str = "") -> HealthFinding:
     """Worth knowing."""
-    return Finding(group, item, Level.NOTE, found, advice)
+    return HealthFinding(group, item, Severity.NOTE, found, advice)
 
 
-def warning(group: str, item: str, found: str, advice: str) -> Finding:
+def warning(group: str, item: str, found: str, advice: str) -> HealthFinding:
     """Not as it should be."""
-    return Finding(group, item, Level.WARNING, found, advice)
+    return HealthFinding(group, item, Severity.WARNING, found, advice)
 
 
-def problem(group: str, item: str, found: str, advice: str) -> Finding:
+def problem(group: str, item: str, found: str, advice: str) -> HealthFinding:
     """Will not work."""
-    return Finding(group, item, Level.PROBLEM, found, advice)
+    return HealthFinding(group, item, Severity.PROBLEM, found, advice)

@@ -9,11 +9,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from florence_bt.app.doctor.finding import Finding, good, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, good, problem, warning
 from florence_bt.core.errors import DeviceError, FlorenceError
 from florence_bt.drivers.hokuyo import codec as scip
 from florence_bt.drivers.serial_port import BytePort, SerialPort
-from florence_bt.drivers.turtlebot import codec as create
+from florence_bt.drivers.turtlebot.codec import commands
+from florence_bt.drivers.turtlebot.codec.models import model_named
+from florence_bt.drivers.turtlebot.codec.packets import OiMode, decode_packets, packet_size
 
 GROUP = "firmware"
 ANSWER_S = 2.0
@@ -32,7 +34,7 @@ def check_firmware(
     free: Callable[[str], bool],
     open_port: OpenPort = SerialPort,
     now: Callable[[], float] = time.monotonic,
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     """Ask base and laser.
 
     Args:
@@ -51,17 +53,17 @@ def check_firmware(
 
 
 def _baud_of(base: Mapping[str, Any]) -> int:
-    model = create.model_named(str(base.get("robot_type", "create")))
+    model = model_named(str(base.get("robot_type", "create")))
     return int(base.get("baud_rate", 0) or model.baud_rate)
 
 
 def _asked(
     path: str,
     baud: int,
-    ask: Callable[[BytePort, Callable[[], float]], Iterator[Finding]],
+    ask: Callable[[BytePort, Callable[[], float]], Iterator[HealthFinding]],
     open_port: OpenPort,
     now: Callable[[], float],
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     try:
         port = open_port(path, baud)
     except DeviceError as error:
@@ -75,11 +77,11 @@ def _asked(
         port.close()
 
 
-def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
-    port.write(create.start() + create.pause_stream())
+def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFinding]:
+    port.write(commands.start() + commands.pause_stream())
     _drop_what_comes(port, now)
-    port.write(create.query_list(ASKED))
-    size = sum(create.packet_size(packet) for packet in ASKED)
+    port.write(commands.query_list(ASKED))
+    size = sum(packet_size(packet) for packet in ASKED)
     data = _read(port, now, lambda data: len(data) >= size)
     if len(data) != size:
         said = f"{len(data)} bytes instead of {size}" if data else "nothing"
@@ -90,13 +92,13 @@ def _ask_base(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
             "switch the base on; charge it; check the cable and `robot_type` in the configuration",
         )
         return
-    values = create.decode_packets(ASKED, data)
-    mode = create.OiMode(values[MODE]).name.lower() if values[MODE] in range(4) else f"mode {values[MODE]}"
+    values = decode_packets(ASKED, data)
+    mode = OiMode(values[MODE]).name.lower() if values[MODE] in range(4) else f"mode {values[MODE]}"
     yield good(GROUP, f"base at {port.name}", f"answers; {mode}, {values[VOLTAGE] / 1000:.1f} V")
     yield _battery(values)
 
 
-def _battery(values: Mapping[int, int]) -> Finding:
+def _battery(values: Mapping[int, int]) -> HealthFinding:
     if values[CAPACITY] <= 0:
         return warning("battery", "base", "the base does not know its capacity", "charge it fully once")
     share = values[CHARGE] / values[CAPACITY]
@@ -110,12 +112,12 @@ def _battery(values: Mapping[int, int]) -> Finding:
     return good("battery", "base", found)
 
 
-def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[Finding]:
+def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFinding]:
     parser = scip.ReplyParser()
     port.write(scip.request("QT"))
     _drop_what_comes(port, now)
     port.write(scip.request("VV"))
-    replies: list[scip.Reply] = []
+    replies: list[scip.ScipReply] = []
 
     def answered(data: bytes) -> bool:
         return any(reply.command == "VV" for reply in replies)

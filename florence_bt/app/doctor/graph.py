@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.topology import NODES
-from florence_bt.app.doctor.finding import Finding, Level, good, note, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, Severity, good, note, problem, warning
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
 GROUP = "ROS"
 BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
-"""Share of the charge below which a warning or a problem is told (our choice)."""
-_LEVELS = {0: Level.OK, 1: Level.WARNING, 2: Level.PROBLEM, 3: Level.PROBLEM}
+"""Share of the charge below which a warning or a problem is reported (our choice)."""
+_LEVELS = {0: Severity.OK, 1: Severity.WARNING, 2: Severity.PROBLEM, 3: Severity.PROBLEM}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class GraphView:
     Attributes:
         nodes: Full names, one entry per node.
         clocks: How many nodes publish ``/clock``.
-        charge: Share of the battery's charge, 0 to 1; None when nobody tells.
+        charge: Share of the battery's charge, 0 to 1; None when it is not published.
         diagnostics: Name -> (level of diagnostic_msgs, message), the newest of each.
     """
 
@@ -52,11 +52,13 @@ def is_partial(view: GraphView) -> bool:
     return missing > 0 or view.charge is None or not view.diagnostics
 
 
-def check_settings(environment: Mapping[str, str]) -> Iterator[Finding]:
+def check_settings(environment: Mapping[str, str]) -> Iterator[HealthFinding]:
     """The environment variables of ROS."""
     domain = environment.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdigit() or int(domain) > 232:
-        yield problem(GROUP, "ROS_DOMAIN_ID", f"{domain!r} is no domain", "export ROS_DOMAIN_ID=0 (0 to 101)")
+        yield problem(
+            GROUP, "ROS_DOMAIN_ID", f"{domain!r} is not a domain", "export ROS_DOMAIN_ID=0 (0 to 101)"
+        )
     else:
         yield good(GROUP, "ROS_DOMAIN_ID", domain)
     reach = reach_of(environment)
@@ -71,7 +73,7 @@ def check_settings(environment: Mapping[str, str]) -> Iterator[Finding]:
         )
 
 
-def check_graph(view: GraphView) -> Iterator[Finding]:
+def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     """What a view of the graph means."""
     wanted, missing = wanted_nodes(), missing_nodes(view)
     if len(missing) == len(wanted):
@@ -86,14 +88,14 @@ def check_graph(view: GraphView) -> Iterator[Finding]:
     yield from _twice(view)
     yield from _battery(view.charge)
     for name, (level, message) in sorted(view.diagnostics.items()):
-        severity = _LEVELS.get(level, Level.PROBLEM)
+        severity = _LEVELS.get(level, Severity.PROBLEM)
         advice = (
-            "" if severity is Level.OK else "see the driver's README.md and its log in the folder of --out"
+            "" if severity is Severity.OK else "see the driver's README.md and its log in the folder of --out"
         )
-        yield Finding("drivers", name, severity, message, advice)
+        yield HealthFinding("drivers", name, severity, message, advice)
 
 
-def _twice(view: GraphView) -> Iterator[Finding]:
+def _twice(view: GraphView) -> Iterator[HealthFinding]:
     for name, count in sorted(Counter(view.nodes).items()):
         if count > 1:
             yield problem(
@@ -108,10 +110,10 @@ def _twice(view: GraphView) -> Iterator[Finding]:
         )
 
 
-def _battery(charge: float | None) -> Iterator[Finding]:
+def _battery(charge: float | None) -> Iterator[HealthFinding]:
     if charge is None:
         yield warning(
-            "battery", "base", "nobody tells the charge", "look at the findings about turtlebot_node"
+            "battery", "base", "the charge is not published", "look at the findings about turtlebot_node"
         )
         return
     found = f"{charge:.0%} of its charge"

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from florence_bt.app.doctor.finding import Finding, good, note, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, good, note, problem, warning
 from florence_bt.trees.language.declarations import collect_declarations
 
 GROUP = "libraries"
@@ -52,7 +52,7 @@ Version = Callable[[str], str]
 def check_libraries(
     version_of: Version = importlib.metadata.version,
     find_library: Callable[[str], str | None] = ctypes.util.find_library,
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     """Python, its packages and the C library of the Kinect.
 
     Args:
@@ -76,14 +76,14 @@ def check_libraries(
         )
 
 
-def _python(version: tuple[int, ...]) -> Finding:
+def _python(version: tuple[int, ...]) -> HealthFinding:
     found = ".".join(str(part) for part in version)
     if version[:2] in PYTHONS:
         return good(GROUP, "Python", found)
     return warning(GROUP, "Python", found, "use Python 3.11 or 3.12: others are not tested")
 
 
-def _library(library: Library, version_of: Version) -> Finding:
+def _library(library: Library, version_of: Version) -> HealthFinding:
     report = problem if library.needed else warning
     wanted = ".".join(str(part) for part in library.least)
     install = f"pip install '{library.name}>={wanted}' (or `make setup` in a checkout)"

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from florence_bt.app.doctor.finding import Finding, good, note, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, good, note, problem, warning
 
 GROUP = "machine"
 ROOM_WANTED, ROOM_NEEDED = 1 << 30, 100 << 20
-"""Bytes of disk below which a warning or a problem is told."""
+"""Bytes of disk below which a warning or a problem is reported."""
 BUILT_YEAR = 2024
 """A clock before this year was never set."""
 NOT_SYNCHRONISED = 5
@@ -25,7 +25,7 @@ def check_machine(
     free: Callable[[Path], int] = lambda path: shutil.disk_usage(path).free,
     now: Callable[[], datetime] = lambda: datetime.now(UTC),
     clock_state: Callable[[], int | None] | None = None,
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     """Disk and clock.
 
     Args:
@@ -39,7 +39,7 @@ def check_machine(
     yield _clock(now(), (clock_state or _ask_kernel)())
 
 
-def _disk(folder: Path, free: Callable[[Path], int]) -> Finding:
+def _disk(folder: Path, free: Callable[[Path], int]) -> HealthFinding:
     place = folder.absolute()
     while not place.exists():
         place = place.parent
@@ -56,7 +56,7 @@ def _disk(folder: Path, free: Callable[[Path], int]) -> Finding:
     return good(GROUP, "disk", found)
 
 
-def _compiled_code() -> Finding:
+def _compiled_code() -> HealthFinding:
     """Numba keeps compiled loops beside the code, or where NUMBA_CACHE_DIR says."""
     place = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).resolve().parents[2])
     if os.access(place, os.W_OK):
@@ -64,12 +64,12 @@ def _compiled_code() -> Finding:
     return note(
         GROUP,
         "compiled code",
-        f"{place} cannot be written to: every start compiles anew (15 s and more)",
+        f"{place} cannot be written to: every start compiles again (15 s and more)",
         "set NUMBA_CACHE_DIR to a folder that can be written to",
     )
 
 
-def _clock(now: datetime, state: int | None) -> Finding:
+def _clock(now: datetime, state: int | None) -> HealthFinding:
     found = now.strftime("%Y-%m-%d %H:%M:%S UTC")
     if now.year < BUILT_YEAR:
         return problem(GROUP, "clock", f"{found} was never set", "sudo timedatectl set-ntp true")

@@ -7,7 +7,7 @@ import stat
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from florence_bt.app.doctor.finding import Finding, good, note, problem
+from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.core.paths import find_data
 
 GROUP = "ports"
@@ -28,7 +28,7 @@ def check_ports(
     by_id: Path = BY_ID,
     processes: Path = Path("/proc"),
     allowed: Callable[[Path], bool] = lambda path: os.access(path, os.R_OK | os.W_OK),
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     """Look at the serial ports of a configuration.
 
     Args:
@@ -41,7 +41,9 @@ def check_ports(
         yield _port(node, Path(port), by_id, processes, allowed)
 
 
-def _port(node: str, port: Path, by_id: Path, processes: Path, allowed: Callable[[Path], bool]) -> Finding:
+def _port(
+    node: str, port: Path, by_id: Path, processes: Path, allowed: Callable[[Path], bool]
+) -> HealthFinding:
     item = f"{port} ({node})"
     try:
         mode = port.stat().st_mode
@@ -58,7 +60,10 @@ def _port(node: str, port: Path, by_id: Path, processes: Path, allowed: Callable
         return problem(GROUP, item, f"cannot be looked at: {error.strerror}", udev_advice())
     if not stat.S_ISCHR(mode):
         return problem(
-            GROUP, item, "is no serial device", f"set `{node}: {{port: /dev/ttyUSB0}}` in the configuration"
+            GROUP,
+            item,
+            "is not a serial device",
+            f"set `{node}: {{port: /dev/ttyUSB0}}` in the configuration",
         )
     if not allowed(port):
         return problem(GROUP, item, "this user may not read and write it", udev_advice())

@@ -11,12 +11,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from florence_bt.app.doctor.finding import Finding, Level
+from florence_bt.app.doctor.finding import HealthFinding, Severity
 
-_STYLES = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.PROBLEM: "bold red"}
+_STYLES = {
+    Severity.OK: "green",
+    Severity.NOTE: "cyan",
+    Severity.WARNING: "yellow",
+    Severity.PROBLEM: "bold red",
+}
 
 
-def print_table(findings: Sequence[Finding], console: Console) -> None:
+def print_table(findings: Sequence[HealthFinding], console: Console) -> None:
     """Print what was found, with what to do about it."""
     table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
     table.add_column(no_wrap=True)
@@ -36,10 +41,10 @@ def print_table(findings: Sequence[Finding], console: Console) -> None:
     console.print(summary(findings))
 
 
-def summary(findings: Sequence[Finding]) -> str:
+def summary(findings: Sequence[HealthFinding]) -> str:
     """How many things are how bad, on one line."""
     counts = Counter(finding.level for finding in findings)
-    problems, warnings = counts[Level.PROBLEM], counts[Level.WARNING]
+    problems, warnings = counts[Severity.PROBLEM], counts[Severity.WARNING]
     if not problems and not warnings:
         return f"{len(findings)} things looked at: all is well"
     return (
@@ -48,11 +53,11 @@ def summary(findings: Sequence[Finding]) -> str:
     )
 
 
-def as_json(findings: Sequence[Finding]) -> str:
+def as_json(findings: Sequence[HealthFinding]) -> str:
     """A list of objects with group, item, level, found and advice."""
     return json.dumps([{**asdict(f), "level": f.level.value} for f in findings], indent=1)
 
 
-def healthy(findings: Sequence[Finding]) -> bool:
+def healthy(findings: Sequence[HealthFinding]) -> bool:
     """Whether nothing is a problem."""
-    return all(finding.level is not Level.PROBLEM for finding in findings)
+    return all(finding.level is not Severity.PROBLEM for finding in findings)

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from florence_bt.app.doctor.finding import Finding, good, note, problem
+from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.ports import udev_advice
 
 GROUP = "USB"
 
 
 @dataclass(frozen=True, slots=True)
-class Device:
+class UsbDevice:
     """A device of the robot.
 
     Attributes:
@@ -34,10 +34,10 @@ KINECT_POWER = (
     "check the USB plug; the Kinect also needs 12 V, on our robot from the Create's breaker: digital output 0"
 )
 DEVICES = (
-    Device("cable of the Create", ("0403:6001", "067b:2303"), "plug the Create's serial cable in"),
-    Device("Hokuyo laser", ("15d1:0000",), "plug the laser's USB cable in (one with Ethernet has none)"),
-    Device("Kinect camera", ("045e:02ae", "045e:02bf"), KINECT_POWER, opened=True),
-    Device("Kinect motor", ("045e:02b0", "045e:02ad"), KINECT_POWER, opened=True),
+    UsbDevice("cable of the Create", ("0403:6001", "067b:2303"), "plug the Create's serial cable in"),
+    UsbDevice("Hokuyo laser", ("15d1:0000",), "plug the laser's USB cable in (one with Ethernet has none)"),
+    UsbDevice("Kinect camera", ("045e:02ae", "045e:02bf"), KINECT_POWER, opened=True),
+    UsbDevice("Kinect motor", ("045e:02b0", "045e:02ad"), KINECT_POWER, opened=True),
 )
 """REFERENCE 5.1 for the Kinect; the rest as their makers' drivers list them."""
 
@@ -46,7 +46,7 @@ def check_usb(
     sysfs: Path = Path("/sys/bus/usb/devices"),
     nodes: Path = Path("/dev/bus/usb"),
     allowed: Callable[[Path], bool] = lambda path: os.access(path, os.R_OK | os.W_OK),
-) -> Iterator[Finding]:
+) -> Iterator[HealthFinding]:
     """Whether the robot's USB devices are plugged in and may be opened.
 
     Args:

@@ -11,19 +11,11 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
-from florence_bt.core.plain_yaml import (
-    MAX_BYTES,
-    Position,
-    Source,
-    Table,
-    Text,
-    decode,
-    parse_source,
-    readable,
-)
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, parse_yaml
+from florence_bt.core.text_files import MAX_BYTES, decode, readable
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots
 from florence_bt.trees.checks import lint
-from florence_bt.trees.checks.lint import Places
+from florence_bt.trees.checks.lint import KnownPlaces
 from florence_bt.trees.checks.report import FORMATS, Excerpts, report_full, summary
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.declared_skills import is_skills_file
@@ -35,11 +27,10 @@ from florence_bt.trees.language.findings import (
     has_errors,
     limit_findings,
 )
-from florence_bt.trees.language.kinds import IDENTIFIER
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.neighbours import add_neighbours
 from florence_bt.trees.language.parse import parse_mission
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 STDIN = Path("-")
 """Given in place of a file: the standard input."""
@@ -141,7 +132,7 @@ class _Desk:
                 missions.append(self._read_stdin())
             except ConfigError as error:
                 findings.append(finding_from_error(error))
-        add_neighbours(missions, self._library)
+        self._library.add_neighbours(missions)
         # What shadows what, and packages that could not be loaded.
         findings += [f for f in self._library.findings if f.severity == WARNING]
         findings += self._declarations.findings
@@ -166,7 +157,7 @@ class _Desk:
         text = decode(data, path)
         if path == _NAMELESS:
             # A text without a file is not wrong for having another name than its file.
-            path = _NAMELESS / f"{_name_in(parse_source(data, path)) or 'stdin'}.yaml"
+            path = _NAMELESS / f"{_name_in(parse_yaml(data, path)) or 'stdin'}.yaml"
         mission = parse_mission(text, path)
         self._library.put(mission)
         return mission
@@ -178,9 +169,9 @@ def _about_stdin(finding: Finding) -> Finding:
     return replace(finding, file=str(_NAMELESS)) if nameless else finding
 
 
-def _name_in(source: Source) -> str | None:
-    name = source.get("mission") if isinstance(source, Table) else None
-    return name.text if isinstance(name, Text) and IDENTIFIER.fullmatch(name.text) else None
+def _name_in(source: YamlNode) -> str | None:
+    name = source.get("mission") if isinstance(source, YamlMapping) else None
+    return name.text if isinstance(name, YamlScalar) and IDENTIFIER.fullmatch(name.text) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,11 +192,11 @@ class _Flat:
     asked: bool
     problem_at: ProblemAt | None
 
-    def for_lint(self) -> Places:
+    def for_lint(self) -> KnownPlaces:
         shown = (
             str(self.file) if self.ours else f"{self.file.name}, the flat of Florence; give --hotspots FILE"
         )
-        return Places(
+        return KnownPlaces(
             labels=self.hotspots.labels() if self.ours or not self.asked else None,
             rooms=tuple(room.label for room in self.hotspots.rooms()),
             file=shown,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from florence_bt.app.mission_files.exchange import mission_name
+from florence_bt.app.mission_files.output import write_output
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.drawings.draw import draw
 from florence_bt.trees.language.loader import MissionLibrary
@@ -43,7 +44,7 @@ def draw_mission(
     name = mission_name(mission, library)
     drawing = draw(library.get(name), ENDINGS[ending], library, expand=expand, width=width)
     if out is not None:
-        _write(out, png_of(drawing) if ending == "png" else drawing.encode())
+        write_output(out, png_of(drawing) if ending == "png" else drawing.encode())
     return drawing
 
 
@@ -64,12 +65,3 @@ def png_of(svg: str) -> bytes:
     )
     fonts = [str(folder)] if folder is not None and folder.is_dir() else None
     return bytes(svg_to_bytes(svg_string=svg, zoom=PNG_ZOOM, font_dirs=fonts, background="#ffffff"))
-
-
-def _write(out: Path, data: bytes) -> None:
-    try:
-        out.write_bytes(data)
-    except OSError as error:
-        raise ConfigError(
-            f"cannot be written: {error.strerror}", file=out, valid=["a file in a folder that exists"]
-        ) from error

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from florence_bt.app.mission_files.output import write_output
 from florence_bt.btcpp import export_mission, import_trees
 from florence_bt.btcpp.notes import losses
 from florence_bt.core.errors import ConfigError
@@ -13,7 +14,6 @@ from florence_bt.trees.checks.report import FORMATS, Excerpts, report_full
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding, has_errors
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.neighbours import add_neighbours
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def export_file(
         return Exchanged("", report, False)
     if out is None:
         return Exchanged(exported.xml, report, True)
-    _write(out, exported.xml)
+    write_output(out, exported.xml)
     trees = f"{len(exported.trees)} tree{'s' * (len(exported.trees) != 1)}: {', '.join(exported.trees)}"
     return Exchanged(f"{out} written with {trees}", report, True)
 
@@ -89,7 +89,7 @@ def import_file(
     if there and not overwrite:
         raise ConfigError(f"{folder / there[0]} is there already", valid=["--overwrite", "another folder"])
     for name, text in imported.files.items():
-        _write(folder / name, text, make_folder=True)
+        write_output(folder / name, text, make_folder=True)
     return Exchanged(_summary(folder, imported.missions, imported.main, imported.skills), report, True)
 
 
@@ -107,7 +107,7 @@ def mission_name(given: str, library: MissionLibrary) -> str:
             raise ConfigError(f"there is no file {given!r}", valid=["a mission file", *library.names()])
         mission = library.add_file(file)
         if mission is not None:
-            add_neighbours([mission], library)
+            library.add_neighbours([mission])
         return file.stem
     return given
 
@@ -135,14 +135,3 @@ def _report(findings: Sequence[Finding], form: str) -> str:
     words = [f"{n} {word.replace('thing', 'things') if n != 1 else word}" for n, word in counts if n]
     text = report_full(findings, Excerpts())
     return f"{text}\n{', '.join(words)}".strip() if words else text
-
-
-def _write(path: Path, text: str, *, make_folder: bool = False) -> None:
-    try:
-        if make_folder:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            f"cannot be written: {error.strerror}", file=path, valid=["a file in a folder that exists"]
-        ) from error

@@ -15,12 +15,12 @@ from florence_interfaces.srv import GetHotspot, ListMissions
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.runs.client import MissionClient, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout, closest_first
+from florence_bt.core.plain_yaml import Position
 from florence_bt.core.skill import Skill
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Call, Mission, Use
-from florence_bt.trees.language.source import Position
+from florence_bt.trees.language.model import CallMission, Mission, RunSkill
 
 SEARCH_S = 5.0
 """Wall seconds in which the mission server, and then the servers of the skills, must come in sight."""
@@ -107,7 +107,7 @@ def _compare_mission(mission: Mission, served: Mapping[str, Any]) -> Iterator[Fi
     elif there.problem:
         yield here.finding(f"the running mission server cannot run {mission.name!r}: {there.problem}")
     for node in mission.nodes():
-        if isinstance(node, Call) and node.mission.text not in served:
+        if isinstance(node, CallMission) and node.mission.text not in served:
             name = node.mission.text
             message = f"the running mission server has no mission {name!r}"
             yield _Need(name, mission, node.mission.position).finding(message, closest_first(name, served))
@@ -122,9 +122,9 @@ def _skills_of(missions: Iterable[Mission], library: MissionLibrary) -> list[_Ne
     for mission in missions:
         seen: set[str] = set()
         for node in mission.nodes():
-            if isinstance(node, Use):
+            if isinstance(node, RunSkill):
                 found = [(node.skill, "")]
-            elif isinstance(node, Call):
+            elif isinstance(node, CallMission):
                 found = list(_skills_below(node.mission.text, library))
             else:
                 continue
@@ -141,9 +141,9 @@ def _skills_below(name: str, library: MissionLibrary) -> Iterator[tuple[str, str
     for name in waiting:
         mission = library.find(name)
         for node in mission.nodes() if mission is not None else ():
-            if isinstance(node, Use):
+            if isinstance(node, RunSkill):
                 yield node.skill, name
-            elif isinstance(node, Call) and node.mission.text not in waiting:
+            elif isinstance(node, CallMission) and node.mission.text not in waiting:
                 waiting.append(node.mission.text)
 
 

@@ -6,7 +6,6 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
@@ -44,17 +43,3 @@ def scenario_schema_text(folders: Sequence[Path] = ()) -> str:
 
     schema = scenario_schema(MissionLibrary.load(folders), collect_declarations())
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
-
-
-def write_schema(out: Path, text: str) -> None:
-    """Write a schema to a file.
-
-    Raises:
-        ConfigError: The file cannot be written.
-    """
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            f"cannot be written: {error.strerror}", file=out, valid=["a file in a folder that exists"]
-        ) from error

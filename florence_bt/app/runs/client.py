@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
-
 import rclpy
 from florence_interfaces.msg import RunState
 from florence_interfaces.srv import (
@@ -23,7 +22,6 @@ from florence_interfaces.srv import (
 )
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
-
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
@@ -31,6 +29,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.app.bringup.locks import bring_up_here
 from florence_bt.app.bringup.signals import held_back
+from florence_bt.core.errors import DeviceTimeout
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -41,17 +40,14 @@ BUSY_BUDGET_S = 25.0
 mission server again, or the machine is busy."""
 _TRIES = 3
 """How often a question that may be repeated is asked within the time for its answer."""
-LAST_WORDS_S = 0.2
+LAST_MESSAGES_S = 0.2
 """Wall seconds for the last messages of a node that was served."""
 RELOAD_BUDGET_S = 30.0
 """Wall seconds for the answer to a reload: every mission that changed is checked."""
-ACTIONS = ("navigate_to_pose", "spin", "look_for_user")
 OVERRIDDEN = "manual override"
 """What the mission server's status says while the override is on."""
 MISSION_SERVER = "florence_bt"
 """Node name of the mission server."""
-SERVICES = ("florence_bt/run_mission", "florenceLocator/getRobotPosXYPhi", "approach_user/propose")
-"""What the shipped missions need; the system is ready when all of it is served."""
 
 
 class SystemNotThere(FlorenceError):
@@ -98,7 +94,7 @@ class MissionClient:
 
     @contextmanager
     def serving(self, make: Callable[[rclpy.Context], FlorenceNode]) -> Iterator[FlorenceNode]:
-        """Serve one more node while the block runs; it is closed, and its last words sent, at the end."""
+        """Serve one more node while the block runs; it is closed, and its last messages sent, at the end."""
         node = make(self._context)
         self._loop.add(node)
         try:
@@ -106,7 +102,7 @@ class MissionClient:
         finally:
             with held_back():
                 node.shut_down()
-                self.spin_until(lambda: False, LAST_WORDS_S)
+                self.spin_until(lambda: False, LAST_MESSAGES_S)
                 self._loop.remove(node)
                 node.destroy_node()
 
@@ -193,20 +189,13 @@ class MissionClient:
             client = self._clients[name] = self.node.create_client(service_type, name)
         return client
 
-    def missing(self) -> list[str]:
-        """The servers that are not there yet, by name."""
-        names = {name for name, _ in self.node.get_service_names_and_types()}
-        needed = {f"/{action}/_action/send_goal": action for action in ACTIONS}
-        needed |= {f"/{service}": service for service in SERVICES}
-        return [shown for name, shown in needed.items() if name not in names]
-
     def knows_pose(self) -> bool:
         """Whether the robot knows where it is."""
         question = GetXYPhi.Request()
         try:
             answer = self.call(GetXYPhi, "florenceLocator/getRobotPosXYPhi", question, repeat=True)
         except (SystemNotThere, DeviceTimeout):
-            return False  # a start on a busy machine; whoever asks has a limit of their own
+            return False  # a start on a busy machine; the caller has a limit of its own
         return bool(answer.valid)
 
     def servers(self) -> int:
@@ -274,3 +263,78 @@ class MissionClient:
 
     def _on_truth(self, message: String) -> None:
         self.truth = json.loads(message.data)
+
+
+ASK_PERIOD_S = 2.0
+"""Wall seconds between two questions to the mission server."""
+RESTART_S = 60.0
+"""Wall seconds without an answer after which it is gone although its bring-up runs, which starts it again."""
+LIVE_STATES = ("QUEUED", "RUNNING", "PAUSED", "ENDING")
+"""States of a run that is not over, as the status service has them."""
+
+
+class RunWatch:
+    """Knows whether a run is over.
+
+    The topic ``run_state`` says so at once, but keeps one message only: the start of the next run may hide
+    the end of this one. So the mission server is asked now and then, which shows as well that it is there.
+
+    Args:
+        client: The client that is spun meanwhile.
+        run_id: The run; empty to watch nothing but the mission server.
+    """
+
+    def __init__(self, client: MissionClient, run_id: str = "") -> None:
+        self._client = client
+        self._run_id = run_id
+        self._answered = time.monotonic()
+        self._next_question = self._answered + ASK_PERIOD_S
+        self._unanswered = 0
+
+    def over(self) -> bool:
+        """Whether the run has ended.
+
+        Raises:
+            SystemNotThere: The mission server went away, or does not know the run.
+        """
+        state = self._client.state
+        if self._run_id and state.run_id == self._run_id and state.state not in ACTIVE_STATES:
+            return True
+        if time.monotonic() < self._next_question:
+            return False
+        over = self._ask()
+        self._next_question = time.monotonic() + ASK_PERIOD_S
+        return over
+
+    def result(self) -> Any:
+        """The status of the run once it is over.
+
+        Raises:
+            SystemNotThere: The mission server went away meanwhile; the run was stopped by its end, or before.
+        """
+        try:
+            return self._client.status(self._run_id)
+        except (SystemNotThere, DeviceTimeout) as error:
+            raise self._gone() from error
+
+    def _ask(self) -> bool:
+        try:
+            status = self._client.status(self._run_id)
+        except (SystemNotThere, DeviceTimeout) as error:
+            self._unanswered += 1
+            enough = isinstance(error, SystemNotThere) or self._unanswered > 1
+            if enough and not (bring_up_here() and time.monotonic() < self._answered + RESTART_S):
+                raise self._gone() from error
+            return False
+        self._unanswered = 0
+        self._answered = time.monotonic()
+        if self._run_id and not status.found:
+            raise SystemNotThere(
+                f"the mission server was restarted and does not know the run {self._run_id}"
+            )
+        return bool(self._run_id) and status.state not in LIVE_STATES
+
+    def _gone(self) -> SystemNotThere:
+        state = self._client.state
+        last = f"; its last reason was: {state.reason}" if state.run_id == self._run_id and state.reason else ""
+        return SystemNotThere(f"the mission server went away, see the logs of the bring-up{last}")

@@ -50,7 +50,7 @@ def run_text(folder: Path | None, run_id: str, *, events: bool) -> str:
     Args:
         folder: The folder of the journal; the one used last below ``runs`` when not given.
         run_id: The run; the latest one when empty.
-        events: Whether to tell what happened when.
+        events: Whether to add the timeline.
 
     Raises:
         ConfigError: There is no journal or no such run.
@@ -82,7 +82,7 @@ def left_runs(folder: Path) -> list[str]:
         return []
 
 
-def what_became_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
+def outcomes_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
     """A line for each of the runs that :func:`left_runs` found before the system started.
 
     Raises:

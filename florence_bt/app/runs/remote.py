@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from florence_bt.app.runs.client import MissionClient
-from florence_bt.app.runs.run_watch import RunWatch
+from florence_bt.app.runs.client import RunWatch
 from florence_bt.app.bringup.signals import held_back
 
 if TYPE_CHECKING:

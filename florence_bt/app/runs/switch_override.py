@@ -1,7 +1,7 @@
 """Switches the manual override: ``florence override`` and ``florence release``.
 
-Somebody presses this button because the robot moves, so it loads nothing but ROS itself before it publishes,
-and needs nobody but the base's driver.
+This is an emergency button: it loads nothing but ROS itself before it publishes, and needs no other process
+than the base's driver.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ SIGHT_S = 5.0
 BUSY_S = 25.0
 """Wall seconds more for each of the two while a bring-up is seen on this machine, which may be busy."""
 REPEAT_S = 0.25
-"""How often to say it again while nobody has answered."""
+"""How often to publish again while there is no confirmation."""
 
 
 class NoBaseDriver(FlorenceError):
-    """Nobody is there who could stop the base."""
+    """No process that could stop the base is in sight."""
 
 
 def switch_override(on: bool) -> str:
-    """Switch the manual override and wait until the base's driver says so.
+    """Switch the manual override and wait until the base's driver confirms it.
 
     Returns:
-        What is so now, for people.
+        The state now, for people.
 
     Raises:
         NoBaseDriver: No driver of a base is in sight.
-        DeviceTimeout: It does not obey.
+        DeviceTimeout: It does not confirm.
     """
     stay_on_this_machine()
     context = rclpy.Context()
@@ -49,8 +49,8 @@ def switch_override(on: bool) -> str:
     finally:
         rclpy.shutdown(context=context)
     if on:
-        return "the manual override is on: the base obeys manual_cmd_vel only; it ends with florence release"
-    return "the manual override is off: missions may start again; what was stopped stays so"
+        return "the manual override is on: the base takes commands from manual_cmd_vel only; it ends with florence release"
+    return "the manual override is off: missions may start again; what was stopped stays stopped"
 
 
 class _Switch:
@@ -61,7 +61,7 @@ class _Switch:
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self._node)
         self._publisher = self._node.create_publisher(Bool, SWITCH_OVERRIDE, RELIABLE)
-        self._node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_truth, LATCHED)
+        self._node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self._is_on: bool | None = None
 
     def set(self, on: bool) -> None:
@@ -71,7 +71,7 @@ class _Switch:
             )
         published = 0.0
 
-        def obeyed() -> bool:
+        def confirmed() -> bool:
             nonlocal published
             now = time.monotonic()
             if now >= published + REPEAT_S:
@@ -79,9 +79,9 @@ class _Switch:
                 self._publisher.publish(Bool(data=on))
             return self._is_on is on
 
-        if not self._spin_until(obeyed):
+        if not self._spin_until(confirmed):
             raise DeviceTimeout(
-                "the base's driver did not obey in time; if the robot moves, switch it off by hand"
+                "the base's driver did not confirm in time; if the robot moves, switch it off by hand"
             )
 
     def _spin_until(self, done: Callable[[], bool]) -> bool:
@@ -93,7 +93,7 @@ class _Switch:
             self._executor.spin_once(timeout_sec=0.02)
         return True
 
-    def _on_truth(self, message: Bool) -> None:
+    def _on_override(self, message: Bool) -> None:
         self._is_on = bool(message.data)
 
 

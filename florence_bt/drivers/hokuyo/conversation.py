@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from florence_bt.core.errors import CommandRejected, DeviceError, DeviceTimeout
-from florence_bt.drivers.hokuyo.codec import Reply, request
+from florence_bt.drivers.hokuyo.codec import ScipReply, request
 from florence_bt.drivers.hokuyo.status import ACCEPTED, describe_status
 
 END_OF_LINE = b"\n"
@@ -23,7 +23,7 @@ END_OF_LINE = b"\n"
 class Retune:
     """Speak at another speed from now on; takes no time.
 
-    A line feed goes first: what was said at the wrong speed stands as half a command in the sensor's ear.
+    A line feed goes first: what was sent at the wrong speed is half a command in the sensor's buffer.
 
     Attributes:
         bit_rate: Bits a second of our end of the line.
@@ -54,7 +54,7 @@ class Listen:
     Attributes:
         head: What its echo begins with.
         timeout_s: Longest wait; None for the reply time-out.
-        ignored: Statuses that are no answer yet.
+        ignored: Statuses that are not an answer yet.
     """
 
     head: str
@@ -72,7 +72,7 @@ class Answer:
         arrived: When the last byte of the answer came.
     """
 
-    reply: Reply
+    reply: ScipReply
     sent: float
     arrived: float
 
@@ -88,7 +88,7 @@ class Conversation:
         done: Whether the script has ended.
         result: What the script returned.
         error: Why it ended early, None when it did not.
-        heard: Whether the sensor said anything at all.
+        answered: Whether the sensor said anything at all.
         bit_rate: The speed that the script wants the line to have; None when it does not care.
     """
 
@@ -111,7 +111,7 @@ class Conversation:
         self.done = False
         self.result: Any = None
         self.error: DeviceError | None = None
-        self.heard = False
+        self.answered = False
         self.bit_rate: int | None = None
         self._advance(None, now)
 
@@ -126,9 +126,9 @@ class Conversation:
         self._outbox.clear()
         return data
 
-    def receive(self, reply: Reply, now: float) -> None:
+    def receive(self, reply: ScipReply, now: float) -> None:
         """Take a reply; one that answers no open question is passed over."""
-        self.heard = True
+        self.answered = True
         step = self._step
         if isinstance(step, Listen):
             if reply.echo.startswith(step.head) and reply.status not in step.ignored:

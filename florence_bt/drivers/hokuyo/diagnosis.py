@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from florence_bt.drivers.diagnosis import Diagnosis, Level, is_off
-from florence_bt.drivers.hokuyo.driver import HokuyoDriver
-from florence_bt.drivers.hokuyo.driver_status import Phase
+from florence_bt.drivers.diagnosis import Diagnosis, Severity, is_off
+from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 
 
@@ -15,7 +14,7 @@ def diagnose(
 
     Args:
         driver: The driver.
-        parameters: How it was told to measure.
+        parameters: How it is to measure.
         port: The serial device, or the address on the network.
         port_problem: Why the port is not open; empty when it is.
         now: The time.
@@ -44,15 +43,15 @@ def diagnose(
         "User Time Offset": f"{parameters.time_offset:.4f}",
     }
     if port_problem:
-        return Diagnosis(Level.ERROR, port_problem, values)
-    if status.phase is not Phase.MEASURING:
-        level = Level.ERROR if status.problem else Level.WARN
+        return Diagnosis(Severity.ERROR, port_problem, values)
+    if status.phase is not DriverPhase.MEASURING:
+        level = Severity.ERROR if status.problem else Severity.WARN
         return Diagnosis(level, status.problem or f"the driver is {status.phase.value}", values)
     if status.problem:
         # What a new start did not cure is worse than a check that is new.
-        return Diagnosis(Level.ERROR if status.failures else Level.WARN, status.problem, values)
+        return Diagnosis(Severity.ERROR if status.failures else Severity.WARN, status.problem, values)
     if is_off(rate, driver.expected_rate):
         return Diagnosis(
-            Level.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values
+            Severity.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values
         )
-    return Diagnosis(Level.OK, "measuring", values)
+    return Diagnosis(Severity.OK, "measuring", values)

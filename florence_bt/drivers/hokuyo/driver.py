@@ -1,7 +1,7 @@
 """The Hokuyo driver without a port: bytes and the time go in, scans and bytes come out.
 
 What is said to the sensor stands in scripts (``start_up.py``, ``stream.py``, ``latency.py``,
-``self_test.py``). A script that fails makes the driver rest and start afresh, so whatever happens on the
+``self_test.py``). A script that fails makes the driver rest and start again, so whatever happens on the
 line, it ends up measuring again once the sensor answers as it should.
 
 Source: REFERENCE 4.6, 4.7, 4.9.
@@ -9,18 +9,32 @@ Source: REFERENCE 4.6, 4.7, 4.9.
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.frequency import FrequencyMeter
-from florence_bt.drivers.hokuyo.codec import Measurement, Reply, ReplyParser, ScanReply, decode_scan, request
+from florence_bt.drivers.diagnosis import FrequencyMeter
+from florence_bt.drivers.hokuyo.codec import (
+    Measurement,
+    ReplyParser,
+    ScanReply,
+    ScipReply,
+    decode_scan,
+    request,
+)
 from florence_bt.drivers.hokuyo.conversation import Conversation, Script
-from florence_bt.drivers.hokuyo.driver_status import DriverStatus, Phase
-from florence_bt.drivers.hokuyo.geometry import SensorGeometry, scan_from_distances, with_echoes
+from florence_bt.drivers.hokuyo.geometry import (
+    SensorGeometry,
+    range_errors,
+    scan_from_distances,
+    summarise,
+    with_echoes,
+    without_codes,
+)
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.drivers.hokuyo.patience import Patience
-from florence_bt.drivers.hokuyo.range_errors import range_errors, summarise, without_codes
+from florence_bt.drivers.hokuyo.retry_policy import RetryPolicy
 from florence_bt.drivers.hokuyo.scan_clock import ScanClock
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult, self_test
 from florence_bt.drivers.hokuyo.start_up import HEALTHY, Sensor, rates_to_try, start_up
@@ -31,14 +45,49 @@ from florence_bt.drivers.hokuyo.status import (
     goes_on_by_itself,
     is_checking,
 )
-from florence_bt.drivers.hokuyo.stream import Stream, begin_stream, plan_measurement
-
-__all__ = ["DriverStatus", "HokuyoDriver", "Phase"]
+from florence_bt.drivers.hokuyo.stream import AcceptedStream, begin_stream, plan_measurement
 
 SAME_STAMPS_LIMIT = 2
 """hokuyo_node gives up when more scans than this carry the same time stamp."""
 
 TestsDone = Callable[[Sequence[SelfTestResult]], None]
+
+
+class DriverPhase(enum.Enum):
+    """What the driver is about."""
+
+    STOPPED = "stopped"
+    STARTING = "starting"
+    MEASURING = "measuring"
+    TESTING = "testing itself"
+    RESTING = "resting before it starts again"
+
+
+@dataclass(slots=True)
+class DriverStatus:
+    """A picture of the driver for diagnostics.
+
+    Attributes:
+        phase: What it is about.
+        problem: The last failure, empty since the last scan.
+        device: The answer to VV: VEND, PROD, FIRM, PROT, SERI.
+        device_status: The sensor's own STAT text.
+        scans: Scans received.
+        corrupted: Replies with wrong check sums or layout.
+        lost: How often a running stream broke.
+        failures: Failures in a row, since it last measured for a while.
+        pause_s: The rest after the last of them, in seconds.
+    """
+
+    phase: DriverPhase = DriverPhase.STOPPED
+    problem: str = ""
+    device: Mapping[str, str] = field(default_factory=dict)
+    device_status: str = "unknown"
+    scans: int = 0
+    corrupted: int = 0
+    lost: int = 0
+    failures: int = 0
+    pause_s: float = 0.0
 
 
 class HokuyoDriver:
@@ -48,10 +97,10 @@ class HokuyoDriver:
     of them and at :meth:`next_deadline`; write what ``poll`` returns.
 
     Attributes:
-        sensor: Who the sensor is, None before it told.
+        sensor: The sensor, None before it is known.
         measurement: What it measures, None before that was accepted.
         bit_rate: The speed that the line must have when what :meth:`poll` returns is written; None for any.
-        unheard: The last start failed without a word from the sensor: the port may be the wrong one, or dead.
+        no_answer: The last start failed without any answer: the port may be the wrong one, or dead.
     """
 
     def __init__(
@@ -78,7 +127,7 @@ class HokuyoDriver:
         self._then: Callable[[Conversation, float], None] = self._on_started
         self._tests_done: TestsDone | None = None
         self._deadline: float | None = None
-        self._patience = Patience(parameters.restart_delay_s, parameters.check_timeout_s)
+        self._retry = RetryPolicy(parameters.restart_delay_s, parameters.check_timeout_s)
         self._last_rate: int | None = None
         self._misses = 0
         self._same_stamps = 0
@@ -86,23 +135,23 @@ class HokuyoDriver:
         self._calibrated: dict[str, float] = {}
         self.sensor: Sensor | None = None
         self.measurement: Measurement | None = None
-        self.unheard = False
+        self.no_answer = False
 
     @property
     def status(self) -> DriverStatus:
         """The state for diagnostics; treat it as read-only."""
         self._status.corrupted = self._parser.corrupted
-        self._status.failures, self._status.pause_s = self._patience.failures, self._patience.pause_s
+        self._status.failures, self._status.pause_s = self._retry.failures, self._retry.pause_s
         return self._status
 
     @property
     def geometry(self) -> SensorGeometry | None:
-        """The sensor's numbers, None before it told them."""
+        """The sensor's numbers, None before they are known."""
         return None if self.sensor is None else self.sensor.geometry
 
     @property
     def expected_rate(self) -> float:
-        """Scans a second that the sensor should deliver; 0 before it told its speed."""
+        """Scans a second that the sensor should deliver; 0 before its speed is known."""
         return 0.0 if self.sensor is None else 1.0 / self._scan_interval(self.sensor.geometry)
 
     @property
@@ -148,9 +197,9 @@ class HokuyoDriver:
         self._parser.clear()
         self._clock.reset()
         self._same_stamps, self._last_scan = 0, None
-        self.unheard = False
+        self.no_answer = False
         rates = rates_to_try(self._wanted_rate, self._last_rate, self._misses)
-        self._converse(Phase.STARTING, start_up(self._wanted_rate, rates), self._on_started, now)
+        self._converse(DriverPhase.STARTING, start_up(self._wanted_rate, rates), self._on_started, now)
 
     def shutdown(self) -> bytes:
         """Stop, and return the bytes that switch the laser off."""
@@ -159,14 +208,14 @@ class HokuyoDriver:
 
     def disconnected(self, reason: str) -> None:
         """The port is gone: forget everything under way until :meth:`start`."""
-        if self._status.phase is Phase.MEASURING:
+        if self._status.phase is DriverPhase.MEASURING:
             self._status.lost += 1
         self._status.problem = reason
-        self._patience.forgive()  # whoever opens the port again makes pauses of his own
+        self._retry.reset_failures()  # whoever opens the port again makes pauses of his own
         self._halt()
 
     def begin_self_test(self, on_done: TestsDone, now: float) -> None:
-        """Leave the stream, run the tests, tell what they found, and measure again.
+        """Leave the stream, run the tests, report what they found, and measure again.
 
         Args:
             on_done: Called with the results once; with none when the port was lost meanwhile.
@@ -175,13 +224,13 @@ class HokuyoDriver:
         Raises:
             DeviceError: The sensor does not measure now.
         """
-        if self._status.phase is not Phase.MEASURING or self.sensor is None:
+        if self._status.phase is not DriverPhase.MEASURING or self.sensor is None:
             raise DeviceError(
                 f"the tests need a sensor that measures; the driver is {self._status.phase.value}"
             )
         self._tests_done = on_done
         script = self_test(self.sensor.geometry, self._parameters.self_test_scans)
-        self._converse(Phase.TESTING, script, self._on_tested, now)
+        self._converse(DriverPhase.TESTING, script, self._on_tested, now)
 
     def next_deadline(self) -> float | None:
         """When :meth:`poll` must be called at the latest, or None."""
@@ -203,14 +252,17 @@ class HokuyoDriver:
             if self._conversation is not None:
                 self._conversation.receive(reply, now)
                 self._settle(now)
-            elif self._status.phase is Phase.MEASURING and (scan := self._take_scan(reply, now)) is not None:
+            elif (
+                self._status.phase is DriverPhase.MEASURING
+                and (scan := self._take_scan(reply, now)) is not None
+            ):
                 scans.append(scan)
         return scans
 
     # --- conversations ----------------------------------------------------------------------------------
 
     def _converse(
-        self, phase: Phase, script: Script, then: Callable[[Conversation, float], None], now: float
+        self, phase: DriverPhase, script: Script, then: Callable[[Conversation, float], None], now: float
     ) -> None:
         self._status.phase = phase
         self._deadline = None
@@ -219,66 +271,66 @@ class HokuyoDriver:
         self._settle(now)
 
     def _settle(self, now: float) -> None:
-        talk = self._conversation
-        if talk is None:
+        conversation = self._conversation
+        if conversation is None:
             return
-        self.bit_rate = talk.bit_rate or self.bit_rate
-        if not talk.done:
+        self.bit_rate = conversation.bit_rate or self.bit_rate
+        if not conversation.done:
             return
         self._conversation = None
-        self.unheard = talk.error is not None and not talk.heard
-        self._misses = self._misses + 1 if self.unheard else 0
-        if talk.error is not None:
-            self._fail(now, str(talk.error))
+        self.no_answer = conversation.error is not None and not conversation.answered
+        self._misses = self._misses + 1 if self.no_answer else 0
+        if conversation.error is not None:
+            self._fail(now, str(conversation.error))
         else:
-            self._then(talk, now)
+            self._then(conversation, now)
 
-    def _on_started(self, talk: Conversation, now: float) -> None:
-        sensor: Sensor = talk.result
+    def _on_started(self, conversation: Conversation, now: float) -> None:
+        sensor: Sensor = conversation.result
         self.sensor = sensor
         self._last_rate = self.bit_rate
         self._status.device, self._status.device_status = sensor.version, sensor.stat
         if not sensor.healthy:
             self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY[0]!r}")
             return
-        wanted, complaints = plan_measurement(self._parameters, sensor)
-        self._complain(complaints)
+        wanted, warnings = plan_measurement(self._parameters, sensor)
+        self._warn(warnings)
         self._stream(wanted, now)
 
     def _stream(self, wanted: Measurement, now: float) -> None:
         calibrate = (
             self._parameters.calibrate_time and self._parameters.latency_s is None and not self.calibrated
         )
-        self._converse(Phase.STARTING, begin_stream(wanted, calibrate), self._on_streaming, now)
+        self._converse(DriverPhase.STARTING, begin_stream(wanted, calibrate), self._on_streaming, now)
 
-    def _on_streaming(self, talk: Conversation, now: float) -> None:
-        stream: Stream = talk.result
+    def _on_streaming(self, conversation: Conversation, now: float) -> None:
+        stream: AcceptedStream = conversation.result
         self.measurement = stream.measurement
         if stream.latency_s is not None and self.sensor is not None:
             self._calibrated[self.sensor.device_id] = stream.latency_s
-        self._complain(stream.complaints)
-        self._status.phase = Phase.MEASURING
-        self._patience.begin()
+        self._warn(stream.warnings)
+        self._status.phase = DriverPhase.MEASURING
+        self._retry.begin()
         self._expect_scan(now)
 
-    def _on_tested(self, talk: Conversation, now: float) -> None:
-        self._tell_tests(talk.result)
+    def _on_tested(self, conversation: Conversation, now: float) -> None:
+        self._report_tests(conversation.result)
         if self.measurement is not None:
             self._stream(self.measurement, now)
 
-    def _tell_tests(self, results: Sequence[SelfTestResult]) -> None:
+    def _report_tests(self, results: Sequence[SelfTestResult]) -> None:
         done, self._tests_done = self._tests_done, None
         if done is not None:
             done(results)
 
-    def _complain(self, complaints: Sequence[str]) -> None:
-        for complaint in complaints:
+    def _warn(self, warnings: Sequence[str]) -> None:
+        for warning in warnings:
             if self._on_problem is not None:
-                self._on_problem(complaint)
+                self._on_problem(warning)
 
     # --- measuring --------------------------------------------------------------------------------------
 
-    def _take_scan(self, reply: Reply, now: float) -> LaserScan | None:
+    def _take_scan(self, reply: ScipReply, now: float) -> LaserScan | None:
         if self.measurement is None or self.sensor is None or reply.echo != self.measurement.command:
             return None
         if reply.status == ACCEPTED:
@@ -295,7 +347,7 @@ class HokuyoDriver:
             self._fail(now, f"{self._same_stamps + 1} scans carry the same time stamp {scan.timestamp_ms} ms")
             return None
         if self._same_stamps == 0:
-            self._patience.scan(now)
+            self._retry.scan(now)
         self._status.scans += 1
         self._status.problem = ""
         self._frequency.tick(now)
@@ -307,9 +359,9 @@ class HokuyoDriver:
         if not goes_on_by_itself(status):
             self._fail(now, f"measuring ended with status {status}: {meaning}")
             return
-        if self._patience.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
-            self._status.problem = f"no scans for now, {self._patience.why}"
-            self._complain((self._status.problem,))
+        if self._retry.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
+            self._status.problem = f"no scans for now, {self._retry.why}"
+            self._warn((self._status.problem,))
         self._expect_scan(now)
 
     def _scan_of(self, scan: ScanReply, sensor: Sensor, now: float) -> LaserScan:
@@ -345,7 +397,7 @@ class HokuyoDriver:
     def _expect_scan(self, now: float) -> None:
         if self.sensor is not None:
             interval = self._scan_interval(self.sensor.geometry)
-            self._deadline = self._patience.limit(now + interval + self._parameters.silence_timeout_s)
+            self._deadline = self._retry.limit(now + interval + self._parameters.silence_timeout_s)
 
     def _scan_interval(self, geometry: SensorGeometry) -> float:
         return geometry.scan_period * (self._parameters.skip + 1)
@@ -353,26 +405,26 @@ class HokuyoDriver:
     # --- ends -------------------------------------------------------------------------------------------
 
     def _overdue(self, now: float) -> None:
-        if self._status.phase is Phase.RESTING:
+        if self._status.phase is DriverPhase.RESTING:
             self.start(now)
-        elif self._patience.why:
-            self._fail(now, f"no scan came any more after {self._patience.why}; the sensor is started again")
+        elif self._retry.why:
+            self._fail(now, f"no scan came any more after {self._retry.why}; the sensor is started again")
         else:
             self._fail(now, "no scan arrived in time")
 
     def _halt(self) -> None:
-        self._status.phase = Phase.STOPPED
+        self._status.phase = DriverPhase.STOPPED
         self._deadline = None
         if self._conversation is not None:
             self._conversation.close()
             self._conversation = None
-        self._tell_tests(())
+        self._report_tests(())
 
     def _fail(self, now: float, reason: str) -> None:
-        if self._status.phase is Phase.MEASURING:
+        if self._status.phase is DriverPhase.MEASURING:
             self._status.lost += 1
         self._halt()
-        self._status.phase = Phase.RESTING
+        self._status.phase = DriverPhase.RESTING
         self._status.problem = reason
-        self._deadline = now + self._patience.fail()
-        self._complain((reason,))
+        self._deadline = now + self._retry.fail()
+        self._warn((reason,))

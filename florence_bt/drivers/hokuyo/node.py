@@ -15,7 +15,7 @@ from sensor_msgs.msg import MultiEchoLaserScan
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import DeviceError, DeviceTimeout
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver
@@ -70,7 +70,7 @@ class HokuyoNode(FlorenceNode):
             self._measuring, lambda problem: self.get_logger().warning(problem), self._settings.line_rate
         )
         self._open_port, self._open_tcp = open_port, open_tcp
-        self._told_limits: tuple[float, ...] = ()
+        self._published_limits: tuple[float, ...] = ()
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self._echoes = self.create_publisher(MultiEchoLaserScan, "echoes", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
@@ -94,8 +94,8 @@ class HokuyoNode(FlorenceNode):
     def close(self) -> None:
         """Switch the laser off and let go of the port."""
         self._reports.cancel()
-        if unheard := self._port.close():
-            self.get_logger().warning(f"the laser may still be on: {unheard}")
+        if not_sent := self._port.close():
+            self.get_logger().warning(f"the laser may still be on: {not_sent}")
 
     # ---- port -------------------------------------------------------------------------------------------
 
@@ -115,7 +115,7 @@ class HokuyoNode(FlorenceNode):
             if isinstance(scan, MultiEchoScan):
                 self._echoes.publish(echoes_to_ros(scan, scan.echoes, scan.echo_intensities))
             self._port.works()
-            self._tell_limits()
+            self._publish_limits()
         self._port.pump()
 
     def _send(self, port: BytePort, data: bytes) -> None:
@@ -123,13 +123,13 @@ class HokuyoNode(FlorenceNode):
             if self._driver.bit_rate is not None and isinstance(port, SerialPort):
                 port.set_baud_rate(self._driver.bit_rate)
             port.write(data)
-        if self._driver.unheard:
+        if self._driver.no_answer:
             # A port that is open but dead, such as a plug that was out and in: begin with a new one.
             raise DeviceTimeout(f"nothing that speaks SCIP 2.0 answers at {port.name}")
 
     # ---- what people see --------------------------------------------------------------------------------
 
-    def _tell_limits(self) -> None:
+    def _publish_limits(self) -> None:
         geometry = self._driver.geometry
         if geometry is None:
             return
@@ -139,12 +139,12 @@ class HokuyoNode(FlorenceNode):
             "min_range": geometry.minimum_mm / 1000.0,
             "max_range": geometry.maximum_mm / 1000.0,
         }
-        if self._told_limits == tuple(limits.values()):
+        if self._published_limits == tuple(limits.values()):
             return
-        self._told_limits = tuple(limits.values())
+        self._published_limits = tuple(limits.values())
         for name, value in limits.items():
             if not self.has_parameter(name):
-                self.declare_parameter(name, value, ParameterDescriptor(description="told by the sensor"))
+                self.declare_parameter(name, value, ParameterDescriptor(description="reported by the sensor"))
         self.set_parameters([Parameter(name, value=value) for name, value in limits.items()])
 
     def _report(self) -> None:
@@ -175,7 +175,7 @@ class HokuyoNode(FlorenceNode):
     ) -> SelfTest.Response:
         sensor = self._driver.sensor
         response.id = "unknown" if sensor is None else sensor.device_id
-        response.passed = bytes([all(result.level < Level.ERROR for result in results)])
+        response.passed = bytes([all(result.level < Severity.ERROR for result in results)])
         response.status = [
             DiagnosticStatus(
                 level=bytes([result.level]),
@@ -189,4 +189,4 @@ class HokuyoNode(FlorenceNode):
 
 
 def _failed(problem: str) -> SelfTestResult:
-    return SelfTestResult("Connection Test", Level.ERROR, problem)
+    return SelfTestResult("Connection Test", Severity.ERROR, problem)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, check_limits, check_order
 from florence_bt.drivers.hokuyo.codec import BIT_RATES
 
 USB_MODEM = "ttyACM"
@@ -35,13 +36,13 @@ class HokuyoParameters:
             measured or, without that, the time that the sweep up to the last step lasts: no scan can arrive
             before.
         use_sensor_clock: Take the spacing of the stamps from the sensor's clock, so that a scan that was
-            delayed on its way is no younger for it; hokuyo_node took the arrival alone.
+            delayed on its way does not look newer; hokuyo_node took the arrival alone.
         use_rep_117: Say NaN (a UTM: also inf and -inf) for the error codes below range_min, as later versions
             of hokuyo_node; otherwise they pass as ranges of some millimetres.
         self_test_scans: Scans of each stream of the self test, 1..99; hokuyo_node took 99.
         reply_timeout_s: Wait this long for the answer to a command.
-        silence_timeout_s: Start afresh when the next scan is overdue by this long.
-        check_timeout_s: Start afresh when the sensor has told for this long, in the place of scans, that it
+        silence_timeout_s: Start again when the next scan is overdue by this long.
+        check_timeout_s: Start again when the sensor has reported for this long, in place of scans, that it
             checks itself.
         restart_delay_s: Rest this long after a failure before starting again; doubled on each failure that
             follows before the sensor has measured for as long as it rested, up to ten times as long.
@@ -49,41 +50,28 @@ class HokuyoParameters:
     Source: REFERENCE 4.9, 4.10; document, section 2.1.
     """
 
-    min_ang: float = -2.086214
-    max_ang: float = 2.092350
+    min_ang: Annotated[float, Limits(-math.pi, math.pi)] = -2.086214
+    max_ang: Annotated[float, Limits(-math.pi, math.pi)] = 2.092350
     intensity: bool = False
     multi_echo: bool = False
     allow_unsafe_settings: bool = False
-    cluster: int = 1
-    skip: int = 0
+    cluster: Annotated[int, Limits(0, 99)] = 1
+    skip: Annotated[int, Limits(0, 9)] = 0
     frame_id: str = "base_laser_round_link"
-    time_offset: float = 0.0
+    time_offset: Annotated[float, Limits(-0.25, 0.25)] = 0.0
     calibrate_time: bool = True
-    latency_s: float | None = None
+    latency_s: Annotated[float, Limits(0.0, 1.0)] | None = None
     use_sensor_clock: bool = True
     use_rep_117: bool = False
-    self_test_scans: int = 99
-    reply_timeout_s: float = 1.0
-    silence_timeout_s: float = 1.0
-    check_timeout_s: float = 5.0
-    restart_delay_s: float = 1.0
+    self_test_scans: Annotated[int, Limits(1, 99)] = 99
+    reply_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 1.0
+    silence_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 1.0
+    check_timeout_s: Annotated[float, Limits(0.05, 600.0)] = 5.0
+    restart_delay_s: Annotated[float, Limits(0.05, 60.0)] = 1.0
 
     def __post_init__(self) -> None:
-        if not -math.pi <= self.min_ang <= self.max_ang <= math.pi:
-            raise ConfigError(
-                f"min_ang {self.min_ang} and max_ang {self.max_ang} do not fit",
-                valid=["-pi <= min_ang <= max_ang <= pi"],
-            )
-        _check("cluster", self.cluster, 0, 99)
-        _check("skip", self.skip, 0, 9)
-        _check("time_offset", self.time_offset, -0.25, 0.25)
-        if self.latency_s is not None:
-            _check("latency_s", self.latency_s, 0.0, 1.0)
-        _check("self_test_scans", self.self_test_scans, 1, 99)
-        _check("reply_timeout_s", self.reply_timeout_s, 0.05, 60.0)
-        _check("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0)
-        _check("check_timeout_s", self.check_timeout_s, 0.05, 600.0)
-        _check("restart_delay_s", self.restart_delay_s, 0.05, 60.0)
+        check_limits(self)
+        check_order(self, ("min_ang", "max_ang"), equal=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,15 +89,13 @@ class HokuyoPortParameters:
     """
 
     port: str = "/dev/ttyACM0"
-    baud_rate: int = 115200
+    baud_rate: Annotated[int, Limits(9600, 1_000_000)] = 115200
     ip_address: str = ""
-    ip_port: int = 10940
-    reconnect_delay_s: float = 0.5
+    ip_port: Annotated[int, Limits(1, 65535)] = 10940
+    reconnect_delay_s: Annotated[float, Limits(0.05, 60.0)] = 0.5
 
     def __post_init__(self) -> None:
-        _check("baud_rate", self.baud_rate, 9600, 1_000_000)
-        _check("ip_port", self.ip_port, 1, 65535)
-        _check("reconnect_delay_s", self.reconnect_delay_s, 0.05, 60.0)
+        check_limits(self)
 
     @property
     def place(self) -> str:
@@ -122,8 +108,3 @@ class HokuyoPortParameters:
         if self.ip_address or USB_MODEM in os.path.realpath(self.port):
             return None
         return self.baud_rate if self.baud_rate in BIT_RATES else None
-
-
-def _check(name: str, value: float, lowest: float, highest: float) -> None:
-    if not lowest <= value <= highest:
-        raise ConfigError(f"{name} {value!r} is out of range", valid=[f"{lowest}..{highest}"])

@@ -46,9 +46,9 @@ class ScanClock:
     between arrival and time stamp is the true one; with it the time stamps, which are evenly spaced, give
     the moments. The timer may wrap.
 
-    One of the clocks may jump. What tells that from scans that wait, while this machine is busy:
+    One of the clocks may jump. What distinguishes that from scans that wait while this machine is busy:
 
-    - The timer advances by less than a turn takes: it jumped back. Everything begins afresh with that scan.
+    - The timer advances by less than a turn takes: it jumped back. Everything starts again with that scan.
     - A scan comes earlier than the others allow: from now on it is the one without delay.
     - Scans come late, all by the same. Those of a machine that stood still come together, so that each of
       them is less late than the one before.
@@ -61,7 +61,7 @@ class ScanClock:
     """Long enough to meet a scan without delay, short enough for the drift of two quartzes (1 ms)."""
 
     LEAST_TURN = 0.8
-    """No motor is faster than told by more than the rest of this."""
+    """A motor is not faster than its nominal speed by more than the rest of this."""
 
     SHIFT_S = 0.02
     """Scans that are less late than this are left to the window."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from florence_bt.core.errors import DeviceError, FrameError
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.codec import Measurement, decode_scan
 from florence_bt.drivers.hokuyo.conversation import Ask, Listen, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
@@ -28,7 +28,7 @@ class SelfTestResult:
     """
 
     name: str
-    level: Level
+    level: Severity
     message: str
 
 
@@ -56,7 +56,7 @@ def self_test(geometry: SensorGeometry, scans: int) -> Script:
         try:
             level, message = yield from test()
         except (DeviceError, FrameError) as error:
-            level, message = Level.ERROR, str(error)
+            level, message = Severity.ERROR, str(error)
         results.append(SelfTestResult(name, level, message))
     return results
 
@@ -64,23 +64,23 @@ def self_test(geometry: SensorGeometry, scans: int) -> Script:
 def _status() -> Script:
     answer = yield Ask("II")
     stat = answer.reply.information().get("STAT", "unknown")
-    return (Level.OK if is_healthy(stat) else Level.ERROR), stat
+    return (Severity.OK if is_healthy(stat) else Severity.ERROR), stat
 
 
 def _laser_on() -> Script:
     yield LASER_ON
-    return Level.OK, "the laser is on"
+    return Severity.OK, "the laser is on"
 
 
 def _laser_off() -> Script:
     yield Ask("QT")
-    return Level.OK, "the laser is off"
+    return Severity.OK, "the laser is off"
 
 
 def _polled(geometry: SensorGeometry) -> Script:
     answer = yield Ask(Measurement("GD", geometry.first_step, geometry.last_step).command)
     values = len(decode_scan(answer.reply).distances_mm)
-    return Level.OK, f"{values} values came when asked for"
+    return Severity.OK, f"{values} values came when asked for"
 
 
 def _streamed(kind: str, geometry: SensorGeometry, count: int) -> Script:
@@ -88,7 +88,7 @@ def _streamed(kind: str, geometry: SensorGeometry, count: int) -> Script:
     refused = UNKNOWN_COMMAND if kind == "ME" else ()
     answer = yield Ask(wanted.command, (ACCEPTED, *refused), 1)
     if answer.reply.status in refused:
-        return Level.OK, "this sensor measures no intensities"
+        return Severity.OK, "this sensor measures no intensities"
     timeout_s = 2.0 * geometry.scan_period * (STREAM_SKIP + 1) + 1.0
     arrived = 0
     while True:
@@ -107,9 +107,9 @@ def _streamed(kind: str, geometry: SensorGeometry, count: int) -> Script:
             return _judge_stream(count, count - arrived)
 
 
-def _judge_stream(count: int, lost: int) -> tuple[Level, str]:
+def _judge_stream(count: int, lost: int) -> tuple[Severity, str]:
     if lost == 0:
-        return Level.OK, f"all {count} scans came"
+        return Severity.OK, f"all {count} scans came"
     if lost == 1:
-        return Level.WARN, f"one scan of {count} was damaged; that may happen"
-    return Level.ERROR, f"{lost} scans of {count} were damaged"
+        return Severity.WARN, f"one scan of {count} was damaged; that may happen"
+    return Severity.ERROR, f"{lost} scans of {count} were damaged"

@@ -37,10 +37,10 @@ class Sensor:
     """Who the sensor is and what it can do.
 
     Attributes:
-        version: What VV told: VEND, PROD, FIRM, PROT, SERI.
-        parameters: What PP told, MODL among it.
+        version: The answer to VV: VEND, PROD, FIRM, PROT, SERI.
+        parameters: The answer to PP, with MODL.
         geometry: The numbers of PP.
-        state: What II told, STAT among it.
+        state: The answer to II, with STAT.
     """
 
     version: Mapping[str, str]
@@ -50,12 +50,12 @@ class Sensor:
 
     @property
     def stat(self) -> str:
-        """The sensor's own word on its health."""
+        """The sensor's own statement of its health."""
         return self.state.get("STAT", "unknown")
 
     @property
     def healthy(self) -> bool:
-        """Whether that word is a good one."""
+        """Whether the sensor says that it is well."""
         return is_healthy(self.stat)
 
     @property
@@ -73,8 +73,8 @@ def rates_to_try(wanted: int | None, last: int | None, misses: int) -> tuple[int
     """The speeds at which one start looks for a sensor, the likely ones first.
 
     A sensor that was never found may have any. One that was has the speed that it was left with (its cable
-    was out) or that of power on (its power was); so only these are tried, and after each miss one more in
-    turn, should somebody have brought another sensor.
+    was out) or that of power on (its power was); so only these are tried, and after each miss one
+    more, in case somebody has brought another sensor.
 
     Args:
         wanted: The speed that the line shall have; None for a line without speed.
@@ -97,7 +97,7 @@ def start_up(bit_rate: int | None = None, rates: Sequence[int] = ()) -> Script:
     """Wake the sensor, end what it is about, and ask who it is; the laser is on at the end.
 
     Args:
-        bit_rate: The wanted speed of a serial line, one of ``BIT_RATES``; the sensor is told to take it, as
+        bit_rate: The wanted speed of a serial line, one of ``BIT_RATES``; the sensor is set to it, as
             after power on and after ``RS`` it has its own. None where the line has no speed (USB, network).
         rates: Speeds at which the sensor is looked for, see :func:`rates_to_try`; none for such a line.
 

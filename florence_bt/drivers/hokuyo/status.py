@@ -48,24 +48,6 @@ _OTHERS = {
         "03": "the sensor runs at this bit rate already",
         "04": "this sensor cannot change its bit rate",
     },
-    "CR": {
-        "01": "the speed ratio is not valid",
-        "02": "the speed ratio is out of range",
-        "03": "the motor has this speed already",
-        "04": "this sensor cannot change its speed",
-    },
-    "HS": {
-        "01": "the parameter is wrong",
-        "02": "the sensitivity is so already",
-        "03": "this sensor cannot change its sensitivity",
-    },
-    "DB": {
-        "01": "the parameter is wrong",
-        "02": "the sensor is in this mode already",
-        "03": "the sensor is in its usual mode already",
-        "04": "the protocol's version does not fit",
-        "05": "the sensor has a real malfunction",
-    },
     "RB": {"01": "the sensor restarts when asked once more"},
 }
 

@@ -29,7 +29,7 @@ def metres_of_packed(
     Args:
         packed: Big-endian stream of 11-bit values; at least as many as the rows of ``metres`` need.
         width: Values a row.
-        step: Take every so manieth value of every so manieth row.
+        step: Take every n-th value of every n-th row.
         table: Metres of each raw value, shape (2048,).
         metres: Is filled, shape (rows, columns).
     """
@@ -54,7 +54,7 @@ def metres_of_raw(
 
     Args:
         raw: Shape (height, width); what is above 2047 counts as nothing measured.
-        step: Take every so manieth value of every so manieth row.
+        step: Take every n-th value of every n-th row.
         table: Metres of each raw value, shape (2048,).
         metres: Is filled, shape (height // step, width // step).
     """
@@ -71,7 +71,7 @@ def metres_of_millimetres(millimetres: NDArray[np.uint16], step: int, metres: ND
 
     Args:
         millimetres: Shape (height, width).
-        step: Take every so manieth value of every so manieth row.
+        step: Take every n-th value of every n-th row.
         metres: Is filled, shape (height // step, width // step).
     """
     rows, columns = metres.shape

@@ -22,19 +22,13 @@ FARTHEST_MM = 10_000
 _OFFSET, _SLOPE = 3.3309495161, 0.0030711016
 
 
-class Formula(enum.Enum):
+class DepthFormula(enum.Enum):
     """How raw depth becomes metres. Source: REFERENCE 5.3."""
 
     A = "A"
     """z = 1 / (3.3309495161 - 0.0030711016 raw), below raw 1085; the simulated Kinect uses it too."""
     B = "B"
     """z = 0.1236 tan(raw / 2842.5 + 1.1863), below raw 1093; 4 % further than A at 1 m."""
-
-
-# Eight values in eleven bytes, most significant bit first. For each value of a group: the byte that its last
-# bit is in, and how far the 24 bits that end with this byte must be shifted right.
-_LAST_BYTE = [(11 * (index + 1) - 1) // 8 for index in range(8)]
-_SHIFT = [8 * (last + 1) - 11 * (index + 1) for index, last in enumerate(_LAST_BYTE)]
 
 
 def packed_size(values: int) -> int:
@@ -57,19 +51,8 @@ def unpack_11_bit(packed: bytes, values: int) -> NDArray[np.uint16]:
     """
     if len(packed) != packed_size(values):
         raise FrameError(f"{values} values take {packed_size(values)} bytes, not {len(packed)}")
-    groups = -(-values // 8)
-    stream = np.frombuffer(packed, np.uint8)
-    if stream.size != 11 * groups:
-        stream = np.pad(stream, (0, 11 * groups - stream.size))
-    # Column by column: eleven long vectors are quicker than many short ones.
-    columns = np.ascontiguousarray(stream.reshape(groups, 11).T).astype(np.uint32)
-    unpacked = np.empty((groups, 8), np.uint16)
-    for index, (last, shift) in enumerate(zip(_LAST_BYTE, _SHIFT, strict=True)):
-        bits = columns[last] | (columns[last - 1] << 8)
-        if last >= 2:
-            bits |= columns[last - 2] << 16
-        unpacked[:, index] = (bits >> shift) & 0x7FF
-    return unpacked.reshape(-1)[:values]
+    bits = np.unpackbits(np.frombuffer(packed, np.uint8), count=11 * values).reshape(values, 11)
+    return bits.astype(np.uint16) @ (1 << np.arange(10, -1, -1, dtype=np.uint16))
 
 
 def pack_11_bit(values: NDArray[np.uint16]) -> bytes:
@@ -78,10 +61,10 @@ def pack_11_bit(values: NDArray[np.uint16]) -> bytes:
     return np.packbits(bits.astype(np.uint8)).tobytes()
 
 
-def _metres_table(formula: Formula) -> NDArray[np.float32]:
+def _metres_table(formula: DepthFormula) -> NDArray[np.float32]:
     raw = np.arange(RAW_VALUES)
     metres = np.full(RAW_VALUES, np.nan)
-    if formula is Formula.A:
+    if formula is DepthFormula.A:
         inverse = _OFFSET - _SLOPE * raw
         np.divide(1.0, inverse, out=metres, where=inverse > 0.0)
     else:
@@ -94,10 +77,10 @@ def _metres_table(formula: Formula) -> NDArray[np.float32]:
     return table
 
 
-METRES_OF_RAW = _metres_table(Formula.A)
+METRES_OF_RAW = _metres_table(DepthFormula.A)
 """Shape (2048,), float32: metres of each raw value by formula A; NaN where there is no distance."""
 
-METRES_TABLES = {Formula.A: METRES_OF_RAW, Formula.B: _metres_table(Formula.B)}
+METRES_TABLES = {DepthFormula.A: METRES_OF_RAW, DepthFormula.B: _metres_table(DepthFormula.B)}
 """The same by each formula."""
 
 
@@ -120,9 +103,3 @@ def millimetres_from_metres(metres: NDArray[np.float32]) -> NDArray[np.uint16]:
     millimetres = np.round(np.asarray(metres, np.float64) * 1000.0)
     known = np.isfinite(millimetres) & (millimetres > 0.0) & (millimetres <= FARTHEST_MM)
     return np.where(known, millimetres, 0.0).astype(np.uint16)
-
-
-def metres_from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
-    """Metres of a 16UC1 picture; NaN for 0 and for more than 10 m."""
-    known = (millimetres > 0) & (millimetres <= FARTHEST_MM)
-    return np.where(known, millimetres / np.float32(1000.0), np.float32(np.nan)).astype(np.float32)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, check_limits
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
-from florence_bt.drivers.frequency import FrequencyMeter
+from florence_bt.drivers.diagnosis import FrequencyMeter
 from florence_bt.drivers.kinect._kernels import fill_points
 from florence_bt.drivers.kinect.camera import BASELINE_M, View, camera_model
-from florence_bt.drivers.kinect.codec import METRES_TABLES, Formula
+from florence_bt.drivers.kinect.codec import METRES_TABLES, DepthFormula
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
 
 SLACK = 0.25
@@ -20,8 +22,6 @@ SLACK = 0.25
 
 TOGETHER_S = 0.1
 """A depth and a colour picture that arrived so close to each other make coloured points."""
-
-WIDTHS = (640, 320, 160)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,33 +50,22 @@ class KinectParameters:
 
     source: str = "usb"
     library: str = ""
-    width: int = 320
-    formula: Formula = Formula.A
+    width: Literal[640, 320, 160] = 320
+    formula: DepthFormula = DepthFormula.A
     depth_registration: bool = False
-    depth_rate: float = 0.0
-    depth_time_offset: float = 0.0
+    depth_rate: Annotated[float, Limits(0.0, 1000.0)] = 0.0
+    depth_time_offset: Annotated[float, Limits(-1.0, 1.0)] = 0.0
     depth_frame_id: str = "camera_depth_optical_frame"
     colour_frame_id: str = "camera_rgb_optical_frame"
-    baseline: float = BASELINE_M
-    reconnect_delay_s: float = 0.5
-    silence_timeout_s: float = 2.0
-    reopen_timeout_s: float = 10.0
+    baseline: Annotated[float, Limits(0.0, 0.1)] = BASELINE_M
+    reconnect_delay_s: Annotated[float, Limits(0.05, 60.0)] = 0.5
+    silence_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 2.0
+    reopen_timeout_s: Annotated[float, Limits(0.1, 600.0)] = 10.0
 
     def __post_init__(self) -> None:
+        check_limits(self)
         if not self.source:
             raise ConfigError("source is empty", valid=["usb", "recording:FOLDER", "the path of a socket"])
-        if self.width not in WIDTHS:
-            raise ConfigError(f"width is {self.width}", valid=[str(width) for width in WIDTHS])
-        for name, value, lowest, highest in (
-            ("depth_rate", self.depth_rate, 0.0, 1000.0),
-            ("depth_time_offset", self.depth_time_offset, -1.0, 1.0),
-            ("baseline", self.baseline, 0.0, 0.1),
-            ("reconnect_delay_s", self.reconnect_delay_s, 0.05, 60.0),
-            ("silence_timeout_s", self.silence_timeout_s, 0.05, 60.0),
-            ("reopen_timeout_s", self.reopen_timeout_s, 0.1, 600.0),
-        ):
-            if not lowest <= value <= highest:
-                raise ConfigError(f"{name} {value!r} is out of range", valid=[f"{lowest}..{highest}"])
 
 
 @dataclass(frozen=True, slots=True)

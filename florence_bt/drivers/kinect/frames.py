@@ -83,7 +83,7 @@ class DepthFrame:
         """The distances; NaN where nothing was measured.
 
         Args:
-            step: Take every so manieth pixel of every so manieth row.
+            step: Take every n-th pixel of every n-th row.
             table: Metres of each raw value, shape (2048,).
 
         Returns:
@@ -122,7 +122,7 @@ class VideoFrame:
         """The picture, shape (height / step, width / step, 3); not to be written to.
 
         Args:
-            step: Take every so manieth pixel of every so manieth row.
+            step: Take every n-th pixel of every n-th row.
         """
         pixels = np.frombuffer(self.payload, np.uint8).reshape(self.height, self.width, 3)
         if step == 1:

@@ -29,7 +29,7 @@ POWER = "check its USB plug and its 12 V supply (on the robot digital output 0 o
 
 
 class FreenectSource:
-    """Pictures of 640 x 480; a :class:`~florence_bt.drivers.kinect.transport.FrameSource`.
+    """Pictures of 640 x 480; a :class:`~florence_bt.drivers.kinect.sources.FrameSource`.
 
     Pictures are written by the library to where they stay; nothing is copied.
 
@@ -70,10 +70,10 @@ class FreenectSource:
             raise
 
     def read(self, timeout_s: float) -> Frame | None:
-        """Wait for the next frame; see :class:`~florence_bt.drivers.kinect.transport.FrameSource`."""
+        """Wait for the next frame; see :class:`~florence_bt.drivers.kinect.sources.FrameSource`."""
         if not self._frames:
             library = self._open_library()
-            self._follow_wish(library)
+            self._apply_colour_request(library)
             try:
                 library.process_events(timeout_s)
             except DeviceLost as error:
@@ -116,7 +116,7 @@ class FreenectSource:
         self._depth = np.empty((HEIGHT, WIDTH), np.uint16)
         library.start("depth", mode, self._depth, self._on_depth)
 
-    def _follow_wish(self, library: FreenectLibrary) -> None:
+    def _apply_colour_request(self, library: FreenectLibrary) -> None:
         if self._colour_wanted == self._colour_runs:
             return
         if self._colour_wanted:

@@ -15,13 +15,12 @@ from florence_bt.core.clock import call_every
 from florence_bt.core.errors import DeviceError, DeviceTimeout
 from florence_bt.core.sensing import DepthImage
 from florence_bt.drivers.connection import Connection
-from florence_bt.drivers.diagnosis import Diagnosis, Level
+from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.kinect.camera import depth_to_points
 from florence_bt.drivers.kinect.codec import millimetres_from_metres
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
 from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
-from florence_bt.drivers.kinect.sources import open_source
-from florence_bt.drivers.kinect.transport import FrameSource
+from florence_bt.drivers.kinect.sources import FrameSource, open_source
 from florence_bt.ros.conversions import (
     camera_info_to_ros,
     colour_to_ros,
@@ -180,10 +179,10 @@ class KinectNode(FlorenceNode):
             "Times Lost": str(self._connection.lost),
         }
         if self._connection.problem:
-            return Diagnosis(Level.ERROR, self._connection.problem, values)
+            return Diagnosis(Severity.ERROR, self._connection.problem, values)
         if self._driver.silent(now):
-            return Diagnosis(Level.ERROR, "no depth pictures arrive", values)
-        return Diagnosis(Level.OK, "depth pictures arrive", values)
+            return Diagnosis(Severity.ERROR, "no depth pictures arrive", values)
+        return Diagnosis(Severity.OK, "depth pictures arrive", values)
 
     def _report(self) -> None:
         now = self.timebase.now()

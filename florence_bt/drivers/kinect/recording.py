@@ -136,7 +136,7 @@ def check_recording(folder: Path) -> None:
         names = (folder / INDEX).read_text(encoding="ascii").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise DeviceLost(
-            f"{folder} is no recording of a Kinect ({error}); make one with `florence kinect record`"
+            f"{folder} is not a recording of a Kinect ({error}); make one with `florence kinect record`"
         ) from error
     if not any(name.startswith("d-") for name in names):
         raise DeviceLost(f"the recording {folder} holds no depth picture")
@@ -157,7 +157,7 @@ def _check_file(folder: Path, name: str) -> None:
     if kind == "a":
         return
     if b"640 480" not in head or size - len(head) - 1 < least[kind]:
-        raise DeviceLost(f"the recording {folder} is damaged: {name} is no whole picture of 640 x 480")
+        raise DeviceLost(f"the recording {folder} is damaged: {name} is not a whole picture of 640 x 480")
 
 
 def _enlarged(picture: NDArray[np.generic]) -> NDArray[np.generic]:

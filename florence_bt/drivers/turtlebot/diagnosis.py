@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from florence_bt.drivers.diagnosis import Diagnosis, Level
+from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.gyro import Gyro
 from florence_bt.drivers.turtlebot.hazards import StopReason
 
@@ -22,7 +22,7 @@ _OF_A_READING = ("Operating Mode", "Battery", "Charging Sources", "Cliff Sensor"
 
 
 def diagnose(
-    driver: TurtlebotDriver, reading: Reading | None, port: str, port_problem: str
+    driver: TurtlebotDriver, reading: BaseReading | None, port: str, port_problem: str
 ) -> dict[str, Diagnosis]:
     """Judge the base.
 
@@ -37,7 +37,7 @@ def diagnose(
     """
     found = {"TurtleBot Node": _connection(driver, reading, port, port_problem)}
     if reading is None:
-        silent = Diagnosis(Level.STALE, "no data from the base")
+        silent = Diagnosis(Severity.STALE, "no data from the base")
         return found | dict.fromkeys((*_OF_A_READING, "Gyro Sensor", "Digital Outputs"), silent)
     state = reading.state
     return found | {
@@ -51,7 +51,9 @@ def diagnose(
     }
 
 
-def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, port_problem: str) -> Diagnosis:
+def _connection(
+    driver: TurtlebotDriver, reading: BaseReading | None, port: str, port_problem: str
+) -> Diagnosis:
     form = driver.decoder.checksum_form
     values = {
         "Port": port,
@@ -65,24 +67,24 @@ def _connection(driver: TurtlebotDriver, reading: Reading | None, port: str, por
         "Charge Resets": str(driver.charge_resets),
     }
     if port_problem:
-        return Diagnosis(Level.ERROR, port_problem, values)
+        return Diagnosis(Severity.ERROR, port_problem, values)
     if driver.starting or reading is None:
-        return Diagnosis(Level.WARN, "STARTING", values)
+        return Diagnosis(Severity.WARN, "STARTING", values)
     if reading.stop_reason is StopReason.NO_RESPONSE:
-        return Diagnosis(Level.ERROR, StopReason.NO_RESPONSE.value, values)
-    return Diagnosis(Level.OK, "RUNNING", values)
+        return Diagnosis(Severity.ERROR, StopReason.NO_RESPONSE.value, values)
+    return Diagnosis(Severity.OK, "RUNNING", values)
 
 
-def _operating_mode(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
+def _operating_mode(driver: TurtlebotDriver, reading: BaseReading) -> Diagnosis:
     code = reading.state.oi_mode
     known = code in (OiMode.PASSIVE, OiMode.SAFE, OiMode.FULL)
     name = OiMode(code).name.capitalize() if known else f"unknown mode {code}"
     values = {"Mode": name, "Wanted Mode": driver.wanted_mode.name.capitalize()}
     if not known:
-        return Diagnosis(Level.ERROR, name, values)
+        return Diagnosis(Severity.ERROR, name, values)
     if reading.stop_reason is not None:
-        return Diagnosis(Level.WARN, f"{name}: {reading.stop_text}", values)
-    return Diagnosis(Level.OK, name, values)
+        return Diagnosis(Severity.WARN, f"{name}: {reading.stop_text}", values)
+    return Diagnosis(Severity.OK, name, values)
 
 
 def _battery(state: SensorState) -> Diagnosis:
@@ -94,10 +96,10 @@ def _battery(state: SensorState) -> Diagnosis:
         "Capacity (Ah)": f"{state.capacity / 1000:.3f}",
     }
     if state.charging_state == ChargingState.FAULT:
-        return Diagnosis(Level.ERROR, "charging fault: clean the contacts, or change the battery", values)
+        return Diagnosis(Severity.ERROR, "charging fault: clean the contacts, or change the battery", values)
     if state.current <= 0 and state.charge < LOW_CHARGE * state.capacity:
-        return Diagnosis(Level.WARN, "the battery is low: bring the base to its charger", values)
-    return Diagnosis(Level.OK, "OK", values)
+        return Diagnosis(Severity.WARN, "the battery is low: bring the base to its charger", values)
+    return Diagnosis(Severity.OK, "OK", values)
 
 
 def _charging_sources(state: SensorState) -> Diagnosis:
@@ -105,27 +107,22 @@ def _charging_sources(state: SensorState) -> Diagnosis:
     known = charging < len(CHARGING_STATES)
     values = {"Charging State": CHARGING_STATES[charging] if known else f"unknown state {charging}"}
     if sources in CHARGING_SOURCES:
-        return Diagnosis(Level.OK, CHARGING_SOURCES[sources], values)
+        return Diagnosis(Severity.OK, CHARGING_SOURCES[sources], values)
     what = "Internal Charger and Base Dock at once" if sources == 3 else f"unknown sources {sources}"
-    return Diagnosis(Level.ERROR, what, values)
+    return Diagnosis(Severity.ERROR, what, values)
 
 
 def _cliffs(state: SensorState) -> Diagnosis:
-    values = {
-        "Left": str(state.cliff_left),
-        "Left Signal": str(state.cliff_left_signal),
-        "Front Left": str(state.cliff_front_left),
-        "Front Left Signal": str(state.cliff_front_left_signal),
-        "Front Right": str(state.cliff_front_right),
-        "Front Right Signal": str(state.cliff_front_right_signal),
-        "Right": str(state.cliff_right),
-        "Right Signal": str(state.cliff_right_signal),
-    }
+    values = {}
+    for place in ("left", "front_left", "front_right", "right"):
+        label = place.replace("_", " ").title()
+        values[label] = str(getattr(state, f"cliff_{place}"))
+        values[f"{label} Signal"] = str(getattr(state, f"cliff_{place}_signal"))
     if not state.cliff:
-        return Diagnosis(Level.OK, "OK", values)
+        return Diagnosis(Severity.OK, "OK", values)
     if state.current > 0:
-        return Diagnosis(Level.OK, "near a cliff; while charging that is the plate of the dock", values)
-    return Diagnosis(Level.WARN, "near a cliff", values)
+        return Diagnosis(Severity.OK, "near a cliff; while charging that is the plate of the dock", values)
+    return Diagnosis(Severity.WARN, "near a cliff", values)
 
 
 def _wall(state: SensorState) -> Diagnosis:
@@ -135,19 +132,19 @@ def _wall(state: SensorState) -> Diagnosis:
         "Virtual Wall": str(state.virtual_wall),
     }
     return (
-        Diagnosis(Level.ERROR, "a wall to the right", values)
+        Diagnosis(Severity.ERROR, "a wall to the right", values)
         if state.wall
-        else Diagnosis(Level.OK, "OK", values)
+        else Diagnosis(Severity.OK, "OK", values)
     )
 
 
-def _gyro(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
+def _gyro(driver: TurtlebotDriver, reading: BaseReading) -> Diagnosis:
     gyro = driver.gyro
     values = {"Gyro Enabled": str(gyro is not None)}
     if gyro is None:
         if not driver.parameters.model.cargo_bay:
-            return Diagnosis(Level.OK, "this base has no input for a gyro", values)
-        return Diagnosis(Level.WARN, "the gyro is disabled: set has_gyro, or the heading drifts", values)
+            return Diagnosis(Severity.OK, "this base has no input for a gyro", values)
+        return Diagnosis(Severity.WARN, "the gyro is disabled: set has_gyro, or the heading drifts", values)
     offset = gyro.offset
     values |= {
         "Raw Gyro Rate": str(gyro.adc),
@@ -155,25 +152,28 @@ def _gyro(driver: TurtlebotDriver, reading: Reading) -> Diagnosis:
         "Calibration Buffer": str(gyro.rest_samples),
     }
     if reading.stop_reason is StopReason.GYRO:
-        return Diagnosis(Level.ERROR, StopReason.GYRO.value, values)
+        return Diagnosis(Severity.ERROR, StopReason.GYRO.value, values)
     return Diagnosis(*_judge_offset(gyro), values)
 
 
-def _judge_offset(gyro: Gyro) -> tuple[Level, str]:
+def _judge_offset(gyro: Gyro) -> tuple[Severity, str]:
     offset = gyro.offset
     if offset is None and not gyro.adc:
-        return Level.ERROR, "the gyro gives no signal: check its power and the wire to the analog pin"
+        return (
+            Severity.ERROR,
+            "the gyro gives no signal: check its power and the wire to the analog pin",
+        )
     if offset is None:
-        return Level.WARN, "the gyro waits to be calibrated: let the base stand still for a second"
+        return Severity.WARN, "the gyro waits to be calibrated: let the base stand still for a second"
     if offset < GYRO_UNPOWERED:
-        return Level.ERROR, "the gyro has no power: check the wires; the wheels tell the heading"
+        return Severity.ERROR, "the gyro has no power: check the wires; the heading comes from the wheels"
     if not GYRO_PLAUSIBLE[0] <= offset <= GYRO_PLAUSIBLE[1]:
-        return Level.ERROR, "the gyro's offset is bad: let the base stand still, or check the gyro"
-    return Level.OK, "OK"
+        return Severity.ERROR, "the gyro's offset is bad: let the base stand still, or check the gyro"
+    return Severity.OK, "OK"
 
 
 def _digital_outputs(bits: int) -> Diagnosis:
     values = {"Raw Byte": str(bits)}
     for place in (2, 1, 0):
         values[f"Digital Out {place}"] = "ON" if bits >> place & 1 else "OFF"
-    return Diagnosis(Level.OK, "OK", values)
+    return Diagnosis(Severity.OK, "OK", values)

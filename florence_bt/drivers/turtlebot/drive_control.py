@@ -1,13 +1,17 @@
-"""Which wheel speeds to send and when: the command, its time-out, what objects to it (REFERENCE 2.4)."""
+"""Which wheel speeds to send and when: the command, its time-out, what objects to it (REFERENCE 2.4).
+
+:class:`CommandAcknowledgement` compares them with the speeds that the base reports (packets 41 and 42).
+"""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from florence_bt.core.geometry import STANDSTILL, Twist2
-from florence_bt.drivers.turtlebot import codec
+from florence_bt.drivers.turtlebot.codec import commands
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.hazards import StopReason, hold_forward
-from florence_bt.drivers.turtlebot.obedience import Obedience
 from florence_bt.drivers.turtlebot.parameters import DriveMode
 from florence_bt.drivers.turtlebot.wheels import (
     STOPPED,
@@ -30,7 +34,7 @@ class DriveControl:
     """Keeps the newest velocity command and turns it into bytes.
 
     Attributes:
-        obedience: Whether the base does what it is told.
+        acknowledgement: Whether the base acknowledges its commands.
         refused: Commands with NaN or infinity so far; each stopped the base.
         due: When the speeds are to be sent again, in seconds.
     """
@@ -43,7 +47,7 @@ class DriveControl:
         self._commanded = -math.inf
         self._sent = STOPPED
         self._sent_at = self._changed_at = -math.inf
-        self.obedience = Obedience()
+        self.acknowledgement = CommandAcknowledgement()
         self.refused = 0
         self.due = -math.inf
 
@@ -87,12 +91,12 @@ class DriveControl:
         self._sent, self._sent_at = held, now
         self.due = now + REPEAT_PERIOD_S
         if not enabled:
-            self.obedience.clear()
+            self.acknowledgement.clear()
             return b""
         if self._mode is DriveMode.DRIVE:  # which the base reports as other numbers
-            return codec.drive(*arc_from_twist(twist, self._wheels))
-        self.obedience.sent(held, now)
-        return codec.drive_direct(held.right_mmps, held.left_mmps)
+            return commands.drive(*arc_from_twist(twist, self._wheels))
+        self.acknowledgement.sent(held, now)
+        return commands.drive_direct(held.right_mmps, held.left_mmps)
 
     def _next_turn(self, now: float, wheels: WheelSpeeds) -> float:
         """When these speeds are to be sent."""
@@ -107,3 +111,60 @@ class DriveControl:
             return STOPPED
         share = wheels_one_by_one if self._mode is DriveMode.TURTLE else wheels_from_twist
         return share(twist, self._wheels)
+
+
+ACKNOWLEDGEMENT_TIMEOUT_S = 1.0
+"""Long enough for speeds to reach the base, and for the frame that reports them to come back."""
+
+
+TOLERANCE_MMPS = 10
+"""What a firmware may round a speed by before it reports it; a broken wire makes a larger difference."""
+
+
+class CommandAcknowledgement:
+    """Compares the speeds that were sent with those that the base reports.
+
+    A wire that is broken in one direction only leaves a base that reports well and drives on for ever.
+
+    Attributes:
+        unresponsive: The base has reported for a while other speeds than any that were sent to it lately.
+    """
+
+    def __init__(self) -> None:
+        self._sent: deque[tuple[float, WheelSpeeds]] = deque()
+        self._doubted_since: float | None = None
+        self.unresponsive = False
+
+    def clear(self) -> None:
+        """Start again: no speeds were sent yet that the base has to acknowledge."""
+        self._sent.clear()
+        self._doubted_since = None
+        self.unresponsive = False
+
+    def sent(self, wheels: WheelSpeeds, now: float) -> None:
+        """Note speeds that went out."""
+        if self._sent and now < self._sent[-1][0]:  # the clock was set back
+            self.clear()
+        if not self._sent or wheels != self._sent[-1][1]:
+            self._sent.append((now, wheels))
+        while len(self._sent) > 1 and now - self._sent[1][0] > ACKNOWLEDGEMENT_TIMEOUT_S:
+            self._sent.popleft()
+
+    def look(self, state: SensorState, now: float) -> None:
+        """Take what the base reports."""
+        if not self._sent:
+            return
+        told = WheelSpeeds(
+            round(1000.0 * state.requested_left_velocity), round(1000.0 * state.requested_right_velocity)
+        )
+        if any(_near(wheels, told) for _, wheels in self._sent):
+            self._doubted_since, self.unresponsive = None, False
+        elif self._doubted_since is None or now < self._doubted_since:
+            self._doubted_since = now
+        elif now - self._doubted_since > ACKNOWLEDGEMENT_TIMEOUT_S:
+            self.unresponsive = True
+
+
+def _near(one: WheelSpeeds, other: WheelSpeeds) -> bool:
+    differences = one.left_mmps - other.left_mmps, one.right_mmps - other.right_mmps
+    return max(map(abs, differences)) <= TOLERANCE_MMPS

@@ -16,23 +16,29 @@ from dataclasses import dataclass, replace
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FrameError
 from florence_bt.core.geometry import Twist2
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.turtlebot import codec
-from florence_bt.drivers.turtlebot._script import Script, Step
-from florence_bt.drivers.turtlebot.charging import ChargeWatch
+from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
+from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder, StreamFrame
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
-from florence_bt.drivers.turtlebot.encoders import EncoderTravel
-from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading
-from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
-from florence_bt.drivers.turtlebot.hazards import OvercurrentWatch, StopReason, contact, describe, lost_mode
-from florence_bt.drivers.turtlebot.odometry import MotionEstimator
+from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading, GyroWatch
+from florence_bt.drivers.turtlebot.hazards import (
+    ChargeWatch,
+    OvercurrentWatch,
+    StopReason,
+    contact,
+    describe,
+    lost_mode,
+)
+from florence_bt.drivers.turtlebot.odometry import EncoderTravel, MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import OPERATION_MODES, TurtlebotParameters
 from florence_bt.drivers.turtlebot.sequences import (
-    END_OF_HALF_A_COMMAND,
     ENTER_MODE,
+    FILL_PARTIAL_COMMAND,
     MODE_WAIT_S,
     WAKE_UP,
+    CommandSequence,
+    SequenceStep,
     enter_mode,
     reset,
     stand,
@@ -47,7 +53,7 @@ LEFT_ENCODER, RIGHT_ENCODER = 43, 44
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class BaseReading:
     """What one frame of the base says.
 
     Attributes:
@@ -55,7 +61,7 @@ class Reading:
         state: All sensors.
         odometry: Dead-reckoned pose and velocity.
         gyro: Rate and heading; None without a gyro or before its rest offset is known.
-        at_rest: The wheels are told to stand still and do.
+        at_rest: The wheels are commanded to stand still and do.
         stop_reason: Why the base is held, or None.
     """
 
@@ -76,7 +82,7 @@ class TurtlebotDriver:
     """Drives one iRobot Create over its Open Interface.
 
     Attributes:
-        parameters: What it was told.
+        parameters: Its parameters.
         wanted_mode: The mode that was asked for last.
         decoder: The decoder of the stream, for its counters; a new one after each :meth:`start`.
         refused_readings: Frames so far whose motion was impossible and was left out.
@@ -90,8 +96,8 @@ class TurtlebotDriver:
         model = self.parameters.model
         self.wanted_mode = OiMode(self.parameters.operation_mode)
         self._packets = streamed_packets(model, self.parameters.drive_mode)
-        self._stream_request = codec.stream(self._packets, model)
-        self.decoder = codec.StreamDecoder(self._packets)
+        self._stream_request = commands.stream(self._packets, model)
+        self.decoder = StreamDecoder(self._packets)
         self.refused_readings = 0
         self.charge_resets = 0
         self._outputs = self.parameters.digital_outputs
@@ -110,7 +116,7 @@ class TurtlebotDriver:
         self._gyro_watch = GyroWatch(self.parameters.max_gyro_disagreement)
         self._gyro_lost = False
         self._overcurrent = OvercurrentWatch()
-        self._script = Script()
+        self._sequence = CommandSequence()
         self._open = False
         self._pending = b""
         self._first_frame_dropped = False
@@ -131,7 +137,7 @@ class TurtlebotDriver:
     @property
     def starting(self) -> bool:
         """Whether a start-up or change of mode is under way."""
-        return self._script.busy
+        return self._sequence.busy
 
     @property
     def digital_outputs(self) -> int:
@@ -146,7 +152,7 @@ class TurtlebotDriver:
     @property
     def rts(self) -> bool | None:
         """The level that the line RTS shall have; None for as it is. Look after each :meth:`poll`."""
-        return self._script.rts
+        return self._sequence.rts
 
     def start(self, now: float, *, wake: bool = False) -> None:
         """Begin the start-up sequence on a port that was just opened; the pose goes on where it was.
@@ -155,13 +161,13 @@ class TurtlebotDriver:
             now: Seconds.
             wake: Wake the base by pulses on RTS first.
         """
-        self.decoder = codec.StreamDecoder(self._packets)
+        self.decoder = StreamDecoder(self._packets)
         self._noise_before = 0
         self._open = True
         self._pending = b""
         self._last_stamp = -math.inf
         self._state = None
-        before = (*(WAKE_UP if wake else ()), Step(END_OF_HALF_A_COMMAND))
+        before = (*(WAKE_UP if wake else ()), SequenceStep(FILL_PARTIAL_COMMAND))
         self._enter_mode(now, before=before, tune=self.parameters.bonus)
 
     def set_mode(self, mode: int, now: float) -> None:
@@ -191,17 +197,17 @@ class TurtlebotDriver:
         if not self.parameters.model.cargo_bay:
             raise ConfigError(f"{self.parameters.model.name} has no digital outputs")
         self._need_drive_mode("the digital outputs")
-        self._pending += codec.digital_outputs(bits)
+        self._pending += commands.digital_outputs(bits)
         self._outputs = self._outputs_on = bits
 
     def set_leds(self, bits: int, power_colour: int, power_intensity: int) -> None:
-        """Set the lights, see :func:`codec.leds`.
+        """Set the lights, see :func:`commands.leds`.
 
         Raises:
             ConfigError: A number is out of range, or the base is not in a mode that sets them.
         """
         self._need_drive_mode("the lights")
-        self._pending += codec.leds(bits, power_colour=power_colour, power_intensity=power_intensity)
+        self._pending += commands.leds(bits, power_colour=power_colour, power_intensity=power_intensity)
 
     def play_song(self, notes: Sequence[int], durations_s: Sequence[float]) -> None:
         """Store a song and play it.
@@ -231,7 +237,7 @@ class TurtlebotDriver:
             raise ConfigError("the base is being driven: stop it first, then let it dock")
         self._drive.stop()
         self._docking = True
-        self._pending += codec.cover_and_dock()
+        self._pending += commands.cover_and_dock()
 
     def end_docking(self, now: float) -> None:
         """Stop a base that docks, and return to its mode; of no effect on any other."""
@@ -239,7 +245,9 @@ class TurtlebotDriver:
             return
         self._docking = False
         self._pending = b""
-        self._script.begin([Step(stand(self.wanted_mode), MODE_WAIT_S), Step(self._output_bytes())], now)
+        self._sequence.begin(
+            [SequenceStep(stand(self.wanted_mode), MODE_WAIT_S), SequenceStep(self._output_bytes())], now
+        )
 
     def set_manual_override(self, on: bool, now: float) -> None:
         """Give the base to a person, or back. It stops at once, without a ramp, and forgets its command."""
@@ -260,7 +268,7 @@ class TurtlebotDriver:
             self.end_docking(now)
             self._drive.command(twist, now)
 
-    def receive(self, data: bytes, now: float) -> list[Reading]:
+    def receive(self, data: bytes, now: float) -> list[BaseReading]:
         """Take bytes from the base.
 
         Args:
@@ -273,7 +281,7 @@ class TurtlebotDriver:
         """
         if now < self._last_stamp:  # the clock was set back: frames have the time of now, too
             self._last_stamp = -math.inf
-        frames = [event for event in self.decoder.feed(data) if isinstance(event, codec.StreamFrame)]
+        frames = [event for event in self.decoder.feed(data) if isinstance(event, StreamFrame)]
         if frames:
             self._heard = now
             self._noise_before = self.decoder.noise_bytes
@@ -291,20 +299,21 @@ class TurtlebotDriver:
         """What to send to the base now, often nothing.
 
         Raises:
-            DeviceTimeout: The base has been silent for too long; close the port, open it anew, start again.
+            DeviceTimeout: The base has been silent for too long; open the port again, and start again.
         """
         if not self._open:
             return b""
-        out = self._script.take(now)
-        if self._script.busy:
+        out = self._sequence.take(now)
+        if self._sequence.busy:
             return out
         self._check_silence(now)
         if now >= self._recover_at and self._drive.wants_motion(now):
             self._recover_at = now + RECOVERY_PERIOD_S
-            self._script.begin(
-                [Step(ENTER_MODE[self.wanted_mode], MODE_WAIT_S), Step(self._output_bytes())], now
+            self._sequence.begin(
+                [SequenceStep(ENTER_MODE[self.wanted_mode], MODE_WAIT_S), SequenceStep(self._output_bytes())],
+                now,
             )
-            return out + self._script.take(now)
+            return out + self._sequence.take(now)
         out, self._pending = out + self._pending, b""
         enabled = self._state is not None and self._state.oi_mode >= OiMode.SAFE
         return out + self._drive.take(now, self._stop_reason, enabled=enabled)
@@ -313,8 +322,8 @@ class TurtlebotDriver:
         """When :meth:`poll` has something to do at the latest; None when the driver is not started."""
         if not self._open:
             return None
-        if self._script.due is not None:
-            return self._script.due
+        if self._sequence.due is not None:
+            return self._sequence.due
         silence = math.inf if self._heard is None else self._heard + self.parameters.data_timeout
         return min(self._drive.due, silence)
 
@@ -328,8 +337,8 @@ class TurtlebotDriver:
         self._drive.stop()
         # A base that charges stays in Passive mode, in which alone it does.
         docking, self._docking = self._docking, False
-        stop = stand(self.wanted_mode) if docking else codec.drive_direct(0, 0)
-        return stop + codec.pause_stream()
+        stop = stand(self.wanted_mode) if docking else commands.drive_direct(0, 0)
+        return stop + commands.pause_stream()
 
     def _need_drive_mode(self, what: str) -> None:
         if self.wanted_mode < OiMode.SAFE:
@@ -340,14 +349,14 @@ class TurtlebotDriver:
     def _why_lost(self) -> str:
         return (self._stop_reason or StopReason.MODE_LOST).value
 
-    def _enter_mode(self, now: float, before: Sequence[Step] = (), *, tune: bool = False) -> None:
+    def _enter_mode(self, now: float, before: Sequence[SequenceStep] = (), *, tune: bool = False) -> None:
         """Go through Passive, which stops the motors, to the wanted mode; then ask for the stream."""
         self._settle()
         outputs_on = self._state is not None and self._state.oi_mode >= OiMode.SAFE
         then = self._output_bytes() + self._stream_request
         if tune and self.wanted_mode in ENTER_MODE:
             then += play_tune(self.parameters.model)
-        self._script.begin([*before, *enter_mode(self.wanted_mode, then, outputs_on=outputs_on)], now)
+        self._sequence.begin([*before, *enter_mode(self.wanted_mode, then, outputs_on=outputs_on)], now)
 
     def _reset(self, now: float) -> None:
         """Reboot a base that does not charge; it stays in Passive mode until somebody wants to drive."""
@@ -355,12 +364,12 @@ class TurtlebotDriver:
         self._settle()
         self._outputs_on = 0
         self.charge_resets += 1
-        self._script.begin(reset(self._stream_request, outputs_on=outputs_on), now)
+        self._sequence.begin(reset(self._stream_request, outputs_on=outputs_on), now)
 
     def _settle(self) -> None:
         """Forget the command and what held it: the base is about to stop."""
         self._drive.stop()
-        self._drive.obedience.clear()
+        self._drive.acknowledgement.clear()
         self._heard = None
         self._mode_lost = self._docking = False
         self._stop_reason = None
@@ -370,7 +379,7 @@ class TurtlebotDriver:
         """Switch the outputs as they were asked for: not in Passive mode, and a Create 2 has none."""
         drives = self.wanted_mode in ENTER_MODE and self.parameters.model.cargo_bay
         self._outputs_on = self._outputs if drives else 0
-        return codec.digital_outputs(self._outputs) if drives else b""
+        return commands.digital_outputs(self._outputs) if drives else b""
 
     def _check_silence(self, now: float) -> None:
         if self._heard is None or now < self._heard:
@@ -388,9 +397,9 @@ class TurtlebotDriver:
             return "and nothing else: is it still switched on, and its cable in place?"
         return "and nothing else: is it switched on, and is it the right port?"
 
-    def _read(self, frame: codec.StreamFrame, stamp: float) -> Reading | None:
+    def _read(self, frame: StreamFrame, stamp: float) -> BaseReading | None:
         state = self._state = self._measure(frame.values)
-        self._drive.obedience.look(state, stamp)
+        self._drive.acknowledgement.look(state, stamp)
         self._judge(state, stamp)
         if not self._first_frame_dropped:
             self._first_frame_dropped = True
@@ -405,10 +414,10 @@ class TurtlebotDriver:
             self.refused_readings += 1
             return None
         self._watch_gyro(stamp, motion.gyro, state)
-        return Reading(stamp, state, motion.odometry, motion.gyro, motion.at_rest, self._stop_reason)
+        return BaseReading(stamp, state, motion.odometry, motion.gyro, motion.at_rest, self._stop_reason)
 
     def _watch_gyro(self, stamp: float, gyro: GyroReading | None, state: SensorState) -> None:
-        """Stop for a gyro whose offset moved away while driving, and go on when it is learnt anew."""
+        """Stop for a gyro whose offset moved away while driving, and go on when it is learnt again."""
         carried = state.bumps_wheeldrops & WHEEL_DROPS
         if self._gyro_lost and self.gyro is not None and self.gyro.calibrated:
             self._gyro_lost = False
@@ -430,11 +439,11 @@ class TurtlebotDriver:
         overcurrent = self._overcurrent.look(state, stamp)
         touched = contact(
             state,
-            heed_bumps=self.parameters.stop_motors_on_bump,
-            heed_cliffs=self.parameters.stop_on_cliff,
+            use_bumpers=self.parameters.stop_motors_on_bump,
+            use_cliffs=self.parameters.stop_on_cliff,
             lowest_charge=self.parameters.lowest_charge,
         )
-        if self.parameters.check_obedience and self._drive.obedience.lost:
+        if self.parameters.check_obedience and self._drive.acknowledgement.unresponsive:
             return StopReason.NO_RESPONSE
         if overcurrent:
             return StopReason.OVERCURRENT
@@ -451,7 +460,7 @@ class TurtlebotDriver:
 
     def _judge(self, state: SensorState, stamp: float) -> None:
         """Find out what holds the base, and when it may return to its mode."""
-        lost = None if self._script.busy else self._lost_mode(state)
+        lost = None if self._sequence.busy else self._lost_mode(state)
         touched = self._objection(state, stamp)
         # What begins stops the base, whatever it does; a new command may then lead away from it.
         if (lost is not None and not self._mode_lost) or (
@@ -465,7 +474,7 @@ class TurtlebotDriver:
             self._recover_at = math.inf
         elif self._recover_at > stamp + self.parameters.recovery_delay + RECOVERY_PERIOD_S:
             self._recover_at = stamp + self.parameters.recovery_delay
-        if self.parameters.charge_reset and not self._script.busy:
+        if self.parameters.charge_reset and not self._sequence.busy:
             standing = state.wheels_stopped and not self._drive.wants_motion(stamp)
             if self._charge_watch.is_due(state, stamp, standing=standing):
                 self._reset(stamp)

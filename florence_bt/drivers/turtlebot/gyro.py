@@ -1,12 +1,16 @@
-"""The single-axis rate gyro on the Create's analog pin: its rest offset, rate and heading (REFERENCE 1.8)."""
+"""The single-axis rate gyro on the Create's analog pin: its rest offset, rate and heading (REFERENCE 1.8).
+
+:class:`GyroWatch` finds a rest offset that has moved away.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, check_limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,33 +22,22 @@ class GyroParameters:
         scale_correction: Calibrated factor on the rate, 0 to 6.
         rest_samples: How many samples at rest the offset is the mean of.
         first_offset_after: Samples at rest before there is an offset at all.
-        settle_s: Rest counts only after this time: a base told to stop still rolls for a moment.
-        integer_offset: Round the offset down, as the old node did; that costs up to 0.4 degrees/s.
-        drift_counts: The offset begins anew when the newest samples at rest differ from it by more than this.
-        lowest_offset: A lower offset, in counts, means a gyro without power: it then tells nothing.
+        settle_s: Rest counts only after this time: a base that is commanded to stop rolls for a moment.
+        drift_counts: The offset is learnt again when the newest samples at rest differ by more than this.
+        lowest_offset: A lower offset, in counts, means a gyro without power: there is no reading then.
     """
 
-    measurement_range_degps: float = 150.0
-    scale_correction: float = 1.35
+    measurement_range_degps: Annotated[float, Limits(0.0, 300.0, above=True)] = 150.0
+    scale_correction: Annotated[float, Limits(0.0, 6.0)] = 1.35
     rest_samples: int = 1000
-    first_offset_after: int = 33
+    first_offset_after: Annotated[int, Limits(1)] = 33
     settle_s: float = 0.5
-    integer_offset: bool = False
     drift_counts: float = 4.0
     lowest_offset: float = 100.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.measurement_range_degps <= 300.0:
-            raise ConfigError(
-                f"gyro_measurement_range must be above 0 and at most 300, not {self.measurement_range_degps}"
-            )
-        if not 0.0 <= self.scale_correction <= 6.0:
-            raise ConfigError(f"gyro_scale_correction must be 0 to 6, not {self.scale_correction}")
-        if not 1 <= self.first_offset_after <= self.rest_samples:
-            raise ConfigError(
-                f"first_offset_after must be 1 to rest_samples ({self.rest_samples}), "
-                f"not {self.first_offset_after}"
-            )
+        check_limits(self)
+        check_order(self, ("first_offset_after", "rest_samples"), equal=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +82,7 @@ class RestOffset:
         Args:
             stamp: Seconds.
             adc: Counts, 0 to 1023.
-            at_rest: The wheels are told to stand still and do.
+            at_rest: The wheels are commanded to stand still and do.
         """
         if not at_rest:
             self._resting_since = None
@@ -107,7 +100,7 @@ class RestOffset:
             self._follow_drift()
 
     def forget(self) -> None:
-        """Know no offset any more: it has to be learnt anew, after the base has settled."""
+        """Forget the offset: it is learnt again after the base has settled."""
         self._samples.clear()
         self._recent.clear()
         self._sum = 0
@@ -132,8 +125,6 @@ class RestOffset:
         """Counts, or None as long as there are too few samples (or a dead gyro gives only zeros)."""
         if len(self._samples) < self._parameters.first_offset_after or self._sum == 0:
             return None
-        if self._parameters.integer_offset:
-            return float(self._sum // len(self._samples))
         return self._sum / len(self._samples)
 
 
@@ -197,7 +188,7 @@ class Gyro:
         return self._rest.samples >= self._parameters.first_offset_after
 
     def recalibrate(self) -> None:
-        """Forget the rest offset: it is learnt anew at rest."""
+        """Forget the rest offset: it is learnt again at rest."""
         self._rest.forget()
 
     def update(self, stamp: float, adc: int, at_rest: bool) -> GyroReading | None:
@@ -206,7 +197,7 @@ class Gyro:
         Args:
             stamp: Seconds.
             adc: Counts of the user analog input, 0 to 1023.
-            at_rest: The wheels are told to stand still and do.
+            at_rest: The wheels are commanded to stand still and do.
 
         Returns:
             The reading, or None before the base has rested long enough to know the offset, and from a gyro
@@ -231,3 +222,75 @@ class Gyro:
         return GyroReading(
             rate, self._yaw, offset, self._rest.resting, raw_rate, self._raw_yaw, legacy_rate, legacy_yaw
         )
+
+
+WATCH_WINDOW_S = 3.0
+"""Wheels that slip along a wall let the base turn too, but not for so long."""
+
+STRAIGHT_RADPS = 0.1
+"""Wheels that turn the base slower than this, on the mean, go straight. In turns an error of the gyro's scale
+would look the same as a moved offset."""
+
+BROKEN_RADPS, BROKEN_WINDOW_S = 2.0, 0.5
+"""No slip turns the base that fast: a gyro that says so has lost its power or its wire. In turns it must also
+be wrong by more than the whole turn: no scale is that wrong."""
+
+LONGEST_WATCH_GAP_S = 0.25
+
+
+class GyroWatch:
+    """Compares gyro and wheels over the last seconds."""
+
+    def __init__(self, limit_radps: float) -> None:
+        """Take the limit.
+
+        Args:
+            limit_radps: How much they may differ on the mean; 0 for any.
+        """
+        self._limit_radps = limit_radps
+        self._steps: deque[tuple[float, float, float]] = deque()
+
+    def clear(self) -> None:
+        """Forget all readings."""
+        self._steps.clear()
+
+    def disagrees(self, stamp: float, gyro_radps: float, wheel_turn_rad: float) -> bool:
+        """Take one reading.
+
+        Args:
+            stamp: Seconds.
+            gyro_radps: The turning rate by the gyro.
+            wheel_turn_rad: The turn by the wheels since the last reading.
+
+        Returns:
+            Whether gyro and wheels differ too much over a whole window: of straight driving, or so much that
+            the gyro must be broken.
+        """
+        if self._limit_radps <= 0.0:
+            return False
+        if self._steps and not 0.0 <= stamp - self._steps[-1][0] <= LONGEST_WATCH_GAP_S:
+            self._steps.clear()
+        self._steps.append((stamp, gyro_radps, wheel_turn_rad))
+        while stamp - self._steps[0][0] > WATCH_WINDOW_S:
+            self._steps.popleft()
+        drifts = self._difference(WATCH_WINDOW_S, self._limit_radps)
+        if drifts is not None and abs(drifts[0]) < STRAIGHT_RADPS and drifts[1] > self._limit_radps:
+            return True
+        breaks = self._difference(BROKEN_WINDOW_S, BROKEN_RADPS)
+        return breaks is not None and breaks[1] > max(BROKEN_RADPS, abs(breaks[0]))
+
+    def _difference(self, window_s: float, limit_radps: float) -> tuple[float, float] | None:
+        """The mean rate by the wheels, and how far the gyro is from it; None when that is of no interest.
+
+        Args:
+            window_s: How far back to look; None comes back when the readings do not reach so far.
+            limit_radps: When the newest reading of the gyro is below half of it, the rest is not looked at.
+        """
+        newest, gyro_now = self._steps[-1][:2]
+        if newest - self._steps[0][0] < 0.9 * window_s or abs(gyro_now) < limit_radps / 2.0:
+            return None
+        steps = [step for step in self._steps if newest - step[0] <= window_s]
+        duration = newest - steps[0][0]
+        wheels = sum(step[2] for step in steps) / duration
+        gyro = sum(step[1] for step in steps) / len(steps)
+        return wheels, abs(gyro - wheels)

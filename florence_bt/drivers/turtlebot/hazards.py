@@ -1,4 +1,7 @@
-"""What forbids motion: bumpers, dropped wheels, cliffs, a base that left its mode (REFERENCE 1.2, 2.4)."""
+"""What forbids motion: bumpers, dropped wheels, cliffs, a base that left its mode (REFERENCE 1.2, 2.4).
+
+:class:`ChargeWatch` decides when a base that does not charge is to be reset (REFERENCE 2.4, rows 6 and 7).
+"""
 
 from __future__ import annotations
 
@@ -18,12 +21,13 @@ from florence_bt.drivers.turtlebot.codec.packets import (
     RIGHT_WHEEL_OVERCURRENT,
     WHEEL_DROPS,
     WHEEL_OVERCURRENTS,
+    ChargingState,
     OiMode,
 )
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.wheels import STOPPED, WheelSpeeds
 
-OVERCURRENT_PATIENCE_S = 0.5
+OVERCURRENT_TIMEOUT_S = 0.5
 """A start, or the edge of a carpet, draws too much current for a moment only."""
 
 OVERCURRENT_REST_S = 1.0
@@ -41,7 +45,7 @@ class StopReason(enum.Enum):
     BATTERY = "the battery is empty: bring the base to its charger"
     GYRO = "the gyro turned while the wheels went straight: the base stands still to calibrate it"
     OVERCURRENT = "a wheel draws too much current: see what blocks it"
-    NO_RESPONSE = "the base does not do what it is told: check the wire to it"
+    NO_RESPONSE = "the base does not acknowledge its commands: check the wire to it"
     DOCKING = "the base drives to its dock by itself: a velocity command ends that"
     MODE_LOST = "the base left its drive mode: it returns to it with the next velocity command"
 
@@ -124,13 +128,13 @@ class OvercurrentWatch:
             self._since = None
         elif self._since is None or now < self._since:
             self._since = now
-        elif now - self._since >= OVERCURRENT_PATIENCE_S:
+        elif now - self._since >= OVERCURRENT_TIMEOUT_S:
             self._blocked_at = now
         return 0.0 <= now - self._blocked_at < OVERCURRENT_REST_S
 
 
 def contact(
-    state: SensorState, *, heed_bumps: bool, heed_cliffs: bool, lowest_charge: float = 0.0
+    state: SensorState, *, use_bumpers: bool, use_cliffs: bool, lowest_charge: float = 0.0
 ) -> StopReason | None:
     """What the base's own sensors object to, the worst first; None when all is well.
 
@@ -139,18 +143,18 @@ def contact(
 
     Args:
         state: All sensors.
-        heed_bumps: Whether bumpers and wheel drops count.
-        heed_cliffs: Whether cliff sensors count.
+        use_bumpers: Whether bumpers and wheel drops count.
+        use_cliffs: Whether cliff sensors count.
         lowest_charge: The charge, as a fraction of the capacity, below which nothing moves any more.
     """
     docked = bool(state.charging_sources_available & HOME_BASE)
-    if heed_bumps and state.bumps_wheeldrops & WHEEL_DROPS:
+    if use_bumpers and state.bumps_wheeldrops & WHEEL_DROPS:
         return StopReason.WHEEL_DROP
     if state.charging_sources_available & INTERNAL_CHARGER:
         return StopReason.CHARGER
-    if heed_cliffs and state.cliff and not docked:
+    if use_cliffs and state.cliff and not docked:
         return StopReason.CLIFF
-    if heed_bumps and state.bumps_wheeldrops & BUMPS:
+    if use_bumpers and state.bumps_wheeldrops & BUMPS:
         return StopReason.BUMPER
     if docked:
         return StopReason.DOCK
@@ -160,11 +164,11 @@ def contact(
 def lost_mode(state: SensorState, wanted: OiMode) -> StopReason | None:
     """Why the base is not in the drive mode that was asked for; None when it is, or is meant to be passive.
 
-    A dock is no obstacle (the base drives off it), the plug of the internal charger is: REFERENCE 2.4, row 9.
+    A dock is not an obstacle (the base drives off it), the plug of the charger is one: REFERENCE 2.4, row 9.
     """
     if wanted < OiMode.SAFE or state.oi_mode >= OiMode.SAFE:
         return None
-    touched = contact(state, heed_bumps=True, heed_cliffs=True)
+    touched = contact(state, use_bumpers=True, use_cliffs=True)
     return StopReason.MODE_LOST if touched in (None, StopReason.DOCK) else touched
 
 
@@ -176,3 +180,49 @@ def hold_forward(wheels: WheelSpeeds, objection: StopReason | None) -> WheelSpee
     if objection is None:
         return wheels
     return STOPPED if wheels.forward or objection in HOLDS_ALL else wheels
+
+
+LOW_IN_PASSIVE, LOW_IN_FULL = 0.93, 0.15
+"""Charge as a fraction of the capacity below which a base is to charge."""
+
+CHARGING_TIMEOUT_S = 10.0
+"""A charger that was just plugged in takes a moment to begin."""
+
+RESET_PAUSE_S = 300.0
+"""Between two resets: one that did not help will not help at once."""
+
+_LOW: dict[int, float] = {OiMode.PASSIVE: LOW_IN_PASSIVE, OiMode.FULL: LOW_IN_FULL}
+_NOT_CHARGING = (ChargingState.NOT_CHARGING, ChargingState.FAULT)
+
+
+def needs_reset(state: SensorState) -> bool:
+    """Whether the base stands at a charger with a low battery and does not charge."""
+    if not state.charging_sources_available or state.charging_state not in _NOT_CHARGING:
+        return False
+    return state.charge < _LOW.get(state.oi_mode, 0.0) * state.capacity
+
+
+class ChargeWatch:
+    """Tells when to reset: after a while of standing there in vain, and not again and again."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+        self._last = -math.inf
+
+    def is_due(self, state: SensorState, stamp: float, *, standing: bool) -> bool:
+        """Take a state; True starts the pause before the next reset.
+
+        Args:
+            state: All sensors.
+            stamp: Seconds.
+            standing: Nobody wants the base to move.
+        """
+        if not (standing and needs_reset(state)):
+            self._since = None
+            return False
+        if self._since is None or stamp < self._since:
+            self._since = stamp
+        if stamp - self._since < CHARGING_TIMEOUT_S or 0.0 <= stamp - self._last < RESET_PAUSE_S:
+            return False
+        self._last = stamp
+        return True

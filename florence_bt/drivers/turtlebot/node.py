@@ -9,29 +9,28 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import Create2Sensors, TurtlebotSensorState
 from florence_interfaces.msg import StopReason as StopReasonMsg
-from florence_interfaces.srv import SetDigitalOutputs, SetTurtlebotMode
+from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
 from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, Imu, JointState
 from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, DeviceError, DeviceTimeout
 from florence_bt.core.geometry import STANDSTILL
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.serial_port import BytePort, SerialPort
-from florence_bt.drivers.turtlebot import wheel_joints
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import StopReason
-from florence_bt.drivers.turtlebot.odometry import covariance
+from florence_bt.drivers.turtlebot.odometry import JOINT_NAMES, WheelJoints, covariance
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
 from florence_bt.drivers.turtlebot.report import Pace, StateReport
-from florence_bt.drivers.turtlebot.services.node import BaseServices
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
@@ -58,7 +57,7 @@ class TurtlebotNode(FlorenceNode):
 
     Publishes ``odom``, ``imu/data``, ``imu/raw``, ``~/sensor_state``, ``~/stop_reason``, ``joint_states``,
     ``battery_state``, ``diagnostics``, of a Create 2 ``~/create2_sensors``, and the transform of the base;
-    serves ``~/set_digital_outputs``, ``~/set_operation_mode`` and the services of :class:`BaseServices`.
+    serves ``~/set_digital_outputs``, ``~/set_operation_mode``, ``~/set_leds``, ``~/play_song``, ``~/dock``.
     Parameters: the fields of :class:`TurtlebotParameters` and :class:`TurtlebotNodeParameters`.
 
     Source: document, section 2.3; REFERENCE 2.1.
@@ -89,11 +88,11 @@ class TurtlebotNode(FlorenceNode):
         self._driver.manual_override = self._override_file.is_on()
         self._rts: bool | None = None
         self._silent = False
-        self._reading: Reading | None = None
+        self._reading: BaseReading | None = None
         self._stop_reason: StopReason | None = None
-        self._told_stop: tuple[str, str] | None = None
+        self._published_stop: tuple[str, str] | None = None
         self._state_report = StateReport()
-        self._joints = wheel_joints.WheelJoints(
+        self._joints = WheelJoints(
             self._settings.wheel_radius, parameters_of_driver.wheels().wheel_separation
         )
         self._odometry_pace = Pace(self._settings.update_rate)
@@ -120,8 +119,8 @@ class TurtlebotNode(FlorenceNode):
     def close(self) -> None:
         """Stop the base, then let go of the port."""
         self._diagnosing.cancel()
-        if unheard := self._port.close():
-            self.get_logger().error(f"the base may still be driving: {unheard}")
+        if not_sent := self._port.close():
+            self.get_logger().error(f"the base may still be driving: {not_sent}")
 
     def _make_interfaces(self) -> None:
         self._odometry_topic = self.create_publisher(OdometryMsg, "odom", RELIABLE)
@@ -145,7 +144,9 @@ class TurtlebotNode(FlorenceNode):
             if self._driver.parameters.model.metres_per_tick is None
             else self.create_publisher(Create2Sensors, "~/create2_sensors", RELIABLE)
         )
-        BaseServices(self, self._driver, lambda: self._port)
+        self.create_service(SetLeds, "~/set_leds", self._on_leds)
+        self.create_service(PlaySong, "~/play_song", self._on_song)
+        self.create_service(SetBool, "~/dock", self._on_dock)
 
     # ---- port -------------------------------------------------------------------------------------------
 
@@ -160,12 +161,12 @@ class TurtlebotNode(FlorenceNode):
         """Tell the base to stop, should it still listen."""
         self._silent = isinstance(error, DeviceTimeout)
         self._reading = None
-        last_words, port = self._driver.shutdown(), self._port.device
+        shutdown_command, port = self._driver.shutdown(), self._port.device
         try:
             if port is not None:
-                port.write(last_words)
-        except DeviceError as unheard:
-            self.get_logger().debug(f"the base was not told to stop: {unheard}")
+                port.write(shutdown_command)
+        except DeviceError as not_sent:
+            self.get_logger().debug(f"the base did not receive the command to stop: {not_sent}")
 
     def _on_problem(self, problem: str) -> None:
         self.get_logger().error(problem)
@@ -173,7 +174,7 @@ class TurtlebotNode(FlorenceNode):
         self._publish_diagnostics()
 
     def _receive(self, data: bytes, arrived: float) -> None:
-        """Take what the base sent: what must stop it is obeyed first, then told, before the next command."""
+        """Take what the base sent: what stops it is sent first, then published, before the next command."""
         readings = self._driver.receive(data, arrived)
         self._port.pump()
         for reading in readings:
@@ -244,32 +245,53 @@ class TurtlebotNode(FlorenceNode):
         self, request: SetDigitalOutputs.Request, response: SetDigitalOutputs.Response
     ) -> SetDigitalOutputs.Response:
         values = (request.digital_out_0, request.digital_out_1, request.digital_out_2)
-        try:
-            if self._port.device is None:
-                raise ConfigError("the base is not connected")
-            self._driver.set_digital_outputs(sum(1 << place for place, value in enumerate(values) if value))
-        except ConfigError as error:
-            self.get_logger().warning(f"digital outputs stay as they are: {error}")
-            return response
-        response.done = True
-        self._port.pump()
+        bits = sum(1 << place for place, value in enumerate(values) if value)
+        response.done = not self._refusal(lambda: self._driver.set_digital_outputs(bits))
         return response
 
     def _on_set_mode(
         self, request: SetTurtlebotMode.Request, response: SetTurtlebotMode.Response
     ) -> SetTurtlebotMode.Response:
+        now = self.timebase.now()
+        response.valid_mode = not self._refusal(
+            lambda: self._driver.set_mode(request.mode, now), when_connected=False
+        )
+        return response
+
+    def _on_leds(self, request: SetLeds.Request, response: SetLeds.Response) -> SetLeds.Response:
+        colour, intensity = request.power_colour, request.power_intensity
+        return self._answer(response, lambda: self._driver.set_leds(request.leds, colour, intensity))
+
+    def _on_song(self, request: PlaySong.Request, response: PlaySong.Response) -> PlaySong.Response:
+        notes, durations_s = list(request.notes), list(request.durations)
+        return self._answer(response, lambda: self._driver.play_song(notes, durations_s))
+
+    def _on_dock(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        now = self.timebase.now()
+        return self._answer(
+            response, lambda: self._driver.dock(now) if request.data else self._driver.end_docking(now)
+        )
+
+    def _answer(self, response: Any, act: Callable[[], None]) -> Any:
+        response.message = self._refusal(act)
+        response.success = not response.message
+        return response
+
+    def _refusal(self, act: Callable[[], None], *, when_connected: bool = True) -> str:
+        """Act on the base; why it was refused, empty when it was not. A refusal is also logged."""
         try:
-            self._driver.set_mode(request.mode, self.timebase.now())
+            if when_connected and self._port.device is None:
+                raise ConfigError("the base is not connected")
+            act()
         except ConfigError as error:
             self.get_logger().warning(str(error))
-            return response
-        response.valid_mode = True
+            return str(error)
         self._port.pump()
-        return response
+        return ""
 
     # ---- messages ---------------------------------------------------------------------------------------
 
-    def _publish(self, reading: Reading) -> None:
+    def _publish(self, reading: BaseReading) -> None:
         self._state_report.add(reading.state)
         self._joints.add(reading.state)
         news = reading.stop_reason is not self._stop_reason
@@ -288,7 +310,7 @@ class TurtlebotNode(FlorenceNode):
         if news:
             self._publish_diagnostics()
 
-    def _publish_create_2(self, reading: Reading) -> None:
+    def _publish_create_2(self, reading: BaseReading) -> None:
         if self._create_2_topic is not None:
             message = Create2Sensors(**{name: getattr(reading.state, name) for name in CREATE_2_FIELDS})
             message.header.stamp = stamp_to_ros(reading.stamp)
@@ -296,14 +318,14 @@ class TurtlebotNode(FlorenceNode):
 
     def _publish_stop(self, code: str, text: str) -> None:
         """Say what holds the base, once for each change."""
-        if self._told_stop == (code, text):
+        if self._published_stop == (code, text):
             return
-        self._told_stop = (code, text)
+        self._published_stop = (code, text)
         message = StopReasonMsg(code=code, text=text)
         message.header.stamp = stamp_to_ros(self.timebase.now())
         self._stop_topic.publish(message)
 
-    def _publish_motion(self, reading: Reading) -> None:
+    def _publish_motion(self, reading: BaseReading) -> None:
         settings, matrix = self._settings, covariance(reading.at_rest)
         self._odometry_topic.publish(
             odometry_to_ros(reading.odometry, settings.odom_frame, settings.base_frame, matrix, matrix)
@@ -323,11 +345,11 @@ class TurtlebotNode(FlorenceNode):
         )
         self._raw_imu_topic.publish(gyro_to_ros(*raw, settings.gyro_frame, reading.stamp))
 
-    def _publish_joints(self, reading: Reading) -> None:
+    def _publish_joints(self, reading: BaseReading) -> None:
         twist = reading.odometry.twist
         velocities = self._joints.velocities(twist.linear, twist.angular)
         self._joint_topic.publish(
-            joints_to_ros(wheel_joints.NAMES, self._joints.positions, velocities, reading.stamp)
+            joints_to_ros(JOINT_NAMES, self._joints.positions, velocities, reading.stamp)
         )
 
     def _publish_diagnostics(self) -> None:
@@ -345,7 +367,7 @@ def _state_to_ros(state: SensorState, stamp: float) -> TurtlebotSensorState:
     return message
 
 
-def _battery_to_ros(reading: Reading) -> BatteryState:
+def _battery_to_ros(reading: BaseReading) -> BatteryState:
     state = reading.state
     return battery_to_ros(
         voltage_v=state.voltage / 1000.0,

@@ -1,14 +1,17 @@
-"""Dead reckoning from the wheels and the gyro (REFERENCE 2.5)."""
+"""Dead reckoning from wheels and gyro, encoders of a Create 2, wheel joints (REFERENCE 1.1, 2.1, 2.5)."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError, FrameError
+from florence_bt.core.errors import FrameError
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.limits import Limits, check_limits
 from florence_bt.core.sensing import Odometry
+from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroReading
 
 MAX_SPEED_MPS = 0.5
@@ -33,15 +36,12 @@ class OdometryParameters:
             and the jitter of arrival would make it useless.
     """
 
-    linear_scale: float = 1.0
-    angular_scale: float = 1.0
+    linear_scale: Annotated[float, Limits(0.0, 3.0)] = 1.0
+    angular_scale: Annotated[float, Limits(0.0, 3.0)] = 1.0
     twist_window_s: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("linear_scale", "angular_scale"):
-            value = getattr(self, name)
-            if not 0.0 <= value <= 3.0:
-                raise ConfigError(f"odom_{name}_correction must be 0 to 3, not {value}")
+        check_limits(self)
 
 
 class WheelOdometry:
@@ -60,9 +60,9 @@ class WheelOdometry:
 
         Args:
             stamp: End of the step in seconds.
-            distance_m: Forward travel since the last step, as the wheels tell it.
-            angle_rad: Turn since the last step, as the wheels tell it.
-            gyro_rate: Turning rate in rad/s now; None makes the wheels tell the heading.
+            distance_m: Forward travel since the last step, by the wheels.
+            angle_rad: Turn since the last step, by the wheels.
+            gyro_rate: Turning rate in rad/s now; None takes the heading from the wheels.
 
         Returns:
             The new pose in the odom frame and the velocity.
@@ -116,7 +116,7 @@ class Motion:
     Attributes:
         odometry: Pose in the odom frame and velocity.
         gyro: The gyro's reading, None without a gyro or before its rest offset is known.
-        at_rest: The wheels are told to stand still and do.
+        at_rest: The wheels are commanded to stand still and do.
     """
 
     odometry: Odometry
@@ -149,10 +149,10 @@ class MotionEstimator:
 
         Args:
             stamp: Seconds.
-            distance_m: Forward travel since the last call, as the wheels tell it.
-            angle_rad: Turn since the last call, as the wheels tell it.
+            distance_m: Forward travel since the last call, by the wheels.
+            angle_rad: Turn since the last call, by the wheels.
             analog_input: The gyro in counts, 0 to 1023.
-            wheels_stopped: Both wheels are told to stand still.
+            wheels_stopped: Both wheels are commanded to stand still.
 
         Raises:
             FrameError: The step is more than the base can do.
@@ -174,3 +174,87 @@ def covariance(at_rest: bool) -> tuple[float, ...]:
     plane, yaw = (1e-9, 1e-9) if at_rest else (1e-3, 1e3)
     diagonal = (plane, plane, 1e6, 1e6, 1e6, yaw)
     return tuple(diagonal[row] if row == column else 0.0 for row in range(6) for column in range(6))
+
+
+ENCODER_ROUND = 65536
+"""Counts after which an encoder begins again at 0."""
+
+MOST_TICKS_TO_ZERO = 100
+"""Two wheels that come to 0 at the same moment, from further away than they turn between two frames (17
+counts at full speed), did not roll there: a base begins at 0 when it is switched on or reset."""
+
+
+def ticks_between(before: int, after: int) -> int:
+    """Counts from one reading to the next, across the wrap, by the shorter way.
+
+    Args:
+        before: 0 to 65535.
+        after: 0 to 65535.
+    """
+    return (after - before + ENCODER_ROUND // 2) % ENCODER_ROUND - ENCODER_ROUND // 2
+
+
+class EncoderTravel:
+    """Distance and turn between readings of both encoders."""
+
+    def __init__(self, metres_per_tick: float, wheel_separation_m: float) -> None:
+        """Take the geometry.
+
+        Args:
+            metres_per_tick: Travel of a wheel per count.
+            wheel_separation_m: Metres between the wheels, above zero.
+        """
+        self._metres_per_tick = metres_per_tick
+        self._separation_m = wheel_separation_m
+        self._counts: tuple[int, int] | None = None
+
+    def update(self, left: int, right: int) -> tuple[float, float]:
+        """Take a reading.
+
+        Args:
+            left: Counts of the left wheel, 0 to 65535.
+            right: Counts of the right wheel.
+
+        Returns:
+            Metres forward and radians counter-clockwise since the last reading; zero at the first, and when
+            the base was switched off and on meanwhile.
+        """
+        before, self._counts = self._counts or (left, right), (left, right)
+        ticks = ticks_between(before[0], left), ticks_between(before[1], right)
+        if left == right == 0 and max(map(abs, ticks)) > MOST_TICKS_TO_ZERO:
+            ticks = 0, 0
+        left_m, right_m = (tick * self._metres_per_tick for tick in ticks)
+        return (left_m + right_m) / 2.0, (right_m - left_m) / self._separation_m
+
+
+JOINT_NAMES = ("left_wheel_joint", "right_wheel_joint", "front_castor_joint", "back_castor_joint")
+"""As the old node named them (REFERENCE 2.1); the castors are fixed."""
+
+
+class WheelJoints:
+    """Adds up the travel of each wheel.
+
+    Attributes:
+        positions: Radians, in the order of the names.
+    """
+
+    def __init__(self, wheel_radius_m: float, wheel_separation_m: float) -> None:
+        self._radius_m = wheel_radius_m
+        self._half_m = wheel_separation_m / 2.0
+        self.positions = [0.0, 0.0, 0.0, 0.0]
+
+    def add(self, state: SensorState) -> None:
+        """Take the travel since the last state."""
+        self.positions[0] += (state.distance - state.angle * self._half_m) / self._radius_m
+        self.positions[1] += (state.distance + state.angle * self._half_m) / self._radius_m
+
+    def velocities(self, linear: float, angular: float) -> list[float]:
+        """Turning rates of the wheels in rad/s.
+
+        Args:
+            linear: m/s of the base.
+            angular: rad/s of the base.
+        """
+        left = (linear - angular * self._half_m) / self._radius_m
+        right = (linear + angular * self._half_m) / self._radius_m
+        return [left, right, 0.0, 0.0]

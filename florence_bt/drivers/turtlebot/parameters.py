@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Annotated
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, Positive, check_limits
 from florence_bt.drivers.turtlebot.codec.models import MODELS, Model, model_named
 from florence_bt.drivers.turtlebot.gyro import GyroParameters
 from florence_bt.drivers.turtlebot.odometry import OdometryParameters
@@ -28,7 +30,7 @@ class DriveMode(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class TurtlebotParameters:
-    """What the driver may be told.
+    """Parameters of the driver.
 
     Attributes:
         robot_type: The base: ``create``, ``create2`` or ``roomba`` (series 500 and later).
@@ -45,10 +47,10 @@ class TurtlebotParameters:
             a firmware that does not report them.
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
         data_timeout: Seconds of silence after which the base counts as lost; not longer than cmd_vel_timeout,
-            or a base that is heard no more would be driven for longer than one that nobody commands.
+            or a silent base would be driven for longer than one without commands.
         lowest_charge: Charge, as a fraction of the capacity, below which the base stands still; 0 for never.
-        max_gyro_disagreement: rad/s that the gyro may tell while the wheels go straight; a base whose gyro
-            tells more stops and calibrates it. 0 for any.
+        max_gyro_disagreement: rad/s that the gyro may measure while the wheels go straight; with more the
+            base stops and calibrates it. 0 for any.
         charge_reset: Reset a base that stands at a charger with a low battery and does not charge.
         has_gyro: A gyro is wired to the analog pin; of no effect on a base without that pin.
         gyro_measurement_range: Degrees per second.
@@ -64,25 +66,25 @@ class TurtlebotParameters:
     robot_type: str = "create"
     drive_mode: DriveMode = DriveMode.TWIST
     operation_mode: int = 3
-    wheel_separation: float | None = None
-    min_abs_yaw_vel: float | None = None
-    max_abs_yaw_vel: float | None = None
-    cmd_vel_timeout: float = 0.6
+    wheel_separation: Positive | None = None
+    min_abs_yaw_vel: Annotated[float, Limits(0.0, 3.0)] | None = None
+    max_abs_yaw_vel: Annotated[float, Limits(0.0, 3.0)] | None = None
+    cmd_vel_timeout: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.6
     stop_motors_on_bump: bool = True
     stop_on_cliff: bool = True
     check_obedience: bool = True
-    recovery_delay: float = 1.0
-    data_timeout: float = 0.5
-    lowest_charge: float = 0.02
-    max_gyro_disagreement: float = 0.2
+    recovery_delay: Annotated[float, Limits(0.0)] = 1.0
+    data_timeout: Annotated[float, Limits(0.1)] = 0.5
+    lowest_charge: Annotated[float, Limits(0.0, 0.5)] = 0.02
+    max_gyro_disagreement: Annotated[float, Limits(0.0)] = 0.2
     charge_reset: bool = True
     has_gyro: bool = True
-    gyro_measurement_range: float = 150.0
-    gyro_scale_correction: float = 1.35
-    odom_linear_scale_correction: float = 1.0
-    odom_angular_scale_correction: float = 1.0
-    digital_outputs: int = 1
-    oi_mode_offset: int = 0
+    gyro_measurement_range: Annotated[float, Limits(0.0, 300.0, above=True)] = 150.0
+    gyro_scale_correction: Annotated[float, Limits(0.0, 6.0)] = 1.35
+    odom_linear_scale_correction: Annotated[float, Limits(0.0, 3.0)] = 1.0
+    odom_angular_scale_correction: Annotated[float, Limits(0.0, 3.0)] = 1.0
+    digital_outputs: Annotated[int, Limits(0, 7)] = 1
+    oi_mode_offset: Annotated[int, Limits(0, 252)] = 0
     bonus: bool = False
 
     def __post_init__(self) -> None:
@@ -91,26 +93,7 @@ class TurtlebotParameters:
             raise ConfigError(
                 f"there is no operation_mode {self.operation_mode}", valid=OPERATION_MODES.values()
             )
-        if not 0.0 < self.cmd_vel_timeout <= 1.0:
-            raise ConfigError(
-                f"cmd_vel_timeout must be above 0 and at most 1 s, not {self.cmd_vel_timeout}: "
-                "the base itself never stops by itself"
-            )
-        if not self.data_timeout >= 0.1:
-            raise ConfigError(f"data_timeout must be at least 0.1 s, not {self.data_timeout}")
-        if not self.recovery_delay >= 0.0:
-            raise ConfigError(f"recovery_delay must be at least 0 s, not {self.recovery_delay}")
-        if not 0.0 <= self.lowest_charge <= 0.5:
-            raise ConfigError(f"lowest_charge must be 0 to 0.5, not {self.lowest_charge}")
-        if not self.max_gyro_disagreement >= 0.0:
-            raise ConfigError(f"max_gyro_disagreement must be at least 0, not {self.max_gyro_disagreement}")
-        if not 0 <= self.digital_outputs <= 7:
-            raise ConfigError(f"digital_outputs must be 0 to 7 (three bits), not {self.digital_outputs}")
-        if not 0 <= self.oi_mode_offset <= 252:
-            raise ConfigError(f"oi_mode_offset must be 0 to 252, not {self.oi_mode_offset}")
-        self.wheels()
-        self.gyro()
-        self.odometry()
+        check_limits(self)
 
     @property
     def model(self) -> Model:
@@ -142,7 +125,7 @@ class TurtlebotParameters:
 
 @dataclass(frozen=True, slots=True)
 class TurtlebotNodeParameters:
-    """What the node around the driver may be told.
+    """Parameters of the node around the driver.
 
     Attributes:
         port: The serial device.
@@ -164,29 +147,19 @@ class TurtlebotNodeParameters:
     """
 
     port: str = "/dev/ttyUSB0"
-    baud_rate: int | None = None
+    baud_rate: Annotated[int, Limits(300, 115200)] | None = None
     wake_with_rts: bool = True
-    reconnect_delay_s: float = 0.5
-    update_rate: float = 30.0
-    sensor_state_rate: float = 10.0
-    joint_state_rate: float = 10.0
+    reconnect_delay_s: Annotated[float, Limits(0.05, 60.0)] = 0.5
+    update_rate: Annotated[float, Limits(1.0, 66.0)] = 30.0
+    sensor_state_rate: Annotated[float, Limits(0.1, 66.0)] = 10.0
+    joint_state_rate: Annotated[float, Limits(0.1, 66.0)] = 10.0
     publish_tf: bool = True
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
     gyro_frame: str = "gyro_link"
-    wheel_radius: float = 0.033
+    wheel_radius: Annotated[float, Limits(0.001, 1.0)] = 0.033
     legacy_imu_raw: bool = False
     override_file: str = ""
 
     def __post_init__(self) -> None:
-        for name, lowest, highest in (
-            ("baud_rate", 300, 115200),
-            ("reconnect_delay_s", 0.05, 60.0),
-            ("update_rate", 1.0, 66.0),
-            ("sensor_state_rate", 0.1, 66.0),
-            ("joint_state_rate", 0.1, 66.0),
-            ("wheel_radius", 0.001, 1.0),
-        ):
-            value = getattr(self, name)
-            if value is not None and not lowest <= value <= highest:
-                raise ConfigError(f"{name} must be {lowest} to {highest}, not {value}")
+        check_limits(self)

@@ -1,4 +1,4 @@
-"""How often to tell what, and what adds up in between: the base measures faster than its node publishes."""
+"""How often to publish what, and what adds up meanwhile: the base measures faster than its node publishes."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Pace:
         self._last: float | None = None
 
     def is_due(self, stamp: float) -> bool:
-        """Whether something is to be told at this moment; True also starts the next period.
+        """Whether something is to be published at this moment; True also starts the next period.
 
-        Nothing is told twice of one moment, as of readings that arrived together.
+        A moment is not published twice, as with readings that arrived together.
         """
         if stamp == self._last:
             return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.drivers.turtlebot import codec
+from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.models import Model
 
 QUARTER, DOTTED, EIGHTH, HALF = 16, 24, 8, 32
@@ -41,9 +41,9 @@ def play_notes(notes: Sequence[int], durations_s: Sequence[float], model: Model)
     if not all(0.0 <= duration <= LONGEST_NOTE_S for duration in durations_s):
         raise ConfigError("a note is too long, or its duration is not a number", valid=["0 to 3.98 s"])
     pairs = [(note, round(64 * duration)) for note, duration in zip(notes, durations_s, strict=True)]
-    return codec.song(SONG, pairs, model) + codec.play_song(SONG, model)
+    return commands.song(SONG, pairs, model) + commands.play_song(SONG, model)
 
 
 def play_tune(model: Model) -> bytes:
     """The commands that store and play it; the base must be in Safe or Full mode."""
-    return codec.song(SONG, NOTES, model) + codec.play_song(SONG, model)
+    return commands.song(SONG, NOTES, model) + commands.play_song(SONG, model)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
+from florence_bt.core.limits import Limits, Positive, check_limits
 
 MAX_WHEEL_SPEED_MMPS = 500.0
 """What the motors can do (REFERENCE 1.1)."""
@@ -17,7 +18,7 @@ MAX_RADIUS_MM = 2000.0
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
-    """What Drive Direct is told.
+    """The arguments of Drive Direct.
 
     Attributes:
         left_mmps: Left wheel in mm/s, forward positive.
@@ -46,17 +47,12 @@ class WheelParameters:
         max_abs_yaw_vel: Faster turns are slowed down to this, in rad/s; None or 0 for no limit.
     """
 
-    wheel_separation: float = 0.260
-    min_abs_yaw_vel: float | None = None
-    max_abs_yaw_vel: float | None = None
+    wheel_separation: Positive = 0.260
+    min_abs_yaw_vel: Annotated[float, Limits(0.0, 3.0)] | None = None
+    max_abs_yaw_vel: Annotated[float, Limits(0.0, 3.0)] | None = None
 
     def __post_init__(self) -> None:
-        if not self.wheel_separation > 0.0:
-            raise ConfigError(f"wheel_separation must be above 0 m, not {self.wheel_separation}")
-        for name in ("min_abs_yaw_vel", "max_abs_yaw_vel"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 <= value <= 3.0:
-                raise ConfigError(f"{name} must be 0 to 3 rad/s or none, not {value}")
+        check_limits(self)
 
 
 def limit_yaw_rate(angular: float, parameters: WheelParameters) -> float:
@@ -133,14 +129,6 @@ def arc_from_twist(twist: Twist2, parameters: WheelParameters) -> tuple[int, int
         return abs(_truncate(spin)), 1 if angular > 0.0 else -1
     limited = max(-MAX_RADIUS_MM, min(MAX_RADIUS_MM, radius))
     return _truncate(_clamp(1000.0 * twist.linear)), _truncate(limited)
-
-
-def twist_from_wheels(wheels: WheelSpeeds, parameters: WheelParameters) -> Twist2:
-    """The velocity that wheel speeds give, the inverse of :func:`wheels_from_twist` within its limits."""
-    return Twist2(
-        (wheels.left_mmps + wheels.right_mmps) / 2000.0,
-        (wheels.right_mmps - wheels.left_mmps) / 1000.0 / parameters.wheel_separation,
-    )
 
 
 def _clamp(speed_mmps: float) -> float:

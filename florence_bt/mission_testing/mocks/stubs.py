@@ -38,7 +38,7 @@ def mocked_missions(
             continue
         for place in calls:
             node = place.origin.node if place.origin is not None else None
-            if isinstance(node, model.Call) and node.mission.text == last and pattern.matches(place):
+            if isinstance(node, model.CallMission) and node.mission.text == last and pattern.matches(place):
                 names[last] = None
     return tuple(names)
 
@@ -87,7 +87,7 @@ def _stub(mission: Mission) -> Mission:
     def literal(name: str) -> Literal:
         return Literal(name, False, _NOWHERE)
 
-    tree = model.Use(
+    tree = model.RunSkill(
         position=_NOWHERE,
         skill=mission.name,
         inputs=tuple((literal(name), Reference(name, _NOWHERE)) for name in mission.inputs),

@@ -18,9 +18,9 @@ from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.plain_yaml import Listing, Position, Source, Table, Text, read_source
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.skill import Inputs
-from florence_bt.core.torn_texts import torn_texts
+from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.mission_testing.mocks.board import MockError, check_outputs
 from florence_bt.mission_testing.mocks.scripts import (
     MockReply,
@@ -54,11 +54,10 @@ from florence_bt.mission_testing.scenarios.scenario import (
 )
 from florence_bt.mission_testing.stage import Stage
 from florence_bt.mission_testing.values import read_duration, read_kind, read_port, same
-from florence_bt.runtime.run import Policy, RunStatus
+from florence_bt.runtime.run import RunStatus, TriggerPolicy
 from florence_bt.trees.language.findings import ERROR, Finding, finding_from_error, sort_findings
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.neighbours import add_neighbours
 
 TRIGGER_KEYS = ("policy", "priority", "caller", "refused")
 FILE_KEYS = ("mission", "missions", "given", "scenarios")
@@ -99,7 +98,7 @@ _PARAMETER = re.compile(r"<([a-z][a-z0-9_]*)>")
 
 Assertion = Callable[[Play], object]
 Act = Callable[[ScenarioPlay], None]
-Entries = Mapping[str, Source]
+Entries = Mapping[str, YamlNode]
 Users = list[tuple[SkillDeclaration, Place | None]]
 """What a script must fit: declarations, and the nodes that start them."""
 
@@ -144,10 +143,10 @@ class SourceReader:
         self.problem(position, error.problem, error.valid)
 
     def entries(
-        self, source: Source | None, what: str, keys: Collection[str]
-    ) -> dict[str, tuple[Text, Source]]:
+        self, source: YamlNode | None, what: str, keys: Collection[str]
+    ) -> dict[str, tuple[YamlScalar, YamlNode]]:
         """The entries of a table that has only these keys."""
-        found: dict[str, tuple[Text, Source]] = {}
+        found: dict[str, tuple[YamlScalar, YamlNode]] = {}
         for key, value in self.table(source, what, keys):
             if key.text in keys:
                 found[key.text] = (key, value)
@@ -155,23 +154,23 @@ class SourceReader:
                 self.problem(key.position, f"{what} has no key {key.text!r}", closest_first(key.text, keys))
         return found
 
-    def values(self, source: Source | None, what: str, keys: Collection[str]) -> dict[str, Source]:
+    def values(self, source: YamlNode | None, what: str, keys: Collection[str]) -> dict[str, YamlNode]:
         """The values of a table that has only these keys."""
         return {name: value for name, (_, value) in self.entries(source, what, keys).items()}
 
     def table(
-        self, source: Source | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
-    ) -> Iterator[tuple[Text, Source]]:
+        self, source: YamlNode | None, what: str, keys: Collection[str] = (), valid: Iterable[str] = ()
+    ) -> Iterator[tuple[YamlScalar, YamlNode]]:
         """The entries of a table, none when nothing was written.
 
         An unquoted comma splits a text into several keys: that is noted, and the text is put together. (A
         single word behind a comma may be a key without its colon, and so may one of the ``keys``.) What is
         not a table is noted, with ``valid`` as what would have worked.
         """
-        if isinstance(source, Table):
+        if isinstance(source, YamlMapping):
             torn = {
                 text.key: text
-                for text in torn_texts(source)
+                for text in unquoted_commas(source)
                 if text.pieces[0].text not in keys and not _WORD.fullmatch(text.pieces[0].text)
             }
             pieces = {piece for text in torn.values() for piece in text.pieces}
@@ -183,23 +182,23 @@ class SourceReader:
                     yield key, replace(text.first, text=text.whole)
                 elif key not in pieces:
                     yield key, value
-        elif source is not None and not (isinstance(source, Text) and source.empty):
+        elif source is not None and not (isinstance(source, YamlScalar) and source.empty):
             self.problem(source.position, f"{what} must be a table (key: value)", valid)
 
-    def items(self, source: Source | None) -> tuple[Source, ...]:
+    def items(self, source: YamlNode | None) -> tuple[YamlNode, ...]:
         """The items of a list; a single thing counts as a list of one, nothing as none."""
-        if source is None or (isinstance(source, Text) and source.empty):
+        if source is None or (isinstance(source, YamlScalar) and source.empty):
             return ()
-        return source.items if isinstance(source, Listing) else (source,)
+        return source.items if isinstance(source, YamlSequence) else (source,)
 
-    def text(self, source: Source, what: str) -> str | None:
+    def text(self, source: YamlNode, what: str) -> str | None:
         """A text."""
-        if isinstance(source, Text) and (source.quoted or not source.empty):
+        if isinstance(source, YamlScalar) and (source.quoted or not source.empty):
             return source.text
         self.problem(source.position, f"{what} must be a text")
         return None
 
-    def choice(self, source: Source, what: str, words: Collection[str]) -> str | None:
+    def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
         """One of some words."""
         word = self.text(source, what)
         if word is None or word in words:
@@ -209,7 +208,7 @@ class SourceReader:
         self.problem(source.position, f"there is no {what} {word!r}", known)
         return None
 
-    def duration(self, source: Source, what: str) -> float | None:
+    def duration(self, source: YamlNode, what: str) -> float | None:
         """A duration in seconds."""
         text = self.text(source, what)
         if text is None:
@@ -220,7 +219,7 @@ class SourceReader:
             self.wrong(source.position, error)
             return None
 
-    def whole(self, source: Source, what: str) -> int | None:
+    def whole(self, source: YamlNode, what: str) -> int | None:
         """A whole number of at least 0."""
         text = self.text(source, what)
         if text is not None and re.fullmatch(r"\d{1,9}", text):
@@ -230,7 +229,7 @@ class SourceReader:
         return None
 
     def pattern(
-        self, key: Text, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
+        self, key: YamlScalar, places: MissionMap | None, *, skills_only: bool = False, unused: bool = False
     ) -> list[Place] | None:
         """The nodes that a pattern means, None (noted) when it is wrong.
 
@@ -254,7 +253,7 @@ class SourceReader:
         return None
 
     def quantities(
-        self, source: Source | None, what: str, owner: str, kinds: Mapping[str, Kind | None], **hints: Any
+        self, source: YamlNode | None, what: str, owner: str, kinds: Mapping[str, Kind | None], **hints: Any
     ) -> dict[str, Any]:
         """Values by name, in SI units where their kind is known.
 
@@ -278,7 +277,7 @@ class SourceReader:
                 self.wrong(item.position, error)
         return wanted
 
-    def mission(self, source: Source, what: str) -> str | None:
+    def mission(self, source: YamlNode, what: str) -> str | None:
         """The name of a mission that can run."""
         name = self.text(source, what)
         if name is None:
@@ -297,7 +296,7 @@ class SourceReader:
             known = self.library.find(name)
             if known is None or known.file != path:
                 added = self.library.add_file(path)
-                add_neighbours([added] if added is not None else [], self.library)
+                self.library.add_neighbours([added] if added is not None else [])
         try:
             mission = self.library.get(name)
             self.maps.of(mission, self.library, self.declarations)
@@ -310,7 +309,7 @@ class SourceReader:
             return None
         return name
 
-    def trigger(self, mission: Source, entries: Entries, what: str) -> Trigger | None:
+    def trigger(self, mission: YamlNode, entries: Entries, what: str) -> Trigger | None:
         """How a mission is started.
 
         Args:
@@ -323,11 +322,11 @@ class SourceReader:
         inputs = {
             key.text: input_text(value)
             for key, value in self.table(entries.get("inputs"), "inputs")
-            if not (isinstance(value, Text) and value.empty)
+            if not (isinstance(value, YamlScalar) and value.empty)
         }
         options: dict[str, Any] = {}
         if "policy" in entries:
-            policies = [policy.value for policy in Policy]
+            policies = [policy.value for policy in TriggerPolicy]
             options["policy"] = self.choice(entries["policy"], "policy", policies)
         if "priority" in entries:
             options["priority"] = self.whole(entries["priority"], "priority") or 0
@@ -342,7 +341,7 @@ class SourceReader:
         return Trigger(name, inputs, options, refused, position)
 
     def _check_inputs(
-        self, name: str, source: Source | None, mission: Source, inputs: Mapping[str, str]
+        self, name: str, source: YamlNode | None, mission: YamlNode, inputs: Mapping[str, str]
     ) -> None:
         ports = self.library.get(name).inputs
         for key, value in self.table(source, "inputs"):
@@ -360,31 +359,31 @@ class SourceReader:
             self.problem(place, f"{name} needs the input {' and '.join(missing)}", [f"{missing[0]}: ..."])
 
 
-def plain(source: Source) -> Any:
+def plain(source: YamlNode) -> Any:
     """A source as plain texts, lists and tables."""
     match source:
-        case Text():
+        case YamlScalar():
             return source.text
-        case Listing():
+        case YamlSequence():
             return [plain(item) for item in source.items]
-        case Table():
+        case YamlMapping():
             return {key.text: plain(value) for key, value in source.entries}
 
 
-def input_text(source: Source) -> str:
+def input_text(source: YamlNode) -> str:
     """An input of a mission as a caller would write it, on one line."""
     match source:
-        case Text():
+        case YamlScalar():
             return source.text
-        case Listing():
+        case YamlSequence():
             return f"({', '.join(input_text(item) for item in source.items)})"
-        case Table():
+        case YamlMapping():
             return f"{{{', '.join(f'{key.text}: {input_text(value)}' for key, value in source.entries)}}}"
 
 
 def _fill_in(
-    source: Source, values: Mapping[str, Source], unknown: Callable[[Position, str], object]
-) -> Source:
+    source: YamlNode, values: Mapping[str, YamlNode], unknown: Callable[[Position, str], object]
+) -> YamlNode:
     """Put the values of an example where ``<name>`` stands.
 
     Args:
@@ -393,21 +392,25 @@ def _fill_in(
         unknown: Called with the position and the name of each that has no value.
     """
     match source:
-        case Text():
+        case YamlScalar():
             return _fill_in_text(source, values, unknown)
-        case Listing():
-            return Listing(tuple(_fill_in(item, values, unknown) for item in source.items), source.position)
-        case Table():
+        case YamlSequence():
+            return YamlSequence(
+                tuple(_fill_in(item, values, unknown) for item in source.items), source.position
+            )
+        case YamlMapping():
             filled = []
             for key, value in source.entries:
                 name = _fill_in_text(key, values, unknown)
-                filled.append((name if isinstance(name, Text) else key, _fill_in(value, values, unknown)))
-            return Table(tuple(filled), source.position)
+                filled.append(
+                    (name if isinstance(name, YamlScalar) else key, _fill_in(value, values, unknown))
+                )
+            return YamlMapping(tuple(filled), source.position)
 
 
 def _fill_in_text(
-    source: Text, values: Mapping[str, Source], unknown: Callable[[Position, str], object]
-) -> Source:
+    source: YamlScalar, values: Mapping[str, YamlNode], unknown: Callable[[Position, str], object]
+) -> YamlNode:
     names = _PARAMETER.findall(source.text)
     if not names:
         return source
@@ -418,16 +421,18 @@ def _fill_in_text(
     alone = _PARAMETER.fullmatch(source.text)
     if alone is not None:
         value = values[alone[1]]
-        return Text(value.text, value.quoted, source.position) if isinstance(value, Text) else value
+        return (
+            YamlScalar(value.text, value.quoted, source.position) if isinstance(value, YamlScalar) else value
+        )
     text = _PARAMETER.sub(lambda match: input_text(values[match[1]]), source.text)
-    return Text(text, True, source.position)
+    return YamlScalar(text, True, source.position)
 
 
 # ---- skills: which skill does what ----------------------------------------------------------------------
 
 
 def read_mocks(
-    reader: SourceReader, source: Source | None, places: MissionMap | None, *, default: bool
+    reader: SourceReader, source: YamlNode | None, places: MissionMap | None, *, default: bool
 ) -> list[MockEntry]:
     """Read the mocks under ``skills``.
 
@@ -455,17 +460,17 @@ def read_mocks(
     return entries
 
 
-def _read_mock(reader: SourceReader, value: Source, users: Users) -> Callable[[], Script] | None:
+def _read_mock(reader: SourceReader, value: YamlNode, users: Users) -> Callable[[], Script] | None:
     """What makes the script of a mock."""
-    if isinstance(value, Table) and value.get("switch") is not None:
+    if isinstance(value, YamlMapping) and value.get("switch") is not None:
         return _read_switch(reader, value, users)
     replies = _read_script(reader, value, users)
     return (lambda: replies) if replies else None
 
 
-def _read_script(reader: SourceReader, source: Source, users: Users) -> tuple[MockReply, ...]:
+def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[MockReply, ...]:
     """Read a script; empty (noted) when it is wrong."""
-    if not isinstance(source, Text) or source.empty:
+    if not isinstance(source, YamlScalar) or source.empty:
         reader.problem(source.position, "a script must be a text", _SCRIPTS)
         return ()
     try:
@@ -490,7 +495,7 @@ def _read_script(reader: SourceReader, source: Source, users: Users) -> tuple[Mo
     return () if problems else replies
 
 
-def _quoted_position(source: Text, problem: str) -> Position:
+def _quoted_position(source: YamlScalar, problem: str) -> Position:
     """Where the word that a problem quotes stands in a script; its beginning when it is not there."""
     quoted = re.search(r"'([^']+)'", problem)
     if source.first_column is None or quoted is None:
@@ -499,7 +504,7 @@ def _quoted_position(source: Text, problem: str) -> Position:
     return replace(source.position, column=source.first_column + at) if at >= 0 else source.position
 
 
-def _read_switch(reader: SourceReader, table: Table, users: Users) -> Callable[[], Script] | None:
+def _read_switch(reader: SourceReader, table: YamlMapping, users: Users) -> Callable[[], Script] | None:
     """A mock that looks at an input: ``{switch: label, cases: {kitchen: ...}, default: ...}``."""
     entries = reader.values(table, "a mock with switch", SWITCH_KEYS)
     name = reader.text(entries["switch"], "switch")
@@ -522,7 +527,7 @@ def _read_switch(reader: SourceReader, table: Table, users: Users) -> Callable[[
     return lambda: _choice(name, cases, default)
 
 
-def _port_of(reader: SourceReader, source: Source, name: str, users: Users) -> Port | None:
+def _port_of(reader: SourceReader, source: YamlNode, name: str, users: Users) -> Port | None:
     for declaration, _ in users:
         if name not in declaration.inputs:
             message = f"{declaration.name} has no input {name!r}"
@@ -567,10 +572,10 @@ class WhenReader:
         self._reader = reader
         self._places = places
 
-    def read(self, source: Source | None) -> Iterator[Happening]:
+    def read(self, source: YamlNode | None) -> Iterator[Happening]:
         """What happens, in order."""
         for item in self._reader.items(source):
-            if not isinstance(item, Table):
+            if not isinstance(item, YamlMapping):
                 self._refuse(item)
                 continue
             kind = self._kind(item)
@@ -578,8 +583,8 @@ class WhenReader:
             if kind is not None and act is not None:
                 yield Happening(kind, act, item.position)
 
-    def _refuse(self, item: Source) -> None:
-        word, _, rest = item.text.strip().partition(" ") if isinstance(item, Text) else ("", "", "")
+    def _refuse(self, item: YamlNode) -> None:
+        word, _, rest = item.text.strip().partition(" ") if isinstance(item, YamlScalar) else ("", "", "")
         if not word or word in WHEN_KEYS:
             valid = [f"{word}: {rest}".strip()] if word else ["advance: 3 s", "stop:"]
             self._reader.problem(item.position, "an event must be a table (key: value)", valid)
@@ -592,7 +597,7 @@ class WhenReader:
         valid = (f"{word}: {rest}",) if word in known and rest else closest_first(name, known)
         self._reader.problem(position, f"there is no event {name!r}", valid)
 
-    def _kind(self, table: Table) -> str | None:
+    def _kind(self, table: YamlMapping) -> str | None:
         """The key that says what happens; ``at`` when only time passes."""
         kinds = [key for key, _ in table.entries if key.text in WHEN_KEYS]
         if len(kinds) > 1:
@@ -609,7 +614,7 @@ class WhenReader:
             self._reader.problem(table.position, "nothing happens here", list(WHEN_KEYS))
         return "at" if table.entries and unknown is None else None
 
-    def _act(self, table: Table, kind: str) -> Act | None:
+    def _act(self, table: YamlMapping, kind: str) -> Act | None:
         entries = self._reader.values(table, kind, (kind, *WHEN_KEYS.get(kind, ()), "at"))
         act: Act | None = (lambda scene: None) if kind == "at" else self._action(kind, entries)
         at = self._reader.duration(entries["at"], "at") if "at" in entries else None
@@ -641,7 +646,7 @@ class WhenReader:
             case "release":
                 return lambda scene: scene.stage.release()
         source = entries[kind]
-        empty = isinstance(source, Text) and source.empty
+        empty = isinstance(source, YamlScalar) and source.empty
         reason = _REASON if empty else self._reader.text(source, "a reason") or _REASON
         do = {"stop": Stage.stop, "pause": Stage.pause, "override": Stage.override}[kind]
         return lambda scene: do(scene.stage, reason)
@@ -652,15 +657,17 @@ class WhenReader:
         status = RUNNING
         if "is" in entries:
             status = self._reader.choice(entries["is"], "status", STATUSES) or ""
-        if not isinstance(pattern, Text) or not name or not status:
+        if not isinstance(pattern, YamlScalar) or not name or not status:
             return None
         if self._reader.pattern(pattern, self._places) is None:
             return None
         return lambda scene: _wait_for(scene, name, status)
 
-    def _expect(self, source: Source) -> Act:
+    def _expect(self, source: YamlNode) -> Act:
         expectation = ThenReader(self._reader, self._places).read(source, "expect")
-        if (isinstance(source, Text) and source.empty) or (isinstance(source, Table) and not source.entries):
+        if (isinstance(source, YamlScalar) and source.empty) or (
+            isinstance(source, YamlMapping) and not source.entries
+        ):
             valid = ["expect: {status: RUNNING}"]
             self._reader.problem(source.position, "nothing is expected here", valid)
         return lambda scene: scene.expect(expectation)
@@ -701,7 +708,7 @@ class ThenReader:
         self._reader = reader
         self._places = places
 
-    def read(self, source: Source | None, what: str, happens: Collection[str] | None = None) -> Expectation:
+    def read(self, source: YamlNode | None, what: str, happens: Collection[str] | None = None) -> Expectation:
         """Read a table.
 
         Args:
@@ -710,7 +717,7 @@ class ThenReader:
             happens: What happens before; None when that is not known.
         """
         reader = self._reader
-        if isinstance(source, Text) and source.text.upper() in RUN_STATUSES:
+        if isinstance(source, YamlScalar) and source.text.upper() in RUN_STATUSES:
             valid = [f"{what}: {{status: {source.text.upper()}}}"]
             reader.problem(source.position, f"{what} must be a table (key: value)", valid)
             source = None
@@ -723,16 +730,16 @@ class ThenReader:
                 reader.problem(key.position, f"{name} expects nothing", ["leaving it out"])
             checks += [Check(assertion, key.position) for assertion in assertions]
         written = entries["status"][1] if "status" in entries else None
-        known = isinstance(written, Text) and written.text in RUN_STATUSES
-        status = RunStatus(written.text) if isinstance(written, Text) and known else None
+        known = isinstance(written, YamlScalar) and written.text in RUN_STATUSES
+        status = RunStatus(written.text) if isinstance(written, YamlScalar) and known else None
         self._check_code(entries["code"][1] if "code" in entries else None, status)
         if written is not None and happens is not None:
             self._check_status(written.position, status, happens)
         return Expectation(tuple(checks), status in _GOES_ON)
 
-    def _check_code(self, source: Source | None, status: RunStatus | None) -> None:
+    def _check_code(self, source: YamlNode | None, status: RunStatus | None) -> None:
         """Note a code with which the mission can never end."""
-        if not isinstance(source, Text) or self._places is None or not source.text:
+        if not isinstance(source, YamlScalar) or self._places is None or not source.text:
             return
         fails = self._places.prospects.codes | _RUN_CODES
         known = {
@@ -756,7 +763,7 @@ class ThenReader:
             message = f"the run cannot be {status.value}: nothing under 'when' does that"
             self._reader.problem(position, message, [f"when: [{{at: 3 s, {wanted[0]}: enough}}]"])
 
-    def _assertions(self, name: str, value: Source) -> Iterator[Assertion]:
+    def _assertions(self, name: str, value: YamlNode) -> Iterator[Assertion]:
         match name:
             case "status":
                 status = self._reader.choice(value, "status", RUN_STATUSES)
@@ -803,31 +810,31 @@ class ThenReader:
     def _mission(self) -> str:
         return self._places.mission if self._places is not None else ""
 
-    def _is_pattern(self, source: Source, what: str, *, skills_only: bool, unused: bool = False) -> bool:
+    def _is_pattern(self, source: YamlNode, what: str, *, skills_only: bool, unused: bool = False) -> bool:
         """Whether a source is a pattern that means a node; if not, that is noted."""
-        if self._reader.text(source, what) is None or not isinstance(source, Text):
+        if self._reader.text(source, what) is None or not isinstance(source, YamlScalar):
             return False
         found = self._reader.pattern(source, self._places, skills_only=skills_only, unused=unused)
         return found is not None
 
-    def _outputs(self, value: Source) -> Iterator[Assertion]:
+    def _outputs(self, value: YamlNode) -> Iterator[Assertion]:
         """Outputs by name; an empty table stands for none at all."""
         if self._places is None:
             return
         kinds = {name: port.kind for name, port in self._places.outputs.items()}
         outputs = self._reader.quantities(value, "output", self._mission, kinds)
-        if isinstance(value, Table) and not value.entries:
+        if isinstance(value, YamlMapping) and not value.entries:
             yield _assert_no_outputs
         elif outputs:
             yield partial(Play.assert_outputs, outputs=outputs)
 
-    def _calls(self, value: Source, *, only: bool) -> Iterator[Assertion]:
+    def _calls(self, value: YamlNode, *, only: bool) -> Iterator[Assertion]:
         """Calls in their order: patterns, or tables of a pattern and inputs."""
         wanted: list[tuple[str, Mapping[str, Any]]] = []
         for item in self._reader.items(value):
-            if isinstance(item, Text):
-                pairs: tuple[tuple[Text, Source | None], ...] = ((item, None),)
-            elif isinstance(item, Table) and len(item.entries) == 1:
+            if isinstance(item, YamlScalar):
+                pairs: tuple[tuple[YamlScalar, YamlNode | None], ...] = ((item, None),)
+            elif isinstance(item, YamlMapping) and len(item.entries) == 1:
                 pairs = item.entries
             else:
                 valid = ["turn: {angle: 45 deg}"]
@@ -840,10 +847,10 @@ class ThenReader:
         if wanted or only:
             yield lambda play: play.assert_calls(wanted, only=only)
 
-    def _inputs(self, source: Source | None, users: list[Place]) -> dict[str, Any]:
+    def _inputs(self, source: YamlNode | None, users: list[Place]) -> dict[str, Any]:
         """The inputs that a call must have, in SI units."""
         wanted: dict[str, Any] = {}
-        is_count = isinstance(source, Text) and source.text.isdigit()
+        is_count = isinstance(source, YamlScalar) and source.text.isdigit()
         before = len(self._reader.findings)
         for skill in dict.fromkeys(place.skill for place in users if place.skill):
             kinds = {name: port.kind for name, port in self._reader.declarations[skill].inputs.items()}
@@ -853,9 +860,9 @@ class ThenReader:
                 break
         return wanted
 
-    def _called(self, value: Source) -> Iterator[Assertion]:
+    def _called(self, value: YamlNode) -> Iterator[Assertion]:
         """Numbers of calls by pattern; or a list of patterns that were called at least once."""
-        if not isinstance(value, Table):
+        if not isinstance(value, YamlMapping):
             for item in self._reader.items(value):
                 if self._is_pattern(item, "a skill", skills_only=True):
                     yield partial(_assert_called, pattern=plain(item), times=None)
@@ -865,24 +872,24 @@ class ThenReader:
             if users is None:
                 continue
             inputs: dict[str, Any] = {}
-            count = item.get("times") if isinstance(item, Table) else item
+            count = item.get("times") if isinstance(item, YamlMapping) else item
             times = self._reader.whole(count, "a number of calls") if count is not None else None
-            if isinstance(item, Table):
+            if isinstance(item, YamlMapping):
                 rest = tuple((name, each) for name, each in item.entries if name.text != "times")
-                inputs = self._inputs(Table(rest, item.position), users)
+                inputs = self._inputs(YamlMapping(rest, item.position), users)
             yield partial(_assert_called, pattern=key.text, times=times, inputs=inputs)
 
-    def _nodes(self, value: Source) -> Iterator[Assertion]:
+    def _nodes(self, value: YamlNode) -> Iterator[Assertion]:
         """Statuses by pattern: every node that it means has the status."""
         for key, item in self._reader.table(value, "nodes"):
             status = self._reader.choice(item, "status", STATUSES)
             if status is not None and self._reader.pattern(key, self._places) is not None:
                 yield partial(_assert_nodes, pattern=key.text, status=status)
 
-    def _trace(self, value: Source) -> Iterator[Assertion]:
+    def _trace(self, value: YamlNode) -> Iterator[Assertion]:
         """The lines of a trace, or a table of ``of`` (a pattern), ``inner`` and ``lines``."""
         pattern, inner, source = "**", False, value
-        if isinstance(value, Table):
+        if isinstance(value, YamlMapping):
             entries = self._reader.values(value, "trace", ("of", "inner", "lines"))
             if "of" in entries:
                 if not self._is_pattern(entries["of"], "of", skills_only=False):
@@ -895,10 +902,10 @@ class ThenReader:
                 return
             source = entries["lines"]
         lines = [line for item in self._reader.items(source) for line in self._trace_lines(item)]
-        if lines or isinstance(source, Listing):
+        if lines or isinstance(source, YamlSequence):
             yield lambda play: play.assert_trace("\n".join(lines), pattern, inner=inner)
 
-    def _trace_lines(self, item: Source) -> Iterator[str]:
+    def _trace_lines(self, item: YamlNode) -> Iterator[str]:
         """The lines in one item of a list: one, or those of a block of text."""
         for text in (self._reader.text(item, "a line of a trace") or "").splitlines():
             try:
@@ -906,7 +913,7 @@ class ThenReader:
             except ConfigError as error:
                 self._reader.wrong(item.position, error)
                 continue
-            if self._reader.pattern(Text(line.node, True, item.position), self._places) is not None:
+            if self._reader.pattern(YamlScalar(line.node, True, item.position), self._places) is not None:
                 yield text
 
 
@@ -988,7 +995,7 @@ class Libraries:
 def read_scenarios(file: Path, libraries: Libraries) -> ScenarioFile:
     """Read a scenario file. Nothing is raised: what is wrong is in the findings."""
     try:
-        source = read_source(file)
+        source = read_yaml(file)
     except ConfigError as error:
         return ScenarioFile(file, (), (finding_from_error(error),))
     reader = SourceReader(file, MissionLibrary(), MissionMaps(), libraries.declarations)
@@ -1004,17 +1011,17 @@ class _FileReader:
     def __init__(self, reader: SourceReader, libraries: Libraries) -> None:
         self._reader = reader
         self._libraries = libraries
-        self._mission: Source | None = None
-        self._given: dict[str, Source] = {}
+        self._mission: YamlNode | None = None
+        self._given: dict[str, YamlNode] = {}
         self._names: dict[str, int] = {}
         self._mocks: dict[tuple[str, tuple[str, ...]], list[MockEntry]] = {}
         self._not_playable: set[tuple[str, tuple[str, ...]]] = set()
         self._stubs: tuple[str, ...] = ()
         self._surroundings: dict[tuple[str, ...], _Surroundings] = {}
 
-    def scenarios(self, source: Source) -> Iterator[Scenario]:
+    def scenarios(self, source: YamlNode) -> Iterator[Scenario]:
         reader = self._reader
-        if not isinstance(source, Table):
+        if not isinstance(source, YamlMapping):
             reader.problem(source.position, "a scenario file must be a table", FILE_KEYS)
             return
         top = reader.values(source, "a scenario file", FILE_KEYS)
@@ -1034,7 +1041,7 @@ class _FileReader:
                     return
                 yield from self._scenario(filled, values)
 
-    def _load_missions(self, source: Source | None) -> None:
+    def _load_missions(self, source: YamlNode | None) -> None:
         reader = self._reader
         folders = []
         for item in reader.items(source):
@@ -1050,14 +1057,14 @@ class _FileReader:
         self._surroundings[()] = library, declarations, maps
         reader.library, reader.declarations, reader.maps = self._surroundings[()]
 
-    def _examples(self, item: Source) -> Iterator[tuple[dict[str, Source], Source]]:
+    def _examples(self, item: YamlNode) -> Iterator[tuple[dict[str, YamlNode], YamlNode]]:
         """A scenario once for each of its examples, filled in."""
         reader = self._reader
-        source = item.get("examples") if isinstance(item, Table) else None
-        if source is None or not isinstance(item, Table):
+        source = item.get("examples") if isinstance(item, YamlMapping) else None
+        if source is None or not isinstance(item, YamlMapping):
             yield {}, item
             return
-        rest = Table(tuple(e for e in item.entries if e[0].text != "examples"), item.position)
+        rest = YamlMapping(tuple(e for e in item.entries if e[0].text != "examples"), item.position)
         examples = list(_example_rows(reader, source))
         if not examples:
             reader.problem(source.position, "there are no examples", ["[{room: kitchen}, {room: hall}]"])
@@ -1069,16 +1076,16 @@ class _FileReader:
             if not unknown:
                 yield values, filled
 
-    def _scenario(self, item: Source, values: dict[str, Source]) -> Iterator[Scenario]:
+    def _scenario(self, item: YamlNode, values: dict[str, YamlNode]) -> Iterator[Scenario]:
         reader = self._reader
         before = len(reader.findings)
         entries = reader.values(item, "a scenario", SCENARIO_KEYS)
-        if not isinstance(item, Table):
+        if not isinstance(item, YamlMapping):
             return
         name = self._name(item, entries.get("name"), values)
         own = reader.values(entries.get("given"), "given", GIVEN_KEYS)
         then, refused, others = _split_then(entries.get("then"))
-        if isinstance(then, Text) and then.empty:
+        if isinstance(then, YamlScalar) and then.empty:
             then = None
         mission = entries.get("mission", self._mission)
         if mission is None:
@@ -1115,7 +1122,7 @@ class _FileReader:
             self._libraries.declarations,
         )
 
-    def _runs(self, source: Source | None, started: Mapping[str, MissionMap]) -> dict[str, Expectation]:
+    def _runs(self, source: YamlNode | None, started: Mapping[str, MissionMap]) -> dict[str, Expectation]:
         """What must hold of the missions that the scenario starts beside its own."""
         reader = self._reader
         runs: dict[str, Expectation] = {}
@@ -1125,18 +1132,18 @@ class _FileReader:
                 reader.problem(key.position, message, closest_first(key.text, started))
                 continue
             runs[key.text] = ThenReader(reader, started[key.text]).read(value, "then")
-            if isinstance(value, Text) and value.empty:
+            if isinstance(value, YamlScalar) and value.empty:
                 reader.problem(key.position, f"nothing is expected of the run {key.text!r}", _THEN)
         return runs
 
-    def _check_expecting(self, item: Table, then: Source | None, runs: bool, refused: bool) -> None:
+    def _check_expecting(self, item: YamlMapping, then: YamlNode | None, runs: bool, refused: bool) -> None:
         """See that something is expected, and nothing of a mission that does not run."""
-        entries = then.entries if isinstance(then, Table) else ()
+        entries = then.entries if isinstance(then, YamlMapping) else ()
         if refused and entries:
             key = entries[0][0]
             message = f"{key.text} can never hold: a mission that is refused does not run"
             self._reader.problem(key.position, message, ["leaving it out"])
-        empty = isinstance(then, Table) and not entries and not runs and not refused
+        empty = isinstance(then, YamlMapping) and not entries and not runs and not refused
         unknown = [key.text for key, _ in item.entries if key.text not in SCENARIO_KEYS]
         if empty or (then is None and not get_close_matches("then", unknown)):
             self._reader.problem(item.position, "the scenario expects nothing", _THEN)
@@ -1151,14 +1158,14 @@ class _FileReader:
                 self._not_playable.add(key)
         return self._mocks[key]
 
-    def _use_stubs(self, mission: str | None, own: Source | None) -> None:
+    def _use_stubs(self, mission: str | None, own: YamlNode | None) -> None:
         """Let stubs stand for the called missions that the mocks of the next scenario name."""
         reader = self._reader
         self._stubs = ()
         reader.library, reader.declarations, reader.maps = self._surroundings[()]
         if mission is None:
             return
-        tables = [each for each in (self._given.get("skills"), own) if isinstance(each, Table)]
+        tables = [each for each in (self._given.get("skills"), own) if isinstance(each, YamlMapping)]
         patterns = list(_readable_patterns(key.text for table in tables for key, _ in table.entries))
         self._stubs = mocked_missions(patterns, self._places(mission), reader.declarations)
         if self._stubs not in self._surroundings:
@@ -1172,7 +1179,7 @@ class _FileReader:
         reader = self._reader
         return reader.maps.of(reader.library.get(mission), reader.library, reader.declarations)
 
-    def _name(self, item: Table, source: Source | None, values: Mapping[str, Source]) -> str:
+    def _name(self, item: YamlMapping, source: YamlNode | None, values: Mapping[str, YamlNode]) -> str:
         name = self._reader.text(source, "name") if source is not None else None
         if not name:
             self._reader.problem(item.position, "the scenario has no name", ["name: the room is unknown"])
@@ -1187,9 +1194,9 @@ class _FileReader:
         return name
 
 
-def _example_rows(reader: SourceReader, source: Source) -> Iterator[dict[str, Source]]:
+def _example_rows(reader: SourceReader, source: YamlNode) -> Iterator[dict[str, YamlNode]]:
     """A list of tables; or a table of columns, each a list of the same length."""
-    if isinstance(source, Table):
+    if isinstance(source, YamlMapping):
         columns = {key.text: reader.items(value) for key, value in source.entries}
         lengths = {len(column) for column in columns.values()}
         if len(lengths) > 1:
@@ -1211,17 +1218,17 @@ def _readable_patterns(texts: Iterable[str]) -> Iterator[Pattern]:
             yield read_pattern(text)
 
 
-def _merged(common: Source | None, own: Source | None) -> Source | None:
+def _merged(common: YamlNode | None, own: YamlNode | None) -> YamlNode | None:
     """Two tables as one; what the second says counts."""
-    if not isinstance(common, Table) or not isinstance(own, Table):
+    if not isinstance(common, YamlMapping) or not isinstance(own, YamlMapping):
         return own if own is not None else common
     kept = tuple(entry for entry in common.entries if own.key(entry[0].text) is None)
-    return Table((*kept, *own.entries), own.position)
+    return YamlMapping((*kept, *own.entries), own.position)
 
 
-def _split_then(source: Source | None) -> tuple[Source | None, Source | None, Source | None]:
+def _split_then(source: YamlNode | None) -> tuple[YamlNode | None, YamlNode | None, YamlNode | None]:
     """``then`` without ``refused`` and ``runs``, and these two."""
-    if not isinstance(source, Table):
+    if not isinstance(source, YamlMapping):
         return source, None, None
     rest = tuple(entry for entry in source.entries if entry[0].text not in ("refused", "runs"))
-    return Table(rest, source.position), source.get("refused"), source.get("runs")
+    return YamlMapping(rest, source.position), source.get("refused"), source.get("runs")

@@ -12,7 +12,7 @@ from typing import Any
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.mission_testing.record import STATUSES
 from florence_bt.mission_testing.scenarios.scenario_file import RUN_STATUSES, THEN_KEYS, WHEN_KEYS
-from florence_bt.runtime.run import Policy
+from florence_bt.runtime.run import TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.schema import DRAFT
 
@@ -76,7 +76,7 @@ def _given() -> Schema:
         {
             "inputs": {"$ref": "#/definitions/inputs"},
             "skills": {"$ref": "#/definitions/skills"},
-            "policy": {"enum": [policy.value for policy in Policy]},
+            "policy": {"enum": [policy.value for policy in TriggerPolicy]},
             "priority": _COUNT,
             "caller": _TEXT,
         },
@@ -148,7 +148,7 @@ def _happening() -> Schema:
         **dict.fromkeys(("stop", "pause", "resume", "override", "release"), _ANYTHING_OR_NOTHING),
         "start": {"$ref": "#/definitions/mission"},
         "inputs": {"$ref": "#/definitions/inputs"},
-        "policy": {"enum": [policy.value for policy in Policy]},
+        "policy": {"enum": [policy.value for policy in TriggerPolicy]},
         "priority": _COUNT,
         "caller": _TEXT,
         "refused": _TEXT,

@@ -15,12 +15,12 @@ from pathlib import Path
 from queue import SimpleQueue
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.runtime.events import Event, EventKind
-from florence_bt.runtime.journal.keeper import Keeper
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
 from florence_bt.runtime.journal.schema import JOURNAL_FILE, OWN_FILE
-from florence_bt.runtime.journal.store import Change, Happened, Job, NewRun, Note, Store
+from florence_bt.runtime.journal.store import EventRow, Job, LastEntry, NewRun, RunUpdate, Store
+from florence_bt.runtime.journal.writer_guard import WriterGuard
 from florence_bt.runtime.run import MissionRun
 
 STATE_KINDS = frozenset(
@@ -35,9 +35,6 @@ STATE_KINDS = frozenset(
 )
 """Kinds after which a run stands elsewhere."""
 
-
-WRITTEN = "written"
-"""The note that has the date of the last entry: steady clocks do not outlive the machine."""
 
 HANGING_S = 0.05
 """How long an acknowledgement waits when the disk did not answer the last time."""
@@ -96,7 +93,7 @@ class Journal:
         self._date = date or _utc_now
         self._on_trouble = on_trouble or (lambda text: None)
         store = Store(folder, self._parameters.keep_runs, self._parameters.busy_s)
-        self._keeper = Keeper(store, self._parameters.max_waiting)
+        self._guard = WriterGuard(store, self._parameters.max_waiting)
         self._seq: dict[str, int] = {}
         self._batch: list[Job] = []
         self._handed = 0
@@ -107,14 +104,14 @@ class Journal:
         self._dropped: dict[str, int] = {}
         self._together = 0
         self._closed = False
-        self._writer = _Writer(self._keeper) if background else None
+        self._writer = _Writer(self._guard) if background else None
 
     @property
     def trouble(self) -> str:
         """What is wrong with the disk, empty when all is well."""
-        return self._keeper.trouble or self._slow or self._keeper.untidy
+        return self._guard.trouble or self._slow or self._guard.prune_error
 
-    def write(self, run: MissionRun, event: Event) -> None:
+    def write(self, run: MissionRun, event: RunEvent) -> None:
         """Take an event; it is in the file after the next :meth:`commit`."""
         if self._closed:
             return
@@ -124,11 +121,11 @@ class Journal:
         seq = self._seq[run_id] = self._seq[run_id] + 1
         new_state = event.kind in STATE_KINDS
         if new_state or self._has_room(seq):
-            self._batch.append(Happened(run_id, seq, event))
+            self._batch.append(EventRow(run_id, seq, event))
         else:
             self._dropped[run_id] = self._dropped.get(run_id, 0) + 1
         if new_state:
-            self._batch.append(Change(run_id, run_changes(run, self._dropped.get(run_id, 0))))
+            self._batch.append(RunUpdate(run_id, run_changes(run, self._dropped.get(run_id, 0))))
         if event.kind is EventKind.ENDED or run_id == self._ended[0]:
             self._ended = run_id, self._seq.pop(run_id)
             self._dropped.pop(run_id, None)
@@ -153,7 +150,7 @@ class Journal:
         Args:
             broken: What is wrong with the file.
         """
-        self._keeper.begin_again(broken)
+        self._guard.begin_again(broken)
         self._report()
 
     @contextmanager
@@ -166,11 +163,6 @@ class Journal:
             self._together -= 1
             self.flush()
 
-    def note(self, name: str, value: str) -> None:
-        """Remember a value under a name; safe when this returns."""
-        self._batch.append(Note(name, value))
-        self.flush()
-
     def commit(self) -> None:
         """Bring what was written so far to the disk."""
         if self._batch and not self._together:
@@ -182,7 +174,7 @@ class Journal:
         if self._together or self._closed:
             return
         self._hand_over(try_again=True)
-        if self._writer is not None and not self._keeper.trouble:
+        if self._writer is not None and not self._guard.trouble:
             self._wait_for(self._writer)
         self._report()
 
@@ -194,7 +186,7 @@ class Journal:
         self._closed = True
         if self._writer is not None:
             self._writer.close()
-        self._keeper.close()
+        self._guard.close()
 
     def _open(self, run: MissionRun) -> None:
         """Begin with a run that is new, or go on with the last that ended: somebody who was told broke."""
@@ -226,7 +218,7 @@ class Journal:
             return frozenset()  # writing will say what is wrong with the file
 
     def _has_room(self, seq: int) -> bool:
-        waiting = self._handed + len(self._batch) - self._keeper.done
+        waiting = self._handed + len(self._batch) - self._guard.done
         return seq <= self._parameters.events_per_run and waiting < self._parameters.max_waiting
 
     def _hand_over(self, *, try_again: bool) -> None:
@@ -234,12 +226,12 @@ class Journal:
             return
         batch, self._batch = self._batch, []
         if batch:
-            batch.append(Note(WRITTEN, self._date()))
+            batch.append(LastEntry(self._date()))
         self._handed += len(batch)
         if self._writer is not None:
             self._writer.put(batch, try_again=try_again)
-        elif batch or self._keeper.trouble:
-            self._keeper.put(batch, try_again=try_again)
+        elif batch or self._guard.trouble:
+            self._guard.put(batch, try_again=try_again)
 
     def _report(self) -> None:
         """Tell a trouble once, and its end."""
@@ -252,8 +244,8 @@ class Journal:
 class _Writer:
     """The thread that writes."""
 
-    def __init__(self, keeper: Keeper) -> None:
-        self._keeper = keeper
+    def __init__(self, guard: WriterGuard) -> None:
+        self._guard = guard
         self._queue: SimpleQueue[tuple[list[Job], bool] | threading.Event | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="journal", daemon=True)
         self._thread.start()
@@ -275,7 +267,7 @@ class _Writer:
             if isinstance(item, threading.Event):
                 item.set()
             else:
-                self._keeper.put(item[0], try_again=item[1])
+                self._guard.put(item[0], try_again=item[1])
 
 
 def _utc_now() -> str:

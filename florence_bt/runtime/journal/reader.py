@@ -20,6 +20,7 @@ from florence_bt.runtime.journal.rows import (
 from florence_bt.runtime.journal.schema import (
     JOURNAL_FILE,
     OWN_FILE,
+    WRITTEN,
     JournalBroken,
     JournalTooNew,
     bring_up_to_date,
@@ -118,9 +119,9 @@ class JournalReader:
         )
         return self._made(event_from_row, query, {"run_id": run_id})
 
-    def note(self, name: str) -> str:
-        """What was noted under a name, empty when nothing was."""
-        rows = self._rows("SELECT value FROM notes WHERE name = :name", {"name": name})
+    def last_entry(self) -> str:
+        """Date and time (UTC) of the last entry, empty when unknown."""
+        rows = self._rows("SELECT value FROM notes WHERE name = :name", {"name": WRITTEN})
         return str(rows[0][0]) if rows else ""
 
     def _made(self, make: Callable[[Any], T], query: str, values: dict[str, Any]) -> list[T]:

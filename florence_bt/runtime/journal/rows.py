@@ -12,8 +12,10 @@ from typing import Any
 from py_trees.common import Status
 
 from florence_bt.behaviours.why import Why
-from florence_bt.runtime.events import Event, EventKind, plain
-from florence_bt.runtime.run import MissionRun, Policy, Request, RunStatus
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.geometry import Pose2
+from florence_bt.runtime.events import EventKind, RunEvent, plain
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
 
 RUN_COLUMNS = (
     "run_id, mission, caller, policy, priority, inputs, version, accepted, state, note, code, reason, cause, "
@@ -84,7 +86,9 @@ class JournaledRun:
 
     def as_run(self) -> MissionRun:
         """The run with plain values, to be shown."""
-        request = Request(self.mission, self.inputs, self.caller, Policy(self.policy), self.priority)
+        request = MissionRequest(
+            self.mission, self.inputs, self.caller, TriggerPolicy(self.policy), self.priority
+        )
         why = Why(self.cause, self.code, self.reason) if self.reason and self.status.final else None
         return MissionRun(
             self.run_id,
@@ -162,7 +166,7 @@ def _state_values(run: MissionRun) -> tuple[Any, ...]:
     return (run.status.value, run.note, run.code, reason, cause, outputs, *times, run.ticks, tree)
 
 
-def event_values(seq: int, event: Event) -> tuple[Any, ...]:
+def event_values(seq: int, event: RunEvent) -> tuple[Any, ...]:
     """The values of :data:`EVENT_COLUMNS` for an event."""
     data = event.data
     find = data.get
@@ -185,7 +189,7 @@ def run_from_row(row: Sequence[Any]) -> JournaledRun:
     values[5] = _mapping(values[5])
     values[13] = _mapping(values[13])
     RunStatus(values[8])
-    Policy(values[3])
+    TriggerPolicy(values[3])
     return JournaledRun(*values)
 
 
@@ -202,6 +206,14 @@ def event_from_row(row: Sequence[Any]) -> JournaledEvent:
     return JournaledEvent(
         *head, *(text or "" for text in texts), *(_mapping(table) if table else {} for table in tables)
     )
+
+
+def typed(value: Any, port: Port | None) -> Any:
+    """A plain value of the journal as a value of a port's kind."""
+    is_pose = isinstance(value, Mapping) and value.keys() == {"x", "y", "yaw"}
+    if port is not None and port.kind is Kind.POSE and is_pose:
+        return Pose2(**value)
+    return value
 
 
 def _check_types(columns: str, types: Sequence[Any], row: Sequence[Any]) -> None:

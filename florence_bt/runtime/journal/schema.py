@@ -13,6 +13,9 @@ from florence_bt.core.errors import ConfigError
 JOURNAL_FILE = "journal.sqlite"
 """The name of the file in a folder of runs."""
 
+WRITTEN = "written"
+"""The name of the date of the last entry in the table ``notes``."""
+
 _FIRST = """
 CREATE TABLE runs (
     id INTEGER PRIMARY KEY AUTOINCREMENT,

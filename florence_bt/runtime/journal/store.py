@@ -16,11 +16,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from florence_bt.runtime.events import Event
+from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.journal.rows import CHANGED_COLUMNS, EVENT_COLUMNS, RUN_COLUMNS, event_values
 from florence_bt.runtime.journal.schema import (
     JOURNAL_FILE,
     OWN_FILE,
+    WRITTEN,
     JournalTooNew,
     bring_up_to_date,
     check_version,
@@ -33,7 +34,7 @@ _NUMBER = "SELECT id FROM runs WHERE run_id = ?"
 _EVENT = (
     f"INSERT INTO events (run, {EVENT_COLUMNS}) VALUES (?, {', '.join('?' * len(EVENT_COLUMNS.split(',')))})"
 )
-_NOTE = (
+_LAST_ENTRY = (
     "INSERT INTO notes (name, value) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = excluded.value"
 )
 _FINAL = ", ".join(f"'{name}'" for name in sorted(status.value for status in FINAL))
@@ -52,7 +53,7 @@ class NewRun:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class RunUpdate:
     """A run stands elsewhere now; values of what changed."""
 
     run_id: str
@@ -65,23 +66,22 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
+class EventRow:
     """An event of a run."""
 
     run_id: str
     seq: int
-    event: Event
+    event: RunEvent
 
 
 @dataclass(frozen=True, slots=True)
-class Note:
-    """A value to remember under a name."""
+class LastEntry:
+    """When the last entry was written; steady clocks do not outlive the machine."""
 
-    name: str
-    value: str
+    date: str
 
 
-Job = NewRun | Change | Happened | Note
+Job = NewRun | RunUpdate | EventRow | LastEntry
 
 
 class Store:
@@ -194,12 +194,12 @@ class Store:
                 match job:
                     case NewRun(values=values):
                         connection.execute(_NEW_RUN, values)
-                    case Change(run_id=run_id, values=values):
+                    case RunUpdate(run_id=run_id, values=values):
                         connection.execute(_CHANGE, (*values, run_id))
-                    case Note(name=name, value=value):
-                        connection.execute(_NOTE, (name, value))
+                    case LastEntry(date=date):
+                        connection.execute(_LAST_ENTRY, (WRITTEN, date))
 
-    def drop_old(self) -> bool:
+    def prune(self) -> bool:
         """Drop the oldest runs that ended, beyond the number that is kept; once in many new runs.
 
         Returns:
@@ -232,7 +232,7 @@ class Store:
 
 
 def _is_event(job: Job) -> bool:
-    return isinstance(job, Happened)
+    return isinstance(job, EventRow)
 
 
 def _event_rows(
@@ -246,7 +246,7 @@ def _event_rows(
         numbers: Name -> number of the runs that were looked up before in the same transaction.
     """
     for job in jobs:
-        assert isinstance(job, Happened)
+        assert isinstance(job, EventRow)
         if job.run_id not in numbers:
             row = connection.execute(_NUMBER, (job.run_id,)).fetchone()
             numbers[job.run_id] = row[0] if row is not None else None

@@ -18,19 +18,18 @@ from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.ros.tf import TransformListener
 from florence_bt.runtime.background_check import BackgroundCheck
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.runtime.node._controls import Controls
-from florence_bt.runtime.node._questions import Questions
+from florence_bt.runtime.node._queries import Queries
 from florence_bt.runtime.node._robot_goals import RobotGoals, exclusive_actions
 from florence_bt.runtime.node._topics import RunTopics
 from florence_bt.runtime.node._triggers import Triggers
 from florence_bt.runtime.node._watching import Watching
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
-from florence_bt.runtime.recovery.recovery import FRESH_S, Recovery
-from florence_bt.runtime.recovery.safety import Safety
+from florence_bt.runtime.recovery.recovery import FRESH_S, Recovery, Safety
 from florence_bt.runtime.run import MissionRun, RunIds, utc_stamp
 
 
@@ -76,13 +75,20 @@ class MissionNode(FlorenceNode):
     ) -> None:
         super().__init__("florence_bt", parameters=parameters)
         self._settings = self.read_parameters(MissionNodeParameters)
-        self._tf: TransformListener | None = None
+        self._declarations = declarations
         self._on_recorded = on_recorded
+        self._tf: TransformListener | None = None
         self._skills = make_skills(self)
         actions = exclusive_actions(self._skills, declarations)
         goals = OpenGoals(self, {skill.action for skill in actions})
-        self._robot_goals = RobotGoals(goals, actions)
         safety = make_safety(self, goals) if make_safety is not None else None
+        self._robot_goals = RobotGoals(goals, actions)
+        self._build_executor()
+        self._serve()
+        self._recover(safety)
+
+    def _build_executor(self) -> None:
+        """What runs missions and keeps a record of them."""
         runs_folder = Path(self._settings.runs_folder)
         self._journal = Journal(
             runs_folder,
@@ -91,17 +97,18 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(self._journal.close)
-        missions = self._load_missions(declarations)
+        folders = [Path(folder) for folder in self._settings.mission_folders]
+        missions = MissionFolders.of(folders, self._declarations)
         self._missions = Executor(
             missions,
             self._skills,
-            declarations,
+            self._declarations,
             self.timebase,
             RunIds(utc_stamp),
             call_soon=self.call_soon,
             log=self._journal,
             stopwatch=time.perf_counter,
-            let_others_run=os.sched_yield,
+            yield_cpu=os.sched_yield,
             reload_at_trigger=False,
         )
         self._edits = BackgroundCheck(missions, self._missions.adopt, self.call_soon, self.steady)
@@ -115,20 +122,27 @@ class MissionNode(FlorenceNode):
             on_trouble=self.get_logger().error,
         )
         self.on_close(recorder.close)
+
+    def _serve(self) -> None:
+        """The services, the action and the topics."""
+        runs_folder = Path(self._settings.runs_folder)
         self._triggers = Triggers(self, self._missions, self._edits, runs_folder)
-        self._topics = RunTopics(self, self._missions, self._triggers.tell_tree)
+        self._topics = RunTopics(self, self._missions, self._triggers.publish_feedback)
         self._watching = Watching(self, lambda: self._missions.tree)
         self._controls = Controls(self, self._missions, self._reload, self._robot_goals)
-        self._questions = Questions(
-            self, self._missions, declarations, self._skills, runs_folder, self._robot_goals
+        self._queries = Queries(
+            self, self._missions, self._declarations, self._skills, runs_folder, self._robot_goals
         )
         self._missions.add_listener(self._on_event)
         self._missions.on_tick = self._after_tick
-        self._questions.tell_findings()
+        self._queries.log_findings()
+
+    def _recover(self, safety: Safety | None) -> None:
+        """Take up what a dead process left."""
         self._recovery = Recovery(
             self._missions,
             self._journal,
-            declarations,
+            self._declarations,
             self.timebase,
             self.get_logger().warning,
             steady=self.steady,
@@ -138,10 +152,6 @@ class MissionNode(FlorenceNode):
             self._recovery.begin()
         else:
             self._recovery.begin(safety.make_safe, self._still_booting)
-
-    def _load_missions(self, declarations: Mapping[str, SkillDeclaration]) -> MissionFolders:
-        folders = [Path(folder) for folder in self._settings.mission_folders]
-        return MissionFolders.of(folders, declarations)
 
     def missing(self) -> list[str]:
         """What is not there yet, for people: servers of this robot's skills, and safety after a crash."""
@@ -175,7 +185,7 @@ class MissionNode(FlorenceNode):
         self._watching.after_tick(run, duration)
         self._topics.after_tick(run)
 
-    def _on_event(self, run: MissionRun, event: Event) -> None:
+    def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         if event.kind is EventKind.NODE:
             return
         self._topics.on_event(run, event)

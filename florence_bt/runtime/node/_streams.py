@@ -28,7 +28,7 @@ LINGER_S = 30.0
 T = TypeVar("T")
 
 
-class Stream(Generic[T]):
+class ViewerStream(Generic[T]):
     """One open stream.
 
     Attributes:
@@ -51,7 +51,7 @@ class Stream(Generic[T]):
         self.heard_at = 0.0
 
 
-class Streams(Generic[T]):
+class ViewerStreams(Generic[T]):
     """The open streams of one kind.
 
     Args:
@@ -69,25 +69,25 @@ class Streams(Generic[T]):
         *,
         folder: str,
         automatic: str,
-        show: Callable[[Stream[T]], None],
+        show: Callable[[ViewerStream[T]], None],
     ) -> None:
         self._node = node
         self._type = message_type
         self._folder = folder
         self._automatic = automatic
         self._show = show
-        self._open: dict[str, Stream[T]] = {}
+        self._open: dict[str, ViewerStream[T]] = {}
         self._count = 0
         self._looks = False
 
-    def __iter__(self) -> Iterator[Stream[T]]:
+    def __iter__(self) -> Iterator[ViewerStream[T]]:
         """The open streams, in the order in which they were opened."""
         return iter(tuple(self._open.values()))
 
     def __len__(self) -> int:
         return len(self._open)
 
-    def find(self, topic: str) -> Stream[T] | None:
+    def find(self, topic: str) -> ViewerStream[T] | None:
         """The stream with this topic, None when there is none."""
         return self._open.get(topic)
 
@@ -111,7 +111,7 @@ class Streams(Generic[T]):
                 f"{MAX_STREAMS} streams are open already", valid=["closing one that is not needed any more"]
             )
         self._refuse_other_types(topic)
-        stream = Stream(LatchedPublisher(self._node, self._type, topic), wanted)
+        stream = ViewerStream(LatchedPublisher(self._node, self._type, topic), wanted)
         stream.heard_at = self._node.steady.now()
         self._open[topic] = stream
         self._show(stream)

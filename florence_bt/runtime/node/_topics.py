@@ -10,7 +10,7 @@ from std_msgs.msg import String
 from florence_bt.core.clock import Timer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.node._convert import run_state_to_ros
 from florence_bt.runtime.run import MissionRun
@@ -53,7 +53,7 @@ class RunTopics:
         elif self._later is None:
             self._later = self._node.steady.call_at(self._next, self._tell_later)
 
-    def on_event(self, run: MissionRun, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: RunEvent) -> None:
         """Something happened to a run."""
         if event.kind in _QUEUE_EVENTS and self._missions.current not in (None, run):
             self._tell_of_queue(run, event)
@@ -68,7 +68,7 @@ class RunTopics:
             self._state.publish(run_state_to_ros(run))
             self._tree.publish(String(data=status_text(run, run.tree, self._node.timebase.now())))
 
-    def _tell_of_queue(self, run: MissionRun, event: Event) -> None:
+    def _tell_of_queue(self, run: MissionRun, event: RunEvent) -> None:
         """A run came into the queue or left it unserved; the last word stays with the current run."""
         self._state.publish(run_state_to_ros(run))
         current = self._missions.current

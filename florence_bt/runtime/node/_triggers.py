@@ -19,11 +19,10 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
-from florence_bt.runtime.past_requests import same_again
-from florence_bt.runtime.requests import request_from_texts
-from florence_bt.runtime.run import MissionRun, Policy, RunStatus
-from florence_bt.trees.language.kinds import IDENTIFIER
+from florence_bt.runtime.requests import request_from_texts, same_again
+from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 
 class Triggers:
@@ -85,7 +84,7 @@ class Triggers:
         """Sync when the present request is answered: its own service may be one that goes."""
         self._node.call_soon(self.sync)
 
-    def tell_tree(self, run: MissionRun, tip: str, tree: str) -> None:
+    def publish_feedback(self, run: MissionRun, tip: str, tree: str) -> None:
         """Feedback for the client of the action, if this is its run."""
         if run.run_id == self._run_of_action:
             self._action.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
@@ -164,7 +163,7 @@ class Triggers:
 
     def _on_goal(self, goal: ExecuteMission.Goal) -> str | None:
         older = self._run_of_action
-        if older is not None and goal.policy == Policy.QUEUE.value:
+        if older is not None and goal.policy == TriggerPolicy.QUEUE.value:
             return (
                 f"this action has one goal at a time, now {older}; to queue more use the service run_mission"
             )

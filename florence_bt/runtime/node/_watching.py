@@ -24,9 +24,9 @@ from std_msgs.msg import String
 from florence_bt.core.errors import ConfigError
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.watched_publisher import WatchedPublisher
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.node._convert import activity_to_ros, snapshot_to_ros, variables_to_ros
-from florence_bt.runtime.node._streams import Stream, Streams
+from florence_bt.runtime.node._streams import ViewerStream, ViewerStreams
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.viewers.snapshot import NodeSnapshot, snapshot_of, statuses
 from florence_bt.runtime.viewers.streams import StreamParameters, checked_variables, keys_text
@@ -64,13 +64,13 @@ class Watching:
         self._known: dict[uuid.UUID, Status] = {}
         self._values: dict[str, Any] = {}
         self._activity: list[Activity] = []
-        self._snapshots: Streams[StreamParameters] = Streams(
+        self._snapshots: ViewerStreams[StreamParameters] = ViewerStreams(
             node, BehaviourTree, folder="snapshot_streams", automatic="_snapshots_", show=self._show
         )
-        self._boards: Streams[_Board] = Streams(
+        self._boards: ViewerStreams[_Board] = ViewerStreams(
             node, String, folder="blackboard_streams", automatic="_watcher_", show=self._show_board_to_joiner
         )
-        self._default: Stream[StreamParameters] = Stream(
+        self._default: ViewerStream[StreamParameters] = ViewerStream(
             WatchedPublisher(node, BehaviourTree, "~/snapshots", on_join=lambda: self._show(self._default)),
             StreamParameters(),
         )
@@ -89,7 +89,7 @@ class Watching:
 
     # ---- what happens -----------------------------------------------------------------------------------
 
-    def on_event(self, run: MissionRun, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: RunEvent) -> None:
         """A run began or ended."""
         if event.kind is EventKind.STARTED:
             self._forget_tree()
@@ -162,19 +162,19 @@ class Watching:
 
     # ---- snapshots --------------------------------------------------------------------------------------
 
-    def _show_if_due(self, stream: Stream[StreamParameters]) -> None:
+    def _show_if_due(self, stream: ViewerStream[StreamParameters]) -> None:
         since = self._node.steady.now() - stream.shown_at
         if stream.wanted.due(changed=self._nodes != stream.shown, since_last=since):
             self._publish(stream)
 
-    def _show(self, stream: Stream[StreamParameters]) -> None:
+    def _show(self, stream: ViewerStream[StreamParameters]) -> None:
         """Somebody has begun to watch: the state of the moment."""
         if not self._looked:
             self._look()
-        if self._nodes and not (stream.publisher.tells_joiners and stream.shown is self._nodes):
+        if self._nodes and not (stream.publisher.serves_new_subscribers and stream.shown is self._nodes):
             self._publish(stream)
 
-    def _publish(self, stream: Stream[StreamParameters]) -> None:
+    def _publish(self, stream: ViewerStream[StreamParameters]) -> None:
         message = snapshot_to_ros(
             self._nodes, changed=self._nodes != stream.shown, statistics=self._statistics()
         )
@@ -252,11 +252,11 @@ class Watching:
         response.result = self._boards.close(request.topic_name)
         return response
 
-    def _show_board_to_joiner(self, stream: Stream[_Board]) -> None:
+    def _show_board_to_joiner(self, stream: ViewerStream[_Board]) -> None:
         """Somebody has begun to watch: the blackboard watcher does not ask for what was published earlier."""
-        self._show_board(stream, joined=not stream.publisher.tells_joiners)
+        self._show_board(stream, joined=not stream.publisher.serves_new_subscribers)
 
-    def _show_board(self, stream: Stream[_Board], *, joined: bool = False) -> None:
+    def _show_board(self, stream: ViewerStream[_Board], *, joined: bool = False) -> None:
         if not self._looked:
             self._look()
         if self._variables is None:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from math import inf
+from typing import Protocol
 
 from florence_bt.behaviours.why import Why
 from florence_bt.core.clock import Clock
@@ -28,12 +29,12 @@ from florence_bt.runtime.journal import (
     JournalReader,
     JournalTooNew,
 )
-from florence_bt.runtime.journal.journal import WRITTEN
+from florence_bt.runtime.journal.rows import typed
 from florence_bt.runtime.journal.schema import OWN_FILE
 from florence_bt.runtime.journal.text import with_one_clock
 from florence_bt.runtime.journal.tree_text import tree_from_events
-from florence_bt.runtime.recovery.replay import ReplayDiverged, replay, typed
-from florence_bt.runtime.run import MissionRun, Policy, Request, RunStatus
+from florence_bt.runtime.recovery.replay import ReplayDiverged, replay
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
 
 MakeSafe = Callable[[], SkillRun]
 """Brings the robot to a stand and cancels what older processes asked of it; succeeds when it stands."""
@@ -52,6 +53,18 @@ MAX_IN_A_ROW = 3
 CRASHED = "crashed"
 RECOVERY = "recovery"
 RESTART_OF = "restart of "
+
+
+class Safety(Protocol):
+    """Stops what drives the robot, whoever asked for it."""
+
+    def make_safe(self) -> SkillRun:
+        """Stop everything that moves the robot.
+
+        Returns:
+            A run that succeeds when the robot is known to stand still. It ends within a bounded time in any
+            case; a failure says what is not known.
+        """
 
 
 def _nothing_moves() -> SkillRun:
@@ -78,7 +91,7 @@ class Recovery:
         journal: The journal that both processes write.
         declarations: What the skills say about themselves.
         clock: The clock of the executor.
-        tell: Told what became of each run, in one sentence.
+        notify: Called with what happened to each run, in one sentence.
         steady: For the limits of waiting; ``clock`` when not given.
         fresh_s: How old the last entry of the journal may be for its runs to be taken up; infinite when this
             process is known to follow the one that died.
@@ -91,7 +104,7 @@ class Recovery:
         journal: Journal,
         declarations: Mapping[str, SkillDeclaration],
         clock: Clock,
-        tell: Callable[[str], None] = lambda text: None,
+        notify: Callable[[str], None] = lambda text: None,
         *,
         steady: Clock | None = None,
         fresh_s: float = FRESH_S,
@@ -101,7 +114,7 @@ class Recovery:
         self._journal = journal
         self._declarations = declarations
         self._clock = clock
-        self._tell = tell
+        self._notify = notify
         self._steady = steady or clock
         self._fresh_s = fresh_s
         self._date = date
@@ -147,12 +160,12 @@ class Recovery:
         try:
             return self._read()
         except JournalTooNew as error:
-            self._tell(f"{error}; it is left alone, and runs are kept in {OWN_FILE} beside it")
+            self._notify(f"{error}; it is left alone, and runs are kept in {OWN_FILE} beside it")
         except JournalBroken as error:
-            self._tell(f"runs that went on when the process before died are not taken up: {error}")
+            self._notify(f"runs that went on when the process before died are not taken up: {error}")
             self._journal.set_aside(str(error))
         except FlorenceError as error:
-            self._tell(f"it is not known what the process before left: {error}")
+            self._notify(f"it is not known what the process before left: {error}")
         return True
 
     def _read(self) -> bool:
@@ -161,7 +174,7 @@ class Recovery:
         with JournalReader(self._journal.folder) as reader:
             self._past = [LeftRun(row, tuple(reader.events(row.run_id))) for row in reader.unfinished()]
             latest = reader.runs(1)
-            self._too_old = self._age_problem(reader.note(WRITTEN))
+            self._too_old = self._age_problem(reader.last_entry())
         if latest and latest[0].status.final:
             # Who asks for the last run after a restart means this one.
             self._executor.last = latest[0].as_run()
@@ -241,7 +254,7 @@ class Recovery:
                 self._abort(each, reason)
             elif each.row.started is None:
                 waiting.append(self._run_of(each))
-                self._tell(f"{each.row.run_id} waits for its turn again after a crash")
+                self._notify(f"{each.row.run_id} waits for its turn again after a crash")
             else:
                 self._by_policy(each)
         self._executor.queue_again(waiting)
@@ -257,15 +270,15 @@ class Recovery:
         run.tree = tree_from_events(past.events)
         text = f"the process died on it; {reason}"
         self._executor.close_past(run, RunStatus.ABORTED, Why(run.mission, CRASHED, text))
-        self._tell(f"{run.run_id} aborted: {text}")
+        self._notify(f"{run.run_id} aborted: {text}")
 
     def _restart(self, past: LeftRun) -> None:
         if self._times_restarted(past.row) >= MAX_IN_A_ROW:
             self._abort(past, f"it was restarted {MAX_IN_A_ROW} times in a row already")
             return
         run = self._run_of(past)
-        request = Request(
-            run.mission, run.inputs, f"{RESTART_OF}{run.run_id}", Policy.QUEUE, run.request.priority
+        request = MissionRequest(
+            run.mission, run.inputs, f"{RESTART_OF}{run.run_id}", TriggerPolicy.QUEUE, run.request.priority
         )
         # One transaction: after another crash the mission is neither forgotten nor restarted twice.
         with self._journal.together():
@@ -317,7 +330,7 @@ class Recovery:
             return
         self._executor.take_up(done.tree)
         tip = self._executor.tip()
-        self._tell(f"{run.run_id} goes on after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
+        self._notify(f"{run.run_id} goes on after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
 
     def _run_of(self, past: LeftRun) -> MissionRun:
         """The run as it began, with inputs of the types that its mission declares."""
@@ -325,7 +338,7 @@ class Recovery:
         mission = self._executor.library.find(row.mission)
         ports = mission.inputs if mission is not None else {}
         inputs = {name: typed(value, ports.get(name)) for name, value in row.inputs.items()}
-        request = Request(row.mission, inputs, row.caller, Policy(row.policy), row.priority)
+        request = MissionRequest(row.mission, inputs, row.caller, TriggerPolicy(row.policy), row.priority)
         run = MissionRun(row.run_id, request, inputs, version=row.version, note=row.note)
         run.ticks = row.ticks
         times = [event.time for event in with_one_clock(past.events)]

@@ -10,25 +10,25 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
-from typing import Any
 
+from py_trees.common import Status
+
+from florence_bt.behaviours.composites import CLEANUP
 from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.behaviours.why import Why, path_of
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled
 from florence_bt.core.skill import Inputs
-from florence_bt.runtime.announcer import Announcer, NoLog
-from florence_bt.runtime.events import Event, EventKind, plain
+from florence_bt.runtime.event_bus import EventBus, NoLog
+from florence_bt.runtime.events import EventKind, RunEvent, plain
 from florence_bt.runtime.journal import JournaledEvent
+from florence_bt.runtime.journal.rows import typed
 from florence_bt.runtime.journal.text import match_ends, with_one_clock
-from florence_bt.runtime.recovery.cleanups_in_journal import between_ticks
-from florence_bt.runtime.recovery.ends_in_journal import ends_after_leaving
 from florence_bt.runtime.run import MissionRun, RunStatus
+from florence_bt.runtime.run_environment import RunEnvironment
 from florence_bt.runtime.tree_run import TreeRun
-from florence_bt.runtime.world import World
 from florence_bt.trees.language.loader import MissionLibrary
 
 EARLY_S = (0.0, 0.002, 0.02)
@@ -104,24 +104,26 @@ class _Replay:
         ):
             raise ReplayDiverged("the journal of the run has no beginning")
         self._clock = ManualClock(self._events[0].time)
-        self._done: list[Event] = []
+        self._done: list[RunEvent] = []
         self._started_between: list[tuple[str, ...]] = []
         self._last_change = {
             event.tick: index
             for index, event in enumerate(self._events)
             if event.kind == EventKind.NODE.value
         }
-        self._between = between_ticks(self._events, self._last_change)
+        self._between = _between_ticks(self._events, self._last_change)
         self._records: dict[int, _Recorded] = {}
         self._over: tuple[RunStatus, Why | None] | None = None
         self._skills = {
             name: _RecordedSkill(name, declaration, run) for name, declaration in declarations.items()
         }
         self._give_ends()
-        announcer = Announcer(self._clock, NoLog())
-        announcer.add_listener(lambda run, event: self._done.append(event))
-        world = World(library, self._skills, declarations, self._clock, lambda: None, announcer)
-        self._tree = TreeRun(run, world, lambda run: None, self._on_over)
+        event_bus = EventBus(self._clock, NoLog())
+        event_bus.add_listener(lambda run, event: self._done.append(event))
+        environment = RunEnvironment(
+            library, self._skills, declarations, self._clock, lambda: None, event_bus
+        )
+        self._tree = TreeRun(run, environment, lambda run: None, self._on_over)
         nodes = self._tree.root.iterate()
         self._watched = {path_of(node): node for node in nodes if isinstance(node, WatchedSkill)}
 
@@ -224,7 +226,7 @@ class _Replay:
 
     def _give_ends(self) -> None:
         """Give each recorded start the end that belongs to it."""
-        records, unseen = self._records, ends_after_leaving(self._events, self._last_change)
+        records, unseen = self._records, _ends_after_leaving(self._events, self._last_change)
         for index, event in enumerate(self._events):
             if event.kind == EventKind.SKILL_STARTED.value and event.skill in self._skills:
                 records[index] = _Recorded()
@@ -355,7 +357,7 @@ def _told(event: JournaledEvent) -> tuple[str, ...]:
     return (event.kind, event.node, event.skill, repr(sorted(event.inputs.items())))
 
 
-def _did(event: Event) -> tuple[str, ...]:
+def _did(event: RunEvent) -> tuple[str, ...]:
     data = event.data
     if event.kind is EventKind.NODE:
         return (event.kind.value, data["node"], data["new"])
@@ -378,9 +380,92 @@ def _result(event: JournaledEvent, declaration: SkillDeclaration) -> Result:
     return Result(outcome, event.code or "ok", event.reason, outputs)
 
 
-def typed(value: Any, port: Port | None) -> Any:
-    """A plain value of the journal as a value of a port's kind."""
-    is_pose = isinstance(value, Mapping) and value.keys() == {"x", "y", "yaw"}
-    if port is not None and port.kind is Kind.POSE and is_pose:
-        return Pose2(**value)
-    return value
+@dataclass(frozen=True, slots=True)
+class _BetweenTicks:
+    """What clean-ups did between two ticks of the tree; indices of events.
+
+    Attributes:
+        starts: Starts of skills.
+        ends: The end of a skill -> its start.
+    """
+
+    starts: frozenset[int]
+    ends: dict[int, int]
+
+
+def _between_ticks(events: Sequence[JournaledEvent], last_change: dict[int, int]) -> _BetweenTicks:
+    """Find what clean-ups beside the tree did by themselves.
+
+    Args:
+        events: Everything that the journal has of a run.
+        last_change: Tick -> index of the last change of a node in it. What a tick does is told before that.
+    """
+    beside = _starts_beside(events)
+    return _BetweenTicks(
+        frozenset(index for index in beside if index > last_change.get(events[index].tick, -1)),
+        {
+            end: start
+            for start, end in match_ends(events)
+            if start in beside and end > last_change.get(events[end].tick, -1)
+        },
+    )
+
+
+def _starts_beside(events: Sequence[JournaledEvent]) -> set[int]:
+    """The starts of skills below the node of a clean-up, from its beginning to its end."""
+    going: list[str] = []
+    found = set()
+    for index, event in enumerate(events):
+        if event.kind == EventKind.SKILL_STARTED.value and event.skill == CLEANUP:
+            going.append(event.node)
+        elif event.kind == EventKind.SKILL_ENDED.value and event.skill == CLEANUP and event.node in going:
+            going.remove(event.node)
+        elif event.kind == EventKind.SKILL_STARTED.value and any(
+            f"{event.node}/".startswith(f"{node}/") for node in going
+        ):
+            found.add(index)
+    return found
+
+
+def _ends_after_leaving(events: Sequence[JournaledEvent], last_change: Mapping[int, int]) -> frozenset[int]:
+    """The ends of skills that came only after their nodes had left them.
+
+    Args:
+        events: Everything that the journal has of a run.
+        last_change: Tick -> index of the last change of a node in it. What a tick does is told before that.
+
+    Returns:
+        Indices of events.
+    """
+    answered, left = _answered(events), _left_before(events)
+    found = set()
+    for start, end in match_ends(events):
+        event = events[end]
+        was_cancelled = event.data.get("outcome") == Outcome.CANCELLED.value
+        # Any other end between two ticks may also be that of a skill that answers at once after a pause.
+        told_late = end > last_change.get(event.tick, -1) and left[end] > start
+        if (was_cancelled or told_late) and (event.tick, event.node) not in answered:
+            found.add(end)
+    return frozenset(end for end in found if not events[end].data.get("paused"))
+
+
+def _answered(events: Sequence[JournaledEvent]) -> set[tuple[int, str]]:
+    """Every tick and node in which the node ended by itself."""
+    ends = (Status.SUCCESS.value, Status.FAILURE.value)
+    return {
+        (event.tick, event.node)
+        for event in events
+        if event.kind == EventKind.NODE.value and event.new in ends
+    }
+
+
+def _left_before(events: Sequence[JournaledEvent]) -> dict[int, int]:
+    """The end of a skill -> when its node was left the last time before; indices of events, or -1."""
+    left: dict[str, int] = {}
+    found = {}
+    for index, event in enumerate(events):
+        if event.kind == EventKind.NODE.value and event.new == Status.INVALID.value:
+            left[event.node] = index
+        elif event.kind == EventKind.SKILL_ENDED.value:
+            found[index] = left.get(event.node, -1)
+    return found

@@ -1,4 +1,4 @@
-"""How sequences and selectors are ticked: py_trees' own rules, on the children as they stand at each tick."""
+"""How composites are ticked and stopped: py_trees' own rules, on the children as they are at each tick."""
 
 from __future__ import annotations
 
@@ -6,194 +6,211 @@ from collections.abc import Callable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
-from py_trees.composites import Composite
+from py_trees.common import ParallelPolicy, Status
+from py_trees.composites import Parallel
 
-from florence_bt.behaviours.composites import Selector as OwnSelector
-from florence_bt.runtime.ticking._leaves import FAILURE, INVALID, RUNNING, SUCCESS, overrides
-from florence_bt.runtime.ticking._table import Functions, Table
-
-Stop = Callable[[Any, Status], None]
-
-LONG = 16
-"""With more children than this the place of the current one is remembered instead of looked for."""
+from florence_bt.runtime.ticking._table import FAILURE, INVALID, RUNNING, SUCCESS, Halt, Tick, TickTable
 
 
-def make_stop(table: Table, example: Behaviour) -> Stop:
+def make_stop(table: TickTable) -> Callable[[Any, Status], None]:
     """``Composite.stop``: with INVALID the children are stopped first, otherwise only the node ends."""
-    note, halts = table.note, table.halts
-    ends = overrides(example, "terminate")
+    change, halt_from = table.change, table.halt_from
 
     def stop(node: Any, new: Status) -> None:
         if new is INVALID:
             node.current_child = None
-            for child in node.children:
-                if child.status is not INVALID:
-                    try:
-                        halt = halts[child.__class__]
-                    except KeyError:
-                        halt = table.halt_of(child)
-                    halt(child)
-        if ends:
-            node.terminate(new)
+            halt_from(node.children, 0)
+        node.terminate(new)
         if node.status is not new:
-            if note is not None:
-                note((node, node.status, new))
-            node.status = new
+            change(node, new)
 
     return stop
 
 
-def halt_from(table: Table, children: list[Behaviour], first: int) -> None:
-    """Stop the children from an index on, except those that stand at INVALID."""
-    halts = table.halts
-    rest: Any = iter(children)
-    rest.__setstate__(first)  # begins there without passing over, or copying, what stands before
-    for child in rest:
-        if child.status is not INVALID:
-            try:
-                halt = halts[child.__class__]
-            except KeyError:
-                halt = table.halt_of(child)
-            halt(child)
+def make_initialise(table: TickTable, cls: Any) -> Callable[[Any], None]:
+    """``initialise`` of a class of composites; one that is overridden may stop children itself."""
+    if cls.initialise is Behaviour.initialise:
+        return cls.initialise
+    return lambda node: table.watch(node.children, node.initialise)
 
 
-def begin(table: Table, node: Composite) -> None:
-    """Call the ``initialise`` of a composite, which may stop children in its own way."""
-    table.watch(node.children, node.initialise)
-
-
-def place_of_current(table: Table, node: Any) -> int:
-    """The index of the current child."""
-    children = node.children
-    if len(children) > LONG:
-        index = table.places.get(id(node), 0)
-        if index < len(children) and children[index] is node.current_child:
-            return index
-    place: int = children.index(node.current_child)
-    return place
-
-
-def make_sequence(table: Table, example: Behaviour) -> Functions:
-    """``py_trees.composites.Sequence`` and its subclasses that tick and stop as it does."""
-    note, visit, ticks = table.note, table.visit, table.ticks
-    begins, stop = overrides(example, "initialise"), make_stop(table, example)
+def make_sequence(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
+    """``py_trees.composites.Sequence``, and subclasses that tick and stop as it does."""
+    initialise, stop = make_initialise(table, cls), make_stop(table)
+    ticks, change, halt_from = table.ticks, table.change, table.halt_from
 
     def tick(node: Any) -> Status:
-        children = node.children
         index = 0
         if node.status is not RUNNING:
-            node.current_child = children[0] if children else None
-            halt_from(table, children, 0)
-            if begins:
-                begin(table, node)
-                children = node.children
+            node.current_child = node.children[0] if node.children else None
+            halt_from(node.children, 0)
+            initialise(node)
         elif node.memory and node.current_child is not None:
-            index = place_of_current(table, node)
-        elif not children:
+            index = node.children.index(node.current_child)
+        elif not node.children:
             node.current_child = None
+        children = node.children
         new = SUCCESS
         while index < len(children):
             child = node.current_child = children[index]
-            try:
-                tick_child = ticks[child.__class__]
-            except KeyError:
-                tick_child = table.tick_of(child)
-            new = tick_child(child)
+            new = ticks[child.__class__](child)
             if new is not SUCCESS:
                 if not node.memory:
-                    halt_from(table, children, index + 1)
+                    halt_from(children, index + 1)
                 break
             index += 1
         if new is not RUNNING:
             stop(node, new)
-        else:
-            if index > LONG and node.memory:
-                table.places[id(node)] = index
-            if node.status is not RUNNING:
-                if note is not None:
-                    note((node, node.status, RUNNING))
-                node.status = RUNNING
-        if visit is not None:
-            visit(node)
+        elif node.status is not RUNNING:
+            change(node, RUNNING)
         return new
 
     return tick, lambda node: stop(node, INVALID)
 
 
-def starts_with_reset(node: Any) -> bool:
-    """Whether a selector is our own one, with the ``initialise`` that resets the children."""
-    return getattr(node.initialise, "__func__", None) is OwnSelector.initialise
+def make_selector(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
+    """``py_trees.composites.Selector``, and subclasses that tick and stop as it does."""
+    initialise, stop = make_initialise(table, cls), make_stop(table)
+    ticks, change, halt_from = table.ticks, table.change, table.halt_from
 
-
-def _make_selector_start(table: Table, example: Behaviour) -> Callable[[Any], None]:
-    begins, resets = overrides(example, "initialise"), starts_with_reset(example)
-
-    def start(node: Any) -> None:
-        children = node.children
-        node.current_child = children[0] if children else None
-        if resets:
-            halt_from(table, children, 0)
-        elif begins:
-            begin(table, node)
-
-    return start
-
-
-def _resume_selector(table: Table, node: Any) -> int:
-    """Where a selector with memory goes on; the children before are reset, as py_trees does."""
-    assert node.current_child is not None  # as in py_trees: the running child was taken away
-    index = place_of_current(table, node)
-    for early in node.children[:index]:
-        if early.status is not INVALID:
-            table.halt_of(early)(early)
-    return index
-
-
-def make_selector(table: Table, example: Behaviour) -> Functions:
-    """``py_trees.composites.Selector`` and its subclasses that tick and stop as it does."""
-    note, visit, ticks = table.note, table.visit, table.ticks
-    start, stop = _make_selector_start(table, example), make_stop(table, example)
+    def first_child(node: Any) -> int:
+        """Where a selector begins; with memory py_trees stops the children before."""
+        if not node.children or not node.memory:
+            return 0
+        assert node.current_child is not None  # as in py_trees: the running child was removed
+        index: int = node.children.index(node.current_child)
+        for earlier in node.children[:index]:
+            if earlier.status is not INVALID:
+                table.halts[earlier.__class__](earlier)
+        return index
 
     def tick(node: Any) -> Status:
         if node.status is not RUNNING:
-            start(node)
+            node.current_child = node.children[0] if node.children else None
+            initialise(node)
         children = node.children
-        index = 0
-        if not children:
-            node.current_child = None
-        elif node.memory:
-            index = _resume_selector(table, node)
+        index = first_child(node)
         previous = node.current_child
         new = FAILURE
         while index < len(children):
             child = children[index]
-            try:
-                tick_child = ticks[child.__class__]
-            except KeyError:
-                tick_child = table.tick_of(child)
-            new = tick_child(child)
+            new = ticks[child.__class__](child)
             if new is RUNNING or new is SUCCESS:
                 node.current_child = child
                 if previous is not child:
-                    halt_from(table, children, index + 1)
+                    halt_from(children, index + 1)
                 break
             index += 1
         else:
             new = FAILURE
         if new is not RUNNING:
             stop(node, new)
-            if new is FAILURE and children:
-                node.current_child = children[-1]
-        else:
-            if index > LONG and node.memory:
-                table.places[id(node)] = index
-            if node.status is not RUNNING:
-                if note is not None:
-                    note((node, node.status, RUNNING))
-                node.status = RUNNING
-        if visit is not None:
-            visit(node)
+            if new is FAILURE:
+                node.current_child = children[-1] if children else None
+        elif node.status is not RUNNING:
+            change(node, RUNNING)
         return new
 
     return tick, lambda node: stop(node, INVALID)
+
+
+def make_parallel(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
+    """``py_trees.composites.Parallel``, and subclasses that tick and stop as it does."""
+    initialise, stop_alone = make_initialise(table, cls), make_stop(table)
+    ticks, halts, change, halt_from = table.ticks, table.halts, table.change, table.halt_from
+
+    def tick(node: Any) -> Status:
+        node.validate_policy_configuration()
+        if node.status is not RUNNING:
+            halt_from(node.children, 0)
+            node.current_child = None
+            initialise(node)
+        children = node.children
+        synchronise, all_run = node.policy.synchronise, True
+        for child in children:
+            done = synchronise and child.status is SUCCESS
+            if done or ticks[child.__class__](child) is not RUNNING:
+                all_run = False
+        if not children:
+            new, node.current_child = SUCCESS, None
+        elif all_run:
+            new, node.current_child = RUNNING, children[-1]
+        else:
+            new, node.current_child = _decision(node)
+        if new is not RUNNING:
+            stop(node, new)
+        elif node.status is not RUNNING:
+            change(node, RUNNING)
+        return new
+
+    def stop(node: Any, new: Status) -> None:
+        for child in node.children:
+            if child.status is RUNNING:
+                halts[child.__class__](child)
+        stop_alone(node, new)
+
+    return tick, lambda node: stop(node, INVALID)
+
+
+def _decision(node: Parallel) -> tuple[Status, Behaviour]:
+    """What the policy says about the statuses of the children, and the child that decides.
+
+    Raises:
+        RuntimeError: The policy is none of py_trees; the message is that of py_trees.
+    """
+    children, policy = node.children, node.policy
+    for child in children:
+        if child.status is FAILURE:
+            return FAILURE, child
+    if isinstance(policy, ParallelPolicy.SuccessOnAll):
+        if all(child.status is SUCCESS for child in children):
+            return SUCCESS, children[-1]
+    elif isinstance(policy, ParallelPolicy.SuccessOnOne):
+        for child in reversed(children):
+            if child.status is SUCCESS:
+                return SUCCESS, child
+    elif isinstance(policy, ParallelPolicy.SuccessOnSelected):
+        if all(child.status is SUCCESS for child in policy.children):
+            return SUCCESS, policy.children[-1]
+    else:
+        raise RuntimeError(f"this parallel has been configured with an unrecognised policy [{type(policy)}]")
+    return RUNNING, children[-1]
+
+
+def make_stepping(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
+    """``behaviours.stepping.Stepping``: ticks the children that the node names; any ``stop``."""
+    ticks = table.ticks
+
+    def halt_child(child: Behaviour) -> None:
+        table.halts[child.__class__](child)
+
+    def take_steps(node: Any) -> Status:
+        steps = node.steps()
+        while True:
+            try:
+                child = next(steps)
+            except StopIteration as end:
+                new: Status = end.value
+                return new
+            ticks[child.__class__](child)
+
+    def tick(node: Any) -> Status:
+        node.on_halt = halt_child
+        try:
+            new = take_steps(node)
+            before = node.status
+            if new is INVALID:
+                table.watch(node.children, lambda: node.stop(INVALID))
+            elif new is not RUNNING:
+                node.stop(new)
+        finally:
+            node.on_halt = None  # a stop from outside is not for this table
+        node.status = new
+        if before is not new and table.record:
+            table.changes.append((node, before, new))
+        return new
+
+    def halt(node: Any) -> None:
+        table.watch((node,), lambda: node.stop(INVALID))
+
+    return tick, halt

@@ -1,160 +1,98 @@
-"""What the functions that tick the nodes of one tree share: how each class is ticked and stopped, the record.
+"""How the nodes of one tree are ticked and stopped: two plain functions for each class of nodes.
 
-Every class of nodes gets two plain functions, made by its maker (:mod:`._dispatch`) when a node of it is met
-for the first time: one that ticks a node and one that stops it with INVALID. Nothing is kept per node, so a
-tree may change its shape at any moment, and a large tree stays in the caches of the processor.
+The functions of a class are made when a node of the class is met for the first time. Nothing is kept per
+node, so the tree may change its shape at any moment.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, overload
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
+
 Tick = Callable[[Any], Status]
-"""Ticks a node with what is below it; the node's new status."""
+"""Ticks a node with what is below it; returns the new status of the node."""
 Halt = Callable[[Any], None]
 """Stops a node with what is below it: ``node.stop(Status.INVALID)``."""
 StatusChange = tuple[Behaviour, Status, Status]
 """A node, its status before and its status after."""
 Visit = Callable[[Behaviour], None]
-Functions = tuple[Tick, Halt]
 
 
-class Changes(Sequence[StatusChange]):
-    """Changes of statuses in their order.
-
-    Stored flat: a list of many small tuples would keep the garbage collector busy.
-    """
-
-    def __init__(self) -> None:
-        self.flat: list[Any] = []
-
-    def __len__(self) -> int:
-        return len(self.flat) // 3
-
-    @overload
-    def __getitem__(self, index: int) -> StatusChange: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[StatusChange]: ...
-    def __getitem__(self, index: int | slice) -> StatusChange | list[StatusChange]:
-        if isinstance(index, slice):
-            return list(self)[index]
-        first = 3 * range(len(self))[index]
-        node, old, new = self.flat[first : first + 3]
-        return node, old, new
-
-    def __iter__(self) -> Iterator[StatusChange]:
-        flat = iter(tuple(self.flat))
-        return zip(flat, flat, flat, strict=True)
-
-
-class Table:
-    """The functions for the nodes of one tree.
+class TickTable:
+    """The functions for the nodes of one tree, and the changes of their statuses.
 
     Args:
-        functions_of: Makes the two functions for the class of a node.
-        record: Whether every change of a status is noted in :attr:`changes`.
+        make: Makes both functions for a class.
+        record: Whether every change of a status is kept in :attr:`changes`.
         visit: Called with each node when its tick is over, in the order in which py_trees yields them.
 
     Attributes:
         ticks: How a node is ticked, by its class.
         halts: How a node is stopped, by its class.
-        changes: The changes since they were cleared.
-        note: Takes one change; None when nobody wants to know.
-        odd: Classes of which some node has methods of its own.
-        root: The root of the tree.
-        abandoned: Generators of nodes with ways of their own that nobody asked for more in this tick.
-        places: The last place in a long row of children, by the ``id`` of the parent; a hint only.
+        changes: The changes since they were cleared, in order.
     """
 
     def __init__(
-        self, functions_of: Callable[[Table, Behaviour], Functions], record: bool, visit: Visit | None
+        self, make: Callable[[TickTable, type], tuple[Tick, Halt]], record: bool, visit: Visit | None
     ) -> None:
+        self.record = record
         self.visit = visit
-        self.ticks: dict[type, Tick] = {}
-        self.halts: dict[type, Halt] = {}
-        self.changes = Changes()
-        self.note: Callable[[StatusChange], None] | None = self.changes.flat.extend if record else None
-        self.places: dict[int, int] = {}
-        self.odd: frozenset[type] = frozenset()
-        self.root: Behaviour | None = None
-        self.abandoned: list[Iterator[Behaviour]] = []
-        self._functions_of = functions_of
+        self.changes: list[StatusChange] = []
+        self.ticks: dict[type, Tick] = _ByClass(self._learn)
+        self.halts: dict[type, Halt] = _ByClass(self._learn)
+        self._make = make
 
-    def root_tick(self, root: Behaviour) -> Tick:
-        """What ticks the whole tree."""
-        return self.tick_of(root)
-
-    def tick_of(self, node: Behaviour) -> Tick:
-        """What ticks nodes of this node's class, made now when it is new."""
-        if node.__class__ not in self.ticks:
-            self.learn(node)
-        return self.ticks[node.__class__]
-
-    def halt_of(self, node: Behaviour) -> Halt:
-        """What stops nodes of this node's class, made now when it is new."""
-        if node.__class__ not in self.halts:
-            self.learn(node)
-        return self.halts[node.__class__]
-
-    def learn(self, node: Behaviour) -> None:
-        """Make the functions for the class of a node."""
-        self.ticks[node.__class__], self.halts[node.__class__] = self._functions_of(self, node)
-
-    def forget(self) -> None:
-        """Make all functions anew when they are needed next."""
-        self.ticks.clear()
-        self.halts.clear()
-        self.places.clear()
+    def _learn(self, cls: type) -> None:
+        self.ticks[cls], self.halts[cls] = self._make(self, cls)
 
     def change(self, node: Behaviour, new: Status) -> None:
         """Give a node another status."""
-        if self.note is not None:
-            self.note((node, node.status, new))
+        if self.record:
+            self.changes.append((node, node.status, new))
         node.status = new
 
+    def halt_from(self, children: Sequence[Behaviour], first: int) -> None:
+        """Stop the children from an index on, except those at INVALID."""
+        for child in children[first:]:
+            if child.status is not INVALID:
+                self.halts[child.__class__](child)
+
     def watch(self, nodes: Sequence[Behaviour], action: Callable[[], Any]) -> Any:
-        """Let somebody else tick or stop nodes, and note what that changed in them and below."""
-        if self.note is None:
+        """Let other code tick or stop nodes, and record what that changed in them and below."""
+        if not self.record:
             return action()
-        before = level_by_level(nodes)
-        statuses = [node.status for node in before]
+        before = {node: node.status for node in _children_first(nodes)}
         try:
             return action()
         finally:
-            after = level_by_level(nodes)
-            if len(after) != len(before) or [node.status for node in after] != statuses:
-                self._tell(nodes, {id(node): old for node, old in zip(before, statuses, strict=True)})
-
-    def _tell(self, roots: Sequence[Behaviour], before: dict[int, Status]) -> None:
-        """Note how nodes and those below differ from what they were."""
-        assert self.note is not None
-        for root in roots:
-            for node in nodes_of(root):
-                old = before.get(id(node), Status.INVALID)
+            for node in _children_first(nodes):
+                old = before.get(node, INVALID)
                 if node.status is not old:
-                    self.note((node, old, node.status))
+                    self.changes.append((node, old, node.status))
 
 
-def level_by_level(roots: Sequence[Behaviour]) -> list[Behaviour]:
-    """Every node, those nearer to the roots first: the quickest way to meet them all."""
-    found = list(roots)
-    for node in found:
+class _ByClass(dict[type, Any]):
+    """Functions by class; asks for those of a class that is new."""
+
+    def __init__(self, learn: Callable[[type], None]) -> None:
+        super().__init__()
+        self._learn = learn
+
+    def __missing__(self, cls: type) -> Any:
+        self._learn(cls)
+        return self[cls]
+
+
+def _children_first(nodes: Sequence[Behaviour]) -> list[Behaviour]:
+    """Nodes with all below them, children before their parents."""
+    found: list[Behaviour] = []
+    for node in nodes:
         if node.children:
-            found += node.children
+            found += _children_first(node.children)
+        found.append(node)
     return found
-
-
-def nodes_of(root: Behaviour) -> Iterator[Behaviour]:
-    """Every node, children before their parents as ``root.iterate()`` has them, however deep the tree is."""
-    waiting: list[tuple[Behaviour, bool]] = [(root, False)]
-    while waiting:
-        node, entered = waiting.pop()
-        if entered or not node.children:
-            yield node
-        else:
-            waiting.append((node, True))
-            waiting.extend((child, False) for child in reversed(node.children))

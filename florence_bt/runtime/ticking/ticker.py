@@ -1,24 +1,40 @@
-"""The ticker: ticks a tree of py_trees with the same outcome as py_trees, only much faster."""
+"""The ticker: ticks a tree of py_trees with the same outcome as py_trees, but faster, and records changes."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from typing import Any
 
-from py_trees import logging
+from py_trees import composites, decorators, logging
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from florence_bt.runtime.ticking._dispatch import functions_of, is_odd
-from florence_bt.runtime.ticking._incremental import IncrementalTable
-from florence_bt.runtime.ticking._leaves import make_unknown
-from florence_bt.runtime.ticking._table import Changes, Table, Visit
+from florence_bt.behaviours.decorators import PreparedDecorator
+from florence_bt.behaviours.stepping import Stepping
+from florence_bt.runtime.ticking._composites import (
+    make_parallel,
+    make_selector,
+    make_sequence,
+    make_stepping,
+)
+from florence_bt.runtime.ticking._nodes import (
+    make_decorator,
+    make_leaf,
+    make_own,
+    make_prepared_decorator,
+    visited,
+)
+from florence_bt.runtime.ticking._table import Halt, StatusChange, Tick, TickTable, Visit
 
 INFO = logging.Level.INFO
-SHALLOW = 100
-"""Trees up to this depth are ticked without a look at the interpreter's limit of nested calls."""
-CALLS_PER_LEVEL = 8
+MAKERS = {
+    (Behaviour.tick, Behaviour.stop): make_leaf,
+    (composites.Sequence.tick, composites.Sequence.stop): make_sequence,
+    (composites.Selector.tick, composites.Selector.stop): make_selector,
+    (composites.Parallel.tick, composites.Parallel.stop): make_parallel,
+    (decorators.Decorator.tick, decorators.Decorator.stop): make_decorator,
+    (PreparedDecorator.tick, decorators.Decorator.stop): make_prepared_decorator,
+}
+"""What makes the functions for a class, by its ``tick`` and ``stop``."""
 
 
 class Ticker:
@@ -26,45 +42,27 @@ class Ticker:
 
     Args:
         root: The root of the tree.
-        record: Whether :attr:`changes` tells every change of a status.
-        incremental: Whether nodes for which nothing is new are passed over (``behaviours.reactive`` has the
-            contract). Whoever then changes the shape of the tree between two ticks says so with
-            :meth:`rebuild`, and whoever stops a node from outside with :meth:`touch`; for the root that is
-            not needed.
+        record: Whether :attr:`changes` has every change of a status.
         visit: Called with each node that was ticked, when its tick is over.
 
     Attributes:
+        root: The root of the tree.
         count: How many ticks there were.
     """
 
-    def __init__(
-        self,
-        root: Behaviour,
-        *,
-        record: bool = False,
-        incremental: bool = False,
-        visit: Visit | None = None,
-    ) -> None:
+    def __init__(self, root: Behaviour, *, record: bool = False, visit: Visit | None = None) -> None:
+        self.root = root
         self.count = 0
-        self._root = root
-        self._table = (IncrementalTable if incremental else Table)(functions_of, record, visit)
-        self._table.root = root
-        self._abandoned = self._table.abandoned
-        self._record = self._table.changes.flat if record else None
-        self.rebuild()
+        self._table = TickTable(_functions_of, record, visit)
+        self._py_trees_tick, _ = make_own(self._table, type(root))
 
     @property
-    def root(self) -> Behaviour:
-        """The root of the tree."""
-        return self._root
-
-    @property
-    def changes(self) -> Changes:
+    def changes(self) -> tuple[StatusChange, ...]:
         """What the last tick changed, in order; only when recording.
 
-        What somebody else changed between two ticks is not told: stop the tree with :meth:`stop`.
+        What other code changed between two ticks is not in it: stop the tree with :meth:`stop`.
         """
-        return self._table.changes
+        return tuple(self._table.changes)
 
     def tick(self) -> Status:
         """Tick once.
@@ -72,60 +70,26 @@ class Ticker:
         Returns:
             The new status of the root.
         """
-        if self._record is not None:
-            self._record.clear()
+        root, table = self.root, self._table
+        table.changes.clear()
         self.count += 1
-        try:
-            if self._depth <= SHALLOW and logging.level >= INFO:
-                return self._tick_root(self._root)
-            return self._tick_specially()
-        finally:
-            if self._abandoned:
-                self._abandoned.clear()
-
-    def _tick_specially(self) -> Status:
         if logging.level < INFO:
-            # Who has set the logging of py_trees to DEBUG wants to read what py_trees itself says.
-            self.rebuild()
-            return make_unknown(self._table, self._root)[0](self._root)
-        with deep_calls(self._depth):
-            return self._tick_root(self._root)
+            return self._py_trees_tick(root)  # with the debug texts of py_trees
+        return table.ticks[root.__class__](root)
 
     def stop(self) -> None:
-        """Stop the whole tree with INVALID; when recording, :attr:`changes` tells what that changed."""
-        if self._record is not None:
-            self._record.clear()
-        with deep_calls(self._depth):
-            self._table.halt_of(self._root)(self._root)
-
-    def touch(self, node: Behaviour) -> None:
-        """Look at a node, and at those above it, with the next tick, although they may be settled."""
-        if isinstance(self._table, IncrementalTable):
-            self._table.touch(node)
-
-    def rebuild(self) -> None:
-        """Look at every node afresh: for who has replaced methods of nodes, or changed the shape of a tree
-        that is ticked incrementally.
-        """
-        table = self._table
-        table.forget()
-        self._depth = 0
-        odd: set[type] = set()
-        level = [self._root]
-        while level:
-            self._depth += 1
-            odd.update(type(node) for node in level if is_odd(node))
-            level = [child for node in level for child in node.children]
-        table.odd = frozenset(odd)
-        self._tick_root = table.root_tick(self._root)
+        """Stop the whole tree with INVALID; when recording, :attr:`changes` has what that changed."""
+        self._table.changes.clear()
+        self._table.halts[self.root.__class__](self.root)
 
 
-@contextmanager
-def deep_calls(depth: int) -> Iterator[None]:
-    """Allow as many nested calls as a tree of some depth needs, on top of what is allowed already."""
-    limit = sys.getrecursionlimit()
-    sys.setrecursionlimit(limit + CALLS_PER_LEVEL * depth)
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(limit)
+def _functions_of(table: TickTable, cls: Any) -> tuple[Tick, Halt]:
+    """How nodes of a class are ticked and stopped."""
+    if cls.tick is Stepping.tick:
+        make = make_stepping
+    else:
+        make = MAKERS.get((cls.tick, cls.stop), make_own)
+    tick, halt = make(table, cls)
+    if table.visit is not None and make is not make_own:
+        tick = visited(tick, table.visit)
+    return tick, halt

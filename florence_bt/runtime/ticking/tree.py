@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
-from uuid import UUID
 
 from py_trees import trees
 from py_trees.behaviour import Behaviour
@@ -23,25 +21,8 @@ class BehaviourTree(trees.BehaviourTree):
 
     def __init__(self, root: Behaviour) -> None:
         super().__init__(root)
-        self._plain = Ticker(root)
-        self._visited = Ticker(root, visit=self._visit)
-
-    def setup(self, *args: Any, **kwargs: Any) -> None:
-        """Set all nodes up, as py_trees does."""
-        super().setup(*args, **kwargs)
-        self.rebuild()
-
-    def insert_subtree(self, child: Behaviour, unique_id: UUID, index: int) -> bool:
-        """Insert a subtree below a composite, as py_trees does."""
-        inserted = super().insert_subtree(child, unique_id, index)
-        self.rebuild()
-        return inserted
-
-    def replace_subtree(self, unique_id: UUID, subtree: Behaviour) -> bool:
-        """Put a subtree in the place of another, as py_trees does."""
-        replaced = super().replace_subtree(unique_id, subtree)
-        self.rebuild()
-        return replaced
+        self._ticker = Ticker(root)
+        self._visiting_ticker = Ticker(root, visit=self._visit)
 
     def tick(
         self, pre_tick_handler: TickHandler | None = None, post_tick_handler: TickHandler | None = None
@@ -54,11 +35,6 @@ class BehaviourTree(trees.BehaviourTree):
         for visitor in self.visitors:
             visitor.initialise()
         self._tick_root()
-        if any(visitor.full for visitor in self.visitors):
-            for node in self.root.iterate():
-                for visitor in self.visitors:
-                    if visitor.full:
-                        node.visit(visitor)
         for visitor in self.visitors:
             visitor.finalise()
         for handler in self.post_tick_handlers:
@@ -67,17 +43,15 @@ class BehaviourTree(trees.BehaviourTree):
             post_tick_handler(self)
         self.count += 1
 
-    def rebuild(self) -> None:
-        """Look at every node afresh: for who has replaced methods of nodes, or added such nodes by hand."""
-        self._plain.rebuild()
-        self._visited.rebuild()
-
     def _tick_root(self) -> None:
-        if self._plain.root is not self.root:
-            self._plain = Ticker(self.root)
-            self._visited = Ticker(self.root, visit=self._visit)
-        passing = any(not visitor.full for visitor in self.visitors)
-        (self._visited if passing else self._plain).tick()
+        visits_ticked = any(not visitor.full for visitor in self.visitors)
+        ticker = self._visiting_ticker if visits_ticked else self._ticker
+        ticker.root = self.root
+        ticker.tick()
+        full = [visitor for visitor in self.visitors if visitor.full]
+        for node in self.root.iterate() if full else ():
+            for visitor in full:
+                node.visit(visitor)
 
     def _visit(self, node: Behaviour) -> None:
         for visitor in self.visitors:

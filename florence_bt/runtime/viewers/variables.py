@@ -130,7 +130,7 @@ def _accesses(node: Behaviour, prefix: str) -> Iterator[tuple[str, str]]:
 
 def _written(node: model.Node) -> Iterator[str]:
     match node:
-        case model.Use(outputs=outputs) | model.Call(outputs=outputs):
+        case model.RunSkill(outputs=outputs) | model.CallMission(outputs=outputs):
             yield from (key.text for _, key in outputs)
         case model.Set(values=values):
             yield from (key.text for key, _ in values)

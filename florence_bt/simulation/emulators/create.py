@@ -1,36 +1,18 @@
 """An iRobot Create at the other end of the serial line, written from the Open Interface manual (REFERENCE 1).
 
 Bytes and the time in, bytes out. It never imports the driver, so that a mistake in the driver's codec cannot
-hide behind the same mistake here. ``docs/emulators.md`` tells what it does and how to run it alone.
+hide behind the same mistake here. ``docs/emulators.md`` describes what it does and how to run it alone.
 """
 
 from __future__ import annotations
 
 import struct
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from florence_bt.simulation.emulators._create_battery import Battery
-from florence_bt.simulation.emulators._create_body import Body, Mode
-from florence_bt.simulation.emulators._create_boot import BOOT_S, BootLoader
-from florence_bt.simulation.emulators._create_commands import CommandReader
-from florence_bt.simulation.emulators._create_faults import CreateFaults
-from florence_bt.simulation.emulators._create_models import MODELS, EmulatedModel
-from florence_bt.simulation.emulators._create_motion import (
-    COVER,
-    COVER_AND_DOCK,
-    MAX_PWM,
-    MAX_SPEED_MMPS,
-    SPOT,
-    Demo,
-    clamp,
-    cliff_matters,
-    wheels_on_arc,
-)
-from florence_bt.simulation.emulators._create_packets import packets_of
-from florence_bt.simulation.emulators._create_scripts import WAITS, ScriptPlayer, World
-from florence_bt.simulation.emulators._create_songs import Songs
-from florence_bt.simulation.emulators._create_stream import Stream
+from florence_bt.simulation.emulators.create_body import MAX_SPEED_MMPS, Body, CreateFaults, Mode, clamp
+from florence_bt.simulation.emulators.create_models import MODELS, EmulatedModel, packets_of, size_of
+from florence_bt.simulation.emulators.create_scripts import WAITS, CommandReader, ScriptPlayer
 from florence_bt.simulation.sensors.base_noise import BasePlant, BaseSensors
 
 __all__ = ["BOOT_S", "CreateEmulator", "CreateFaults", "Mode"]
@@ -49,7 +31,10 @@ class CreateEmulator:
         baud_rate: What the line should run at.
         powered: Whether it is switched on.
         infrared_sent: The bytes sent as infrared light, in order.
-        unobeyed: How often each opcode came that is not acted on, or not in the mode of the moment.
+        faults: What goes wrong, on command.
+        battery: The battery.
+        songs: The songs.
+        rejected: How often each opcode came that is not acted on, or not in the mode of the moment.
     """
 
     def __init__(
@@ -68,22 +53,21 @@ class CreateEmulator:
             sensors: What measures that plant.
             model: ``create`` or ``create2``.
             header_in_checksum: The form of the checksum (REFERENCE 1.6); None for the model's own.
-            keeps_input: What comes while a wait runs is obeyed after it, not ignored (REFERENCE 1.4).
+            keeps_input: What comes while a wait runs is executed after it, not ignored (REFERENCE 1.4).
         """
         self.model: EmulatedModel = MODELS[model]
         self.baud_rate = self.model.baud_rate
         self.powered = True
         self.infrared_sent: list[int] = []
-        self.unobeyed: Counter[int] = Counter()
+        self.rejected: Counter[int] = Counter()
         self._body = Body(self.model, plant, sensors)
-        self._stream = Stream(
+        self.faults, self.battery, self.songs = self._body.faults, self._body.battery, self._body.songs
+        self._stream = FrameStream(
             self._body,
             self.model.header_in_checksum if header_in_checksum is None else header_in_checksum,
         )
         self._commands = CommandReader(self.model.commands, keeps_input)
-        self._scripts = ScriptPlayer(
-            self.model.commands, World(self._body.value, self._body.distance_mm, self._body.angle_deg)
-        )
+        self._scripts = ScriptPlayer(self.model.commands, self._body)
         self._output = bytearray()
         self._boot_loader = BootLoader(self.model.boot_texts)
         self._demo: Demo | None = None
@@ -100,15 +84,15 @@ class CreateEmulator:
             130: (passive, lambda _a, _n: self._enter(Mode.SAFE)),
             131: (passive, lambda _a, _n: self._enter(Mode.SAFE)),
             132: (passive, lambda _a, _n: self._enter(Mode.FULL)),
-            134: (passive, lambda _a, now: self._play(SPOT, now)),
-            135: (passive, lambda _a, now: self._play(COVER, now)),
+            134: (passive, lambda _a, _n: self._play(SPOT)),
+            135: (passive, lambda _a, _n: self._play(COVER)),
             137: (safe, self._on_drive),
             138: (safe, self._on_low_side_drivers),
             139: (safe, self._on_leds),
             140: (passive, self._on_song),
             141: (safe, self._on_play_song),
             142: (passive, lambda arguments, _n: self._answer(arguments)),
-            143: (passive, lambda _a, now: self._play(COVER_AND_DOCK, now)),
+            143: (passive, lambda _a, _n: self._play(COVER_AND_DOCK)),
             144: (safe, self._on_pwm_low_side_drivers),
             145: (safe, self._on_drive_direct),
             148: (passive, lambda arguments, now: self._stream.request(arguments[1:], now)),
@@ -125,7 +109,7 @@ class CreateEmulator:
         }
         create_2: dict[int, tuple[Mode, Handler]] = {
             133: (passive, lambda _a, _n: self._enter(Mode.PASSIVE)),
-            136: (passive, lambda _a, now: self._play(COVER, now)),
+            136: (passive, lambda _a, _n: self._play(COVER)),
             146: (safe, self._on_drive_pwm),
             173: (passive, self._on_stop),
         }
@@ -137,21 +121,6 @@ class CreateEmulator:
     def mode(self) -> Mode:
         """The operating mode."""
         return self._body.mode
-
-    @property
-    def faults(self) -> CreateFaults:
-        """What goes wrong, on command."""
-        return self._body.faults
-
-    @property
-    def battery(self) -> Battery:
-        """The battery."""
-        return self._body.battery
-
-    @property
-    def songs(self) -> Songs:
-        """The songs."""
-        return self._body.songs
 
     @property
     def wheels(self) -> tuple[int, int]:
@@ -180,7 +149,7 @@ class CreateEmulator:
 
     @property
     def unknown_bytes(self) -> int:
-        """How many bytes came that are no opcode."""
+        """How many bytes came that are not an opcode."""
         return self._commands.unknown_bytes
 
     def set_power(self, on: bool, now: float) -> None:
@@ -213,14 +182,14 @@ class CreateEmulator:
         self._advance(now)
         if self.powered and not self._boot_loader.running and not self.faults.deaf:
             self._commands.feed(data, waiting=self._scripts.waiting)
-            self._obey_all(now)
+            self._execute_all(now)
         return self._flush()
 
-    def _obey_all(self, now: float) -> None:
-        """Obey what was heard, in order; while a wait runs, it waits too."""
+    def _execute_all(self, now: float) -> None:
+        """Execute what was received, in order, up to the next wait."""
         while not self._scripts.waiting and (command := self._commands.take()) is not None:
-            self._obey(command, now)
-            self._scripts.step(now, lambda scripted: self._obey(scripted, now))
+            self._execute(command, now)
+            self._scripts.step(now, lambda scripted: self._execute(scripted, now))
             self._protect()
 
     def next_frame(self) -> float | None:
@@ -240,7 +209,7 @@ class CreateEmulator:
         if self._boot_loader.ends(now):
             body.digital_outputs = 0
         self._output += self._boot_loader.take(now)
-        self._scripts.step(now, lambda command: self._obey(command, now))
+        self._scripts.step(now, lambda command: self._execute(command, now))
         if self._demo is not None:
             wheels = self._demo.wheels(now, bumped=any(body.bumpers()), docked=body.powered)
             if wheels is None:
@@ -248,7 +217,7 @@ class CreateEmulator:
             else:
                 body.set_wheels(*wheels)
         self._protect()
-        self._obey_all(now)
+        self._execute_all(now)
 
     def _flush(self) -> bytes:
         out = bytes(self._output)
@@ -259,13 +228,13 @@ class CreateEmulator:
 
     # -- modes ---------------------------------------------------------------------------------------------
 
-    def _obey(self, command: bytes, now: float) -> None:
+    def _execute(self, command: bytes, now: float) -> None:
         if command[0] in WAITS and self.mode >= Mode.PASSIVE:
             self._scripts.wait(command, now)
             return
         lowest_mode, handler = self._handlers.get(command[0], (None, None))
         if handler is None or lowest_mode is None or self.mode < lowest_mode:
-            self.unobeyed[command[0]] += 1
+            self.rejected[command[0]] += 1
         else:
             handler(command[1:], now)
 
@@ -317,22 +286,22 @@ class CreateEmulator:
         if arguments[0] < len(BAUD_RATES):
             self.baud_rate = BAUD_RATES[arguments[0]]
         else:
-            self.unobeyed[129] += 1
+            self.rejected[129] += 1
 
     # -- behaviours ----------------------------------------------------------------------------------------
 
-    def _on_demo(self, arguments: bytes, now: float) -> None:
+    def _on_demo(self, arguments: bytes, _now: float) -> None:
         number = int.from_bytes(arguments, "big", signed=True)
         if number < 0:
             self._enter(Mode.PASSIVE)
         elif number <= 9:
-            self._play(number, now)
+            self._play(number)
         else:
-            self.unobeyed[136] += 1
+            self.rejected[136] += 1
 
-    def _play(self, number: int, now: float) -> None:
+    def _play(self, number: int) -> None:
         self._enter(Mode.PASSIVE)
-        self._demo = Demo(number, now)
+        self._demo = Demo(number)
 
     def _end_demo(self) -> None:
         if self._demo is not None:
@@ -376,18 +345,18 @@ class CreateEmulator:
 
     def _on_song(self, arguments: bytes, _now: float) -> None:
         if not self._body.songs.define(arguments):
-            self.unobeyed[140] += 1
+            self.rejected[140] += 1
 
     def _on_play_song(self, arguments: bytes, now: float) -> None:
         if not self._body.songs.play(arguments[0], now):
-            self.unobeyed[141] += 1
+            self.rejected[141] += 1
 
     # -- answers -------------------------------------------------------------------------------------------
 
     def _answer(self, numbers: bytes) -> None:
         for number in numbers:
             if packets_of(number, self.model) is None:
-                self.unobeyed[142] += 1
+                self.rejected[142] += 1
             answer = self._body.pack(number)
             if self.faults.partial_frames:
                 self.faults.partial_frames -= 1
@@ -398,3 +367,200 @@ class CreateEmulator:
         self._stream.pause(True, now)
         script = self._scripts.script
         self._output += bytes([len(script)]) + script
+
+
+BOOT_S = 3.0
+"""How long it runs after a reset: input is ignored and the digital outputs are high."""
+
+
+class BootLoader:
+    """Runs after power-on and after a reset."""
+
+    def __init__(self, texts: Sequence[tuple[float, bytes]]) -> None:
+        """Take what it prints.
+
+        Args:
+            texts: Each with the seconds from the start until it is printed.
+        """
+        self._texts = texts
+        self._end: float | None = None
+        self._waiting: list[tuple[float, bytes]] = []
+
+    @property
+    def running(self) -> bool:
+        """Whether the base ignores its input because of it."""
+        return self._end is not None
+
+    def start(self, now: float) -> None:
+        """Begin."""
+        self._end = now + BOOT_S
+        self._waiting = [(now + after_s, text) for after_s, text in self._texts]
+
+    def stop(self) -> None:
+        """The power went."""
+        self._end = None
+        self._waiting = []
+
+    def ends(self, now: float) -> bool:
+        """Whether it has come to its end by now; true once."""
+        over = self._end is not None and now >= self._end
+        if over:
+            self._end = None
+        return over
+
+    def take(self, now: float) -> bytes:
+        """What it has printed since the last call."""
+        due = [text for when, text in self._waiting if now >= when]
+        self._waiting = self._waiting[len(due) :]
+        return b"".join(due)
+
+
+STREAM_PERIOD_S = 0.015
+LONGEST_STREAM_BODY = 255
+"""What the length byte can say; what finds no room is left out."""
+
+TIME_TOLERANCE_S = 1e-9
+"""What added-up floating point times may be off."""
+
+STREAM_HEADER = 19
+
+
+class FrameStream:
+    """Makes frames of what was asked for, when they are due."""
+
+    def __init__(self, body: Body, header_in_checksum: bool) -> None:
+        self._body = body
+        self._header_in_checksum = header_in_checksum
+        self._numbers: list[int] = []
+        self._paused = False
+        self._next = 0.0
+
+    @property
+    def running(self) -> bool:
+        """Whether frames are sent."""
+        return bool(self._numbers) and not self._paused
+
+    @property
+    def next_due(self) -> float | None:
+        """When the next frame is due; None while nothing is sent."""
+        return self._next if self.running else None
+
+    def request(self, numbers: bytes, now: float) -> None:
+        """Stream these packets and groups from now on; none end the stream."""
+        model = self._body.model
+        chosen: list[int] = []
+        room = LONGEST_STREAM_BODY
+        for number in numbers:
+            size = 1 + size_of(number, model)
+            if packets_of(number, model) is not None and size <= room and len(chosen) < model.longest_stream:
+                chosen.append(number)
+                room -= size
+        self._numbers = chosen
+        self._body.stream_length = len(chosen)
+        self._paused = False
+        self._next = now + STREAM_PERIOD_S
+
+    def pause(self, paused: bool, now: float) -> None:
+        """Be silent, or go on; the list is kept."""
+        if self._paused and not paused:
+            self._next = now + STREAM_PERIOD_S
+        self._paused = paused
+
+    def clear(self) -> None:
+        """Forget the list."""
+        self._numbers = []
+        self._body.stream_length = 0
+        self._paused = False
+
+    def take(self, now: float) -> bytes:
+        """The frame that is due by now, or nothing."""
+        late = now - self._next
+        if not self.running or late < -TIME_TOLERANCE_S:
+            return b""
+        # A late call does not cause a burst: the base would have sent those frames earlier.
+        self._next += (1 + int(max(0.0, late) / STREAM_PERIOD_S)) * STREAM_PERIOD_S
+        return self._frame()
+
+    def _frame(self) -> bytes:
+        body = b"".join(bytes([number]) + self._body.pack(number) for number in self._numbers)
+        frame = bytes([STREAM_HEADER, len(body)]) + body
+        checksum = -sum(frame if self._header_in_checksum else frame[1:]) % 256
+        faults = self._body.faults
+        if faults.bad_checksums:
+            faults.bad_checksums -= 1
+            checksum = (checksum + 1) % 256
+        frame += bytes([checksum])
+        if faults.partial_frames:
+            faults.partial_frames -= 1
+            frame = frame[: len(frame) // 2]
+        return frame
+
+
+STRAIGHT = (-0x8000, 0x7FFF, 0)
+"""Radii. That 0 is one of them is chosen here: PyRobot and others stop with velocity 0 and radius 0."""
+
+SPIN_CLOCKWISE, SPIN_COUNTER_CLOCKWISE = -1, 1
+ROBOT_RADIUS_MM = 165.0
+MAX_RADIUS_MM, MAX_PWM = 2000, 255
+COVER, COVER_AND_DOCK, SPOT = 0, 1, 2
+"""Demo numbers; the base stands still in all but the first two."""
+
+COVER_MMPS, TURN_MMPS = 300, 150
+BACK_S, TURN_S = 0.5, 1.5
+
+
+def wheels_on_arc(velocity: int, radius: int, separation_mm: float) -> tuple[int, int]:
+    """Left and right speed in mm/s for the Drive command.
+
+    Args:
+        velocity: mm/s.
+        radius: mm or one of the special values.
+        separation_mm: Between the wheels.
+    """
+    if radius in STRAIGHT:
+        return velocity, velocity
+    if radius == SPIN_CLOCKWISE:
+        return velocity, -velocity
+    if radius == SPIN_COUNTER_CLOCKWISE:
+        return -velocity, velocity
+    share = separation_mm / (2.0 * clamp(radius, MAX_RADIUS_MM))
+    return round(velocity * (1.0 - share)), round(velocity * (1.0 + share))
+
+
+def cliff_matters(left: int, right: int, separation_mm: float) -> bool:
+    """Whether Safe mode stops at a cliff: driving forward, or backward around a point within the robot."""
+    if left + right >= 0:
+        return left + right > 0
+    radius = separation_mm / 2.0 * abs(left + right) / max(1, abs(right - left))
+    return radius < ROBOT_RADIUS_MM
+
+
+class Demo:
+    """A behaviour that the base plays by itself: roughly what the manual says it does."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+        self._bumped: float | None = None
+
+    def wheels(self, now: float, *, bumped: bool, docked: bool) -> tuple[int, int] | None:
+        """Left and right speed in mm/s now; None when the behaviour is over.
+
+        Args:
+            now: Seconds.
+            bumped: A bumper is pressed.
+            docked: The base stands on its home base.
+        """
+        if self._number == COVER_AND_DOCK and docked:
+            return None
+        if self._number in (COVER, COVER_AND_DOCK):
+            return self._cover(now, bumped)
+        return 0, 0
+
+    def _cover(self, now: float, bumped: bool) -> tuple[int, int]:
+        """Straight on; back and turn away from what is hit."""
+        if bumped:
+            self._bumped = now
+        since = None if self._bumped is None else now - self._bumped
+        if since is None or since > BACK_S + TURN_S:
+            return COVER_MMPS, COVER_MMPS
+        return (-TURN_MMPS, -TURN_MMPS) if since < BACK_S else (-TURN_MMPS, TURN_MMPS)

@@ -5,56 +5,59 @@ The clock is given.
 
 from __future__ import annotations
 
+import json
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from florence_bt.simulation.emulators._create_control import CreateControl
-from florence_bt.simulation.emulators._create_models import MODELS
-from florence_bt.simulation.emulators._lone_program import LoneProgram
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.simulation.emulators.create import CreateEmulator
-from florence_bt.simulation.emulators.kinematic_base import KinematicBase
+from florence_bt.simulation.emulators.create_body import CAPACITY_MAH
+from florence_bt.simulation.emulators.create_models import MODELS
+from florence_bt.simulation.emulators.standalone import (
+    MOST_FRAMES,
+    ControlCommand,
+    StandaloneEmulator,
+    StandaloneOptions,
+    integer,
+    number,
+    some_of,
+    switch,
+)
 from florence_bt.simulation.sensors.base_noise import PERFECT_BASE, BaseNoiseParameters, BaseSensors
 
 LONGEST_WAIT_S, LONGEST_WAIT_MOVING_S = 0.02, 0.005
 """How often the base looks around while nothing is streamed: scripts, songs, behaviours."""
 
+WHEELS = {"right": 4, "left": 8, "caster": 16}
+CLIFFS = ("left", "front_left", "front_right", "right")
+BUTTONS = {"play": 1, "advance": 4}
+
 
 @dataclass(frozen=True, slots=True)
-class CreateOptions:
+class CreateOptions(StandaloneOptions):
     """How to run it.
 
     Attributes:
-        link: Where to put a link to the device file; None for none.
         model: ``create`` or ``create2``.
         header_in_checksum: The form of the stream's checksum; None for the model's own.
-        seed: Start of the sensors' noise; None for perfect sensors.
-        strict_baud: A client at the wrong speed understands nothing and is not understood.
-        control: Where to put the socket of the control channel; None for none.
-        tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
         latency_s: How much later everything leaves. A real base needs 10 to 20 ms for an answer (REFERENCE
             1.6), and some clients throw away what came before they begin to listen.
-        keeps_input: What comes while a wait runs is obeyed after it, not ignored.
+        keeps_input: What comes while a wait runs is executed after it, not ignored.
     """
 
-    link: Path | None = None
     model: str = "create"
     header_in_checksum: bool | None = None
-    seed: int | None = None
-    strict_baud: bool = False
-    control: Path | None = None
-    tcp_port: int | None = None
     latency_s: float = 0.0
     keeps_input: bool = False
 
 
-class CreateProgram(LoneProgram):
+class CreateProgram(StandaloneEmulator):
     """Line, base and control channel.
 
     Attributes:
         create: The base.
-        control: Obeys lines of text.
     """
 
     def __init__(
@@ -70,7 +73,7 @@ class CreateProgram(LoneProgram):
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        super().__init__(options.link, options.tcp_port, options.strict_baud)
+        super().__init__(options)
         self._latency_s = options.latency_s
         self._leaving: deque[tuple[float, bytes]] = deque()
         self._clock = clock
@@ -85,8 +88,8 @@ class CreateProgram(LoneProgram):
             header_in_checksum=options.header_in_checksum,
             keeps_input=options.keeps_input,
         )
-        self.control = CreateControl(self.create, self._base, self, clock, options.seed or 0)
-        self._listen(self.control, options.control, console)
+        self.faults = self.create.faults
+        self._listen(console)
 
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
@@ -94,14 +97,16 @@ class CreateProgram(LoneProgram):
         answer = self._pass_time(now)
         self._base.advance_to(now)
         line = self._line
-        received = self._as_heard(line.read(), self.create.baud_rate) if line is not None else b""
+        received = (
+            self._received_at_other_end(line.read(), self.create.baud_rate) if line is not None else b""
+        )
         answer += (self.create.receive(received, now) if received else b"") + self.create.poll(now)
         if answer:
             self._leaving.append((now + self._latency_s, answer))
         while self._leaving and now >= self._leaving[0][0]:
             leaves = self._leaving.popleft()[1]
             if line is not None:
-                line.write(self._as_heard(leaves, self.create.baud_rate))
+                line.write(self._received_at_other_end(leaves, self.create.baud_rate))
 
     def _pass_time(self, now: float) -> bytes:
         """Let the time since the last step pass, in short pieces while the base moves: scripts watch it."""
@@ -121,3 +126,131 @@ class CreateProgram(LoneProgram):
         if self._leaving:
             due.append(self._leaving[0][0] - now)
         return max(0.0, min(due))
+
+    # -- the control channel -------------------------------------------------------------------------------
+
+    def control_commands(self) -> Sequence[ControlCommand]:
+        """Everything that goes wrong with a base, and what people and rooms do to it."""
+        return (
+            self._count("partial_frames", 0, MOST_FRAMES, "the next frames and answers are cut in half"),
+            ControlCommand("wheel_drop left|right|caster...|none", "", self._wheel_drop),
+            ControlCommand("bump left|right...|none", "", self._bump),
+            ControlCommand("cliff left|front_left|front_right|right...|all|none", "", self._cliff),
+            self._switch("wall", ""),
+            self._switch("virtual_wall", ""),
+            self._switch("charger", "the plug of the charger"),
+            self._switch("dock", "the base stands on its home base"),
+            self._switch("charging_fault", "dirty contacts"),
+            ControlCommand("battery PERCENT", "the charge now", self._battery),
+            ControlCommand("buttons play|advance...|none", "", self._buttons),
+            self._count("infrared", 0, 255, "255 for nothing"),
+            self._count("inputs", 0, 15, "the digital inputs as bits", field="digital_inputs"),
+            self._count("overcurrents", 0, 31, "as bits"),
+            ControlCommand("gyro_drift COUNTS", "per second", self._gyro_drift),
+            ControlCommand("gyro on|off", "its power", self._gyro),
+            ControlCommand(
+                "light_bumps SIX NUMBERS", "Create 2: 0 to 4095, left to right", self._light_bumps
+            ),
+            self._count("oi_mode_offset", 0, 252, "how much too high packet 35 is"),
+        )
+
+    def set_power(self, on: bool) -> None:
+        """Switch the base on or off."""
+        self.create.set_power(on, self._clock())
+
+    def _wheel_drop(self, words: list[str]) -> None:
+        self.faults.wheel_drops = sum(WHEELS[word] for word in some_of(words, WHEELS))
+
+    def _bump(self, words: list[str]) -> None:
+        pressed = some_of(words, ("left", "right"))
+        self.faults.left_bumper, self.faults.right_bumper = "left" in pressed, "right" in pressed
+
+    def _cliff(self, words: list[str]) -> None:
+        seen = CLIFFS if words == ["all"] else some_of(words, CLIFFS)
+        self.faults.cliffs = tuple(place in seen for place in CLIFFS)
+
+    def _battery(self, words: list[str]) -> None:
+        self.create.battery.charge_mah = CAPACITY_MAH * number(words, 0.0, 100.0) / 100.0
+
+    def _buttons(self, words: list[str]) -> None:
+        self.faults.buttons = sum(BUTTONS[word] for word in some_of(words, BUTTONS))
+
+    def _gyro_drift(self, words: list[str]) -> None:
+        self.faults.gyro_drift = number(words, -100.0, 100.0)
+
+    def _gyro(self, words: list[str]) -> None:
+        self.faults.gyro_dead = not switch(words)
+
+    def _light_bumps(self, words: list[str]) -> None:
+        if len(words) != 6:
+            raise ConfigError(f"six numbers are needed, not {len(words)}")
+        self.faults.light_bumps = tuple(integer([word], 0, 4095) for word in words)
+
+    def status(self) -> str:
+        """The base as one line of JSON."""
+        create, pose = self.create, self._base.pose
+        return json.dumps(
+            {
+                "model": create.model.name,
+                "mode": create.mode.name.lower(),
+                "plugged": self.plugged,
+                "powered": create.powered,
+                "baud": create.baud_rate,
+                "streaming": create.streaming,
+                "wheels_mmps": list(create.wheels),
+                "pose": [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 4)],
+                "charge_mah": round(create.battery.charge_mah),
+                "charging_state": create.battery.charging_state,
+                "digital_outputs": create.digital_outputs,
+                "low_side_drivers": list(create.low_side_drivers),
+                "leds": list(create.leds),
+                "songs_played": create.songs.played,
+                "infrared_sent": create.infrared_sent,
+                "unknown_bytes": create.unknown_bytes,
+                "unobeyed": {str(opcode): count for opcode, count in sorted(create.rejected.items())},
+            }
+        )
+
+
+class KinematicBase:
+    """Wheels without mass; a ``BasePlant`` for an emulator that runs alone.
+
+    Attributes:
+        pose: Where it stands, from its start.
+    """
+
+    def __init__(self, wheel_separation_m: float) -> None:
+        """Stand at the start.
+
+        Args:
+            wheel_separation_m: Metres between the wheels.
+        """
+        self._separation_m = wheel_separation_m
+        self._wheels = (0.0, 0.0)
+        self._travel = (0.0, 0.0)
+        self._time: float | None = None
+        self.pose = Pose2()
+
+    def advance_to(self, now: float) -> None:
+        """Roll on until now, in seconds."""
+        elapsed = 0.0 if self._time is None else max(0.0, now - self._time)
+        self._time = now
+        left, right = self._wheels
+        self._travel = (self._travel[0] + left * elapsed, self._travel[1] + right * elapsed)
+        self.pose = integrate_twist(self.pose, Twist2((left + right) / 2.0, self.yaw_rate()), elapsed)
+
+    def set_wheels(self, left_mps: float, right_mps: float) -> None:
+        """Turn the wheels at these speeds in m/s."""
+        self._wheels = (left_mps, right_mps)
+
+    def travel(self) -> tuple[float, float]:
+        """Metres that the left and the right wheel have rolled."""
+        return self._travel
+
+    def yaw_rate(self) -> float:
+        """Turning rate in rad/s, counter-clockwise positive."""
+        return (self._wheels[1] - self._wheels[0]) / self._separation_m
+
+    def bumpers(self) -> tuple[bool, bool]:
+        """There is nothing to bump into."""
+        return (False, False)

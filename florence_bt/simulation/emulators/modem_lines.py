@@ -29,7 +29,7 @@ ALL_OFF = struct.pack("I", 0)
 
 @contextlib.contextmanager
 def pretended_modem_lines() -> Iterator[None]:
-    """Within this, terminals without modem lines take every level; reading tells that all are off."""
+    """Within this, terminals without modem lines take every level; reading gives that all are off."""
     ioctl = fcntl.ioctl
 
     def pretend(fd: Any, request: int, *arguments: Any) -> Any:

@@ -9,32 +9,27 @@ Source: REFERENCE 4.1 to 4.8, 13.
 from __future__ import annotations
 
 import math
+import re
+from collections import deque
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.simulation.emulators._scip_device import (
+from florence_bt.simulation.emulators.scip_models import (
+    ALLOWED_IN_TIME_MODE,
+    ARGUMENT_LENGTHS,
+    BIT_RATES,
     MODELS,
     URG_04LX,
     UST_10LX,
     UTM_30LX,
     UTM_30LX_EW,
-    Measurement,
     ScannerModel,
+    ScanRequest,
     ScipFaults,
     parse_measurement,
-)
-from florence_bt.simulation.emulators._scip_line import SlowLine
-from florence_bt.simulation.emulators._scip_malfunction import TROUBLE
-from florence_bt.simulation.emulators._scip_state import ScipState
-from florence_bt.simulation.emulators._scip_values import group, with_intensities
-from florence_bt.simulation.emulators._scip_wire import (
-    encode_echoes,
-    encode_numbers,
-    reply,
-    scan_lines,
-    spoil_last_sum,
 )
 
 __all__ = [
@@ -51,6 +46,29 @@ __all__ = [
 
 LONGEST_REQUEST = 64
 TWO_CHARACTER_LIMIT = 4095
+
+TROUBLE = "50"
+"""Hardware trouble, the first status of its range."""
+
+TIMER_WRAP_MS = 1 << 24
+LONGEST_NOTE = 16
+BY_DEFAULT = "<-Default setting by user"
+"""Stands behind a setting of II that was never changed."""
+
+STATES = {
+    "000": "Idle",
+    "002": "Time adjustment",
+    "003": "Single scan",
+    "004": "Multi scan",
+    "005": "Sleep",
+}
+"""The answers to %ST."""
+
+WAKING = ("BM", "QT", "TM")
+
+_USER_STRING = re.compile(r"[A-Za-z0-9 ._+@]*")
+
+Answer = tuple[str, list[str]]
 
 
 class LaserPlant(Protocol):
@@ -73,7 +91,8 @@ class ScipEmulator:
 
     Attributes:
         faults: What shall go wrong.
-        state: Modes, laser, timer and the answers that need no measurement.
+        laser_on: Whether the laser is on.
+        speaks_scip1: Whether it still waits for ``SCIP2.0``.
     """
 
     def __init__(
@@ -97,12 +116,12 @@ class ScipEmulator:
         self._plant = plant
         self._model = model
         self.faults = ScipFaults()
-        self.state = ScipState(model, lambda: self.faults, speaks_scip1)
+        self._wakes_in_scip1 = speaks_scip1
         self._short_status = short_status
         self._powered = True
         self._input = b""
         self._line = SlowLine()
-        self._stream: Measurement | None = None
+        self._stream: ScanRequest | None = None
         self._snapshot: NDArray[np.int32] | None = None
         self._wake(0.0)
 
@@ -110,11 +129,6 @@ class ScipEmulator:
     def model(self) -> ScannerModel:
         """The device data."""
         return self._model
-
-    @property
-    def laser_on(self) -> bool:
-        """Whether the laser is on."""
-        return self.state.laser_on
 
     @property
     def powered(self) -> bool:
@@ -134,7 +148,7 @@ class ScipEmulator:
 
     def set_timer(self, milliseconds: int, now: float) -> None:
         """Set the sensor's clock, e.g. to shortly before it wraps."""
-        self.state.set_timer(milliseconds, now)
+        self._timer_zero = now - milliseconds / 1000.0
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take bytes from the host and return the answers."""
@@ -176,33 +190,31 @@ class ScipEmulator:
     def _wake(self, now: float) -> None:
         self._input = b""
         self._line.clear()
-        self.state.wake(now)
+        self.speaks_scip1 = self._wakes_in_scip1
+        self._restart_asked = False
+        self._bit_rate = BIT_RATES[0]
+        self._reset(now)
         self._turn_start = now
         self._stop()
 
     def _stop(self) -> None:
-        self.state.laser_on = False
+        self.laser_on = False
         self._stream = None
         self._head, self._note = "", ""
         self._remaining: int | None = None
         self._snapshot = None
 
-    @property
-    def _period(self) -> float:
-        """Seconds a turn; each step of CR is taken as one hundredth slower."""
-        return self.state.period
-
     def _sweep(self, steps: int) -> float:
         return steps * self._period / self._model.number("ARES")
 
-    def _moments(self, stream: Measurement) -> tuple[float, float]:
+    def _moments(self, stream: ScanRequest) -> tuple[float, float]:
         """When the beam looks ahead (or ends, should that be earlier), and when the last step has passed."""
         done = self._turn_start + self._sweep(stream.last + 1)
         return min(self._turn_start + self._sweep(self._model.number("AFRT")), done), done
 
     # --- measuring --------------------------------------------------------------------------------------
 
-    def _measure(self, wanted: Measurement) -> NDArray[np.int32]:
+    def _measure(self, wanted: ScanRequest) -> NDArray[np.int32]:
         """The values of a window; steps outside of AMIN..AMAX count as not measurable."""
         first = max(wanted.first, self._model.number("AMIN"))
         last = min(wanted.last, self._model.number("AMAX"))
@@ -214,25 +226,24 @@ class ScipEmulator:
             return with_intensities(values, self._model.number("DMIN"))
         return np.minimum(values, TWO_CHARACTER_LIMIT) if wanted.width == 2 else values
 
-    def _scan(self, stream: Measurement, values: NDArray[np.int32], started: float) -> bytes:
+    def _scan(self, stream: ScanRequest, values: NDArray[np.int32], started: float) -> bytes:
         if self._remaining is not None:
             self._remaining -= 1
         echo = f"{self._head}{self._remaining or 0:02d}{self._note}"
         told, self.faults.scan_status = self.faults.scan_status, None
         broken = TROUBLE if self.faults.laser_broken else None
-        pretended = self.state.pretended.instead_of_scan()
-        ending = told or broken or (pretended if pretended == TROUBLE else None)
-        status = ending or self.faults.every_scan_status or pretended
+        ending = told or broken
+        status = ending or self.faults.every_scan_status
         if status is not None:
             if ending is not None or self._remaining == 0:
                 self._stop()
             return reply(echo, status)
         if self._remaining == 0:
             self._stop()
-        lines = scan_lines(self.state.timer(started), self._encode(stream, values))
+        lines = scan_lines(self.timer(started), self._encode(stream, values))
         return self._spoil(reply(echo, "99", lines))
 
-    def _encode(self, wanted: Measurement, values: NDArray[np.int32]) -> str:
+    def _encode(self, wanted: ScanRequest, values: NDArray[np.int32]) -> str:
         if wanted.every_echo:
             return encode_echoes(values, 2 if wanted.intensity else 1, self._model.number("DMIN"))
         return encode_numbers(values, wanted.width)
@@ -263,11 +274,11 @@ class ScipEmulator:
 
     def _answer(self, line: str, now: float) -> bytes:
         command, semicolon, text = line.partition(";")
-        if self.state.speaks_scip1:
+        if self.speaks_scip1:
             return self._answer_scip1(line)
         length = 3 if command.startswith("%") else 2
         letters, arguments = command[:length], command[length:]
-        status = self.state.objection(letters, arguments, text)
+        status = self._objection(letters, arguments, text)
         forced = self.faults.statuses.get(letters) or self.faults.statuses.get(command)
         lines: list[str] = []
         if forced is not None:
@@ -285,7 +296,7 @@ class ScipEmulator:
         lines: list[str] = []
         status = "0"
         if line == "SCIP2.0":
-            self.state.speaks_scip1 = False
+            self.speaks_scip1 = False
             if not self._short_status:
                 return reply(line, "00")
         elif line == "V":
@@ -306,11 +317,7 @@ class ScipEmulator:
                 self._stop()
             case "TM" if arguments == "0":
                 self._stop()
-        before = self.state.restarts
-        answer = self.state.answer(letters, arguments, self._stream is not None, now)
-        if self.state.restarts > before:
-            self._wake(now)
-        return answer
+        return self._set_or_report(letters, arguments, now)
 
     def _start_stream(self, letters: str, arguments: str, note: str, now: float) -> str:
         """Begin with the next turn; a second stream is refused while one runs."""
@@ -319,10 +326,9 @@ class ScipEmulator:
             return wanted
         if self._stream is not None:
             return "0B"
-        if self.state.laser_broken:
+        if self.faults.laser_broken:
             return TROUBLE
-        self.state.pretended.begin_stream()
-        self.state.laser_on = True
+        self.laser_on = True
         self._stream, self._remaining = wanted, wanted.count
         self._head, self._note = letters + arguments[:11], note
         self._turn_start += max(0, math.ceil((now - self._turn_start) / self._period)) * self._period
@@ -333,8 +339,348 @@ class ScipEmulator:
         wanted = parse_measurement(letters, arguments, self._model.outermost_step)
         if isinstance(wanted, str):
             return wanted, []
-        if self.state.laser_broken:
+        if self.faults.laser_broken:
             return TROUBLE, []
         if not self.laser_on:
             return "10", []
-        return "00", scan_lines(self.state.timer(now), self._encode(wanted, self._measure(wanted)))
+        return "00", scan_lines(self.timer(now), self._encode(wanted, self._measure(wanted)))
+
+    # --- settings, timer and state ----------------------------------------------------------------------
+
+    def timer(self, now: float) -> int:
+        """The timer: milliseconds, 24 bits."""
+        frozen = self.faults.frozen_timer_ms
+        if frozen is not None:
+            return frozen
+        return round((now - self._timer_zero) * 1000.0) % TIMER_WRAP_MS
+
+    @property
+    def _period(self) -> float:
+        """Seconds a turn; each step of CR is taken as one hundredth slower."""
+        return 60.0 / self._model.number("SCAN") / (1.0 - 0.01 * self._slowness)
+
+    @property
+    def bit_rate(self) -> int:
+        """Bits a second of its RS-232 line."""
+        return int(self._bit_rate)
+
+    def _objection(self, letters: str, arguments: str, note: str) -> str | None:
+        """The status that refuses a command, None when there is nothing against it."""
+        length = ARGUMENT_LENGTHS.get(letters)
+        known = letters in self._model.commands
+        if len(note) > LONGEST_NOTE:
+            return "0G"
+        if not _USER_STRING.fullmatch(note):
+            return "0H"
+        if letters != "RB":
+            self._restart_asked = False
+        if letters == "CR" and not known:
+            return "04"
+        if not known or length is None or len(arguments) > length:
+            return "0E"
+        if self._time_mode and letters not in ALLOWED_IN_TIME_MODE and not self._leaves_time_mode(letters):
+            return "10" if self._model.denies_time_mode else "0E"
+        return "0C" if len(arguments) < length else None
+
+    def _leaves_time_mode(self, letters: str) -> bool:
+        return self._model.denies_time_mode and letters == "RS"
+
+    def _set_or_report(self, letters: str, arguments: str, now: float) -> Answer:
+        """Carry a command out that measures nothing; the caller has stopped what must be stopped.
+
+        Returns:
+            Status and lines.
+        """
+        if letters in WAKING:
+            self._asleep = False
+        match letters:
+            case "VV":
+                return "00", information_lines(self._model.version)
+            case "PP":
+                return "00", information_lines(self._model.parameters)
+            case "II":
+                return "00", information_lines(self._information(now))
+            case "%ST":
+                return "00", [summed(self._state_code())]
+            case "BM":
+                return self._switch_on(), []
+            case "RS" | "RT":
+                self._reset(now, keep_speeds=letters == "RT")
+            case "%SL":
+                self._asleep = True
+            case "RB":
+                return self._restart(now), []
+            case "TM":
+                return self._time(arguments, now)
+            case "SS":
+                return self._set_bit_rate(arguments), []
+            case "CR":
+                return self._set_slowness(arguments), []
+            case "HS":
+                return self._set_sensitivity(arguments), []
+        return "00", []
+
+    def _reset(self, now: float, keep_speeds: bool = False) -> None:
+        """RT is the UTM's reset that leaves the speeds of motor and line."""
+        self._time_mode = False
+        self._asleep = False
+        self._sensitive = False
+        self._timer_zero = now
+        if not keep_speeds:
+            self._slowness = 0
+            self._bit_rate = BIT_RATES[0]
+
+    def _information(self, now: float) -> dict[str, str]:
+        """The fields of II, in the words of the sensors whose replies are published.
+
+        The MESM of a UTM is made up of the answer to %ST.
+        """
+        rate = f"{int(self._bit_rate)}[bps]"
+        code = self._state_code()
+        idle = "Measuring by Sensitive Mode" if self._sensitive else "Measuring by Normal Mode"
+        return {
+            "MODL": self._model.parameters["MODL"],
+            "LASR": "ON" if self.laser_on else "OFF",
+            "SCSP": self._speed(),
+            "MESM": f"{code} {STATES[code]}"
+            if "%ST" in self._model.commands
+            else idle
+            if self.measuring
+            else "IDLE",
+            "SBPS": rate + BY_DEFAULT if self._bit_rate == BIT_RATES[0] else rate,
+            "TIME": f"{self.timer(now):06X}",
+            "STAT": self._healthy(),
+        }
+
+    def _healthy(self) -> str:
+        stat = self.faults.stat
+        return self._model.healthy if stat is None else stat
+
+    def _speed(self) -> str:
+        """SCSP: the usual speed, or how much slower it is; hosts such as hokuyoaist read both."""
+        rpm = f"({round(60.0 / self._period)}[rpm])"
+        return f"{self._slowness}%down{rpm}" if self._slowness else f"Initial{rpm}{BY_DEFAULT}"
+
+    def _state_code(self) -> str:
+        """Standby, time adjustment, sleep, single scan or multi scan."""
+        if self._time_mode:
+            return "002"
+        if self._asleep:
+            return "005"
+        if not self.laser_on:
+            return "000"
+        return "004" if self.measuring else "003"
+
+    def _switch_on(self) -> str:
+        if self.faults.laser_broken:
+            return "01"
+        if self.laser_on:
+            return "02"
+        self.laser_on = True
+        return "00"
+
+    def _restart(self, now: float) -> str:
+        """The first RB is answered 01; the second in a row restarts."""
+        if not self._restart_asked:
+            self._restart_asked = True
+            return "01"
+        self._wake(now)
+        return "00"
+
+    def _time(self, argument: str, now: float) -> Answer:
+        match argument, self._time_mode:
+            case "0", False:
+                self._time_mode = True
+                return "00", []
+            case "0", True:
+                return "02", []
+            case "1", True:
+                return "00", [summed(encode_number(self.timer(now), 4))]
+            case "1", False:
+                return "04", []
+            case "2", True:
+                self._time_mode = False
+                return "00", []
+            case "2", False:
+                return "03", []
+            case _:
+                return "01", []
+
+    def _set_bit_rate(self, digits: str) -> str:
+        """Counts from the next command on; over USB and TCP it has no effect."""
+        if not digits.isdecimal():
+            return "01"
+        if digits not in BIT_RATES:
+            return "02"
+        if digits == self._bit_rate:
+            return "03"
+        self._bit_rate = digits
+        return "00"
+
+    def _set_slowness(self, digits: str) -> str:
+        if not digits.isdecimal():
+            return "01"
+        slowness = 0 if digits == "99" else int(digits)
+        if slowness > 10:
+            return "02"
+        if slowness == self._slowness and digits != "99":
+            return "03"
+        self._slowness = slowness
+        return "00"
+
+    def _set_sensitivity(self, digit: str) -> str:
+        if digit not in ("0", "1"):
+            return "01"
+        if self._sensitive == (digit == "1"):
+            return "02"
+        self._sensitive = digit == "1"
+        return "00"
+
+
+class SlowLine:
+    """Bytes leave in their order, each not before its time."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[tuple[float, bytes]] = deque()
+        self._free = 0.0
+
+    def put(self, data: bytes, now: float, delay_s: float, bytes_per_second: float | None) -> None:
+        """Send bytes.
+
+        Args:
+            data: The bytes.
+            now: The time.
+            delay_s: They leave so much later.
+            bytes_per_second: How fast they leave; None for all at once.
+        """
+        if not data:
+            return
+        self._free = max(self._free, now + delay_s)
+        if bytes_per_second is None:
+            self._waiting.append((self._free, data))
+            return
+        for byte in data:
+            self._free += 1.0 / bytes_per_second
+            self._waiting.append((self._free, bytes([byte])))
+
+    def take(self, now: float) -> bytes:
+        """What leaves now."""
+        out = []
+        while self._waiting and self._waiting[0][0] <= now:
+            out.append(self._waiting.popleft()[1])
+        return b"".join(out)
+
+    def take_all(self) -> bytes:
+        """Everything that waits: the line is fast again."""
+        out = b"".join(data for _, data in self._waiting)
+        self.clear()
+        return out
+
+    def next_time(self) -> float | None:
+        """When something leaves next, or None."""
+        return self._waiting[0][0] if self._waiting else None
+
+    def clear(self) -> None:
+        """Lose what waits."""
+        self._waiting.clear()
+        self._free = 0.0
+
+
+def group(values: NDArray[np.int32], cluster: int, minimum_mm: int) -> NDArray[np.int32]:
+    """The smallest valid value of each group; a group without one gives its smallest code.
+
+    Args:
+        values: Shape (n,), millimetres or error codes.
+        cluster: Steps a group; 0 and 1 both mean one.
+        minimum_mm: DMIN; smaller values are codes.
+
+    Returns:
+        Shape (ceil(n / cluster),).
+
+    Source: REFERENCE 4.7.
+    """
+    if cluster <= 1:
+        return values
+    groups = np.pad(values, (0, -len(values) % cluster), mode="edge").reshape(-1, cluster)
+    valid = groups >= minimum_mm
+    best = np.where(valid, groups, np.iinfo(np.int32).max).min(axis=1)
+    return np.where(valid.any(axis=1), best, groups.min(axis=1)).astype(np.int32)
+
+
+def with_intensities(values: NDArray[np.int32], minimum_mm: int) -> NDArray[np.int32]:
+    """Each distance followed by an intensity, as ME and GE send them.
+
+    No manual gives the scale. Here a white wall at 1 m gives 4000, falling with the distance; a step without
+    a distance gives 0.
+
+    Returns:
+        Shape (2 n,).
+    """
+    pairs = np.zeros((len(values), 2), np.int32)
+    pairs[:, 0] = values
+    valid = values >= minimum_mm
+    pairs[valid, 1] = np.minimum(4_000_000 // np.maximum(values[valid], 1), 60_000)
+    return pairs.reshape(-1)
+
+
+DATA_LINE = 64
+SECOND_ECHO_MM = 500
+
+
+def summed(line: str) -> str:
+    """A line with its check character: the low six bits of the sum of its bytes, plus 0x30."""
+    return line + chr((sum(line.encode("latin-1")) & 0x3F) + 0x30)
+
+
+def encode_number(value: int, width: int) -> str:
+    """A number as ``width`` characters of six bits, most significant first."""
+    return "".join(chr(((value >> (6 * place)) & 0x3F) + 0x30) for place in reversed(range(width)))
+
+
+def encode_numbers(values: NDArray[np.int32], width: int) -> str:
+    """Many numbers in a row, as :func:`encode_number`."""
+    shifts = np.arange(6 * (width - 1), -1, -6)
+    digits = ((values[:, np.newaxis] >> shifts) & 0x3F) + 0x30
+    return digits.astype(np.uint8).tobytes().decode("ascii")
+
+
+def reply(echo: str, status: str, lines: Iterable[str] = ()) -> bytes:
+    """A whole reply: echo, status with its sum, lines that are ready to send, a blank line."""
+    return "\n".join([echo, summed(status), *lines, "", ""]).encode("latin-1")
+
+
+def information_lines(fields: Mapping[str, str]) -> list[str]:
+    """The lines of VV, PP and II: the check character is that of the text before the semicolon."""
+    return [f"{text};{summed(text)[-1]}" for text in (f"{tag}:{value}" for tag, value in fields.items())]
+
+
+def encode_echoes(values: NDArray[np.int32], numbers: int, minimum_mm: int) -> str:
+    """Every echo of each step: what follows an ampersand belongs to the step before it.
+
+    Each tenth step that measures something has a second echo half a metre behind the first, as of a pane of
+    glass; the world itself has one distance a step.
+
+    Args:
+        values: Shape (steps * numbers,).
+        numbers: Numbers an echo: 1, or 2 with intensities.
+        minimum_mm: DMIN; smaller distances are codes.
+    """
+    echoes = []
+    for step, echo in enumerate(values.reshape(-1, numbers)):
+        echoes.append(encode_numbers(echo, 3))
+        if step % 10 == 0 and echo[0] >= minimum_mm:
+            echo = echo.copy()
+            echo[0] += SECOND_ECHO_MM
+            echoes.append("&" + encode_numbers(echo, 3))
+    return "".join(echoes)
+
+
+def scan_lines(timestamp_ms: int, text: str) -> list[str]:
+    """The time stamp and the encoded values in lines of at most 64 characters."""
+    blocks = [text[start : start + DATA_LINE] for start in range(0, len(text), DATA_LINE)]
+    return [summed(encode_number(timestamp_ms, 4)), *map(summed, blocks)]
+
+
+def spoil_last_sum(data: bytes) -> bytes:
+    """A reply with another check character in its last line, which stands before the two closing LF."""
+    return data[:-3] + bytes([0x30 + (data[-3] - 0x30 + 1) % 64]) + data[-2:]

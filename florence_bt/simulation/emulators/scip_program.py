@@ -5,50 +5,52 @@ The clock is given.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+import math
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-from florence_bt.simulation.emulators._lone_program import GARBAGE, LoneProgram
-from florence_bt.simulation.emulators._scip_control import ScipControl
-from florence_bt.simulation.emulators.scip import MODELS, ScipEmulator
-from florence_bt.simulation.emulators.scip_room import ScipRoom
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.simulation.emulators.scip import ScipEmulator, ScipFaults
+from florence_bt.simulation.emulators.scip_models import MODELS, ScannerModel
+from florence_bt.simulation.emulators.standalone import (
+    GARBAGE,
+    MOST_FRAMES,
+    ControlCommand,
+    StandaloneEmulator,
+    StandaloneOptions,
+    number,
+    switch,
+)
 
 LONGEST_WAIT_S = 0.1
+_STATUS = re.compile(r"[0-9][0-9A-Z]")
 
 
 @dataclass(frozen=True, slots=True)
-class ScipOptions:
-    """How to run it.
+class ScipOptions(StandaloneOptions):
+    """How to run it; with ``strict_baud`` the scanner wakes up with 19200, as on RS-232.
 
     Attributes:
-        link: Where to put a link to the device file; None for none.
-        tcp_port: Listen on this TCP port of this machine instead (0: any); None for a pseudo-terminal.
         model: A name in ``MODELS``.
         scip1: Wake up in SCIP 1.1.
-        seed: Start of the noise; None for perfect distances.
-        control: Where to put the socket of the control channel; None for none.
-        strict_baud: As on RS-232: a client at the wrong speed understands nothing and is not understood;
-            the scanner wakes up with 19200.
         short_status: In SCIP 1.1, answer ``SCIP2.0`` with ``0`` and no sum.
     """
 
-    link: Path | None = None
-    tcp_port: int | None = None
     model: str = "urg-04lx"
     scip1: bool = False
-    seed: int | None = None
-    control: Path | None = None
-    strict_baud: bool = False
     short_status: bool = False
 
 
-class ScipProgram(LoneProgram):
+class ScipProgram(StandaloneEmulator):
     """Line, scanner and control channel.
 
     Attributes:
         scanner: The scanner.
-        control: Obeys lines of text.
     """
 
     def __init__(self, options: ScipOptions, clock: Callable[[], float], console: int | None = None) -> None:
@@ -62,7 +64,7 @@ class ScipProgram(LoneProgram):
         Raises:
             DeviceLost: The link, the TCP port or the socket cannot be made.
         """
-        super().__init__(options.link, options.tcp_port, options.strict_baud)
+        super().__init__(options)
         self._start = clock()
         self._clock = clock
         model = MODELS[options.model]
@@ -72,8 +74,8 @@ class ScipProgram(LoneProgram):
             speaks_scip1=options.scip1,
             short_status=options.short_status,
         )
-        self.control = ScipControl(self.scanner, self, self.now, options.seed or 0)
-        self._listen(self.control, options.control, console)
+        self.faults: ScipFaults = self.scanner.faults
+        self._listen(console)
 
     def now(self) -> float:
         """Seconds since the start."""
@@ -82,13 +84,145 @@ class ScipProgram(LoneProgram):
     def step(self) -> None:
         """Serve the line and let the time pass, once."""
         now, line = self.now(), self._line
-        baud_rate = self.scanner.state.bit_rate  # SS is answered at the old one
-        received = self._as_heard(line.read(), baud_rate) if line is not None else b""
+        baud_rate = self.scanner.bit_rate  # SS is answered at the old one
+        received = self._received_at_other_end(line.read(), baud_rate) if line is not None else b""
         received = received.replace(bytes([GARBAGE]), b"")  # no letters: the scanner passes over them
         answer = (self.scanner.receive(received, now) if received else b"") + self.scanner.poll(now)
         if answer and line is not None:
-            line.write(self._as_heard(answer, baud_rate))
+            line.write(self._received_at_other_end(answer, baud_rate))
 
     def _longest_wait(self) -> float:
         due = self.scanner.next_deadline()
         return LONGEST_WAIT_S if due is None else max(0.0, min(LONGEST_WAIT_S, due - self.now()))
+
+    # -- the control channel -------------------------------------------------------------------------------
+
+    def control_commands(self) -> Sequence[ControlCommand]:
+        """Everything that goes wrong with a scanner."""
+        faults = self.faults
+        return (
+            self._count("bad_replies", 0, MOST_FRAMES, "the next answers to commands have a wrong check sum"),
+            self._count(
+                "partial", 0, MOST_FRAMES, "the next scan ends after so many bytes", field="cut_scan_at"
+            ),
+            ControlCommand(
+                "scan_status STATUS",
+                "the next scan is replaced by this status (50: hardware trouble) and measuring ends",
+                lambda words: setattr(faults, "scan_status", _status(words)),
+            ),
+            ControlCommand(
+                "every_scan_status STATUS|none",
+                "every scan is replaced by this status and measuring goes on",
+                lambda words: setattr(
+                    faults, "every_scan_status", None if words == ["none"] else _status(words)
+                ),
+            ),
+            ControlCommand(
+                "status_of COMMAND STATUS|none",
+                "every COMMAND (PP, TM1, ...) is answered with this status",
+                self._status_of,
+            ),
+            self._switch("laser_broken", "BM is refused, measuring ends with 50"),
+            ControlCommand(
+                "stat TEXT",
+                "the text of STAT; without one the healthy one",
+                lambda words: setattr(faults, "stat", " ".join(words) or None),
+            ),
+            ControlCommand("freeze_timer on|off", "every time stamp is the same", self._freeze_timer),
+            ControlCommand(
+                "delay SECONDS",
+                "everything leaves so much later",
+                lambda words: setattr(faults, "delay_s", number(words, 0.0, 60.0)),
+            ),
+            ControlCommand(
+                "speed BYTES",
+                "bytes per second that leave; 0 for at once",
+                lambda words: setattr(faults, "bytes_per_second", number(words, 0.0, 1e7) or None),
+            ),
+        )
+
+    def set_power(self, on: bool) -> None:
+        """Switch the scanner on or off."""
+        self.scanner.set_power(on, self.now())
+
+    def _status_of(self, words: list[str]) -> None:
+        if len(words) != 2:
+            raise ConfigError("a command and a status are needed", valid=["PP 0A", "PP none"])
+        if words[1] == "none":
+            self.faults.statuses.pop(words[0], None)
+        else:
+            self.faults.statuses[words[0]] = _status(words[1:])
+
+    def _freeze_timer(self, words: list[str]) -> None:
+        now = self.scanner.timer(self.now())
+        self.faults.frozen_timer_ms = now if switch(words) else None
+
+    def status(self) -> str:
+        """The scanner as one line of JSON."""
+        scanner = self.scanner
+        return json.dumps(
+            {
+                "model": scanner.model.name,
+                "plugged": self.plugged,
+                "powered": scanner.powered,
+                "laser": scanner.laser_on,
+                "measuring": scanner.measuring,
+                "scip": "1.1" if scanner.speaks_scip1 else "2.0",
+                "timer_ms": scanner.timer(self.now()),
+            }
+        )
+
+
+def _status(words: list[str]) -> str:
+    if len(words) != 1 or not _STATUS.fullmatch(words[0]):
+        raise ConfigError(
+            f"{' '.join(words)!r} is not a status", valid=["a digit and a digit or letter: 50, 0A"]
+        )
+    return words[0]
+
+
+AHEAD_M, BEHIND_M, LEFT_M, RIGHT_M = 3.0, 1.0, 2.0, 1.5
+PILLAR_X_M, PILLAR_Y_M, PILLAR_RADIUS_M = 1.5, 0.5, 0.15
+
+
+class ScipRoom:
+    """Distances from a scanner that stands still in a room, the same in every turn unless there is noise."""
+
+    def __init__(self, model: ScannerModel, seed: int | None = None, noise_mm: float = 10.0) -> None:
+        """Work the distances out.
+
+        Args:
+            model: The scanner.
+            seed: Start of the noise; None for none.
+            noise_mm: Standard deviation of a distance.
+        """
+        steps = np.arange(model.outermost_step + 1, dtype=np.float64)
+        angles: NDArray[np.float64] = (steps - model.number("AFRT")) * (2.0 * math.pi / model.number("ARES"))
+        metres = np.minimum(_walls(angles), _pillar(angles))
+        self._distances = np.minimum(1000.0 * metres, model.number("DMAX"))
+        self._minimum = model.number("DMIN")
+        self._random = None if seed is None else np.random.default_rng(seed)
+        self._noise_mm = noise_mm
+
+    def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
+        """The distances of the steps first..last, shape (last - first + 1,), millimetres."""
+        wanted = self._distances[first_step : last_step + 1]
+        if self._random is not None:
+            wanted = wanted + self._random.normal(0.0, self._noise_mm, len(wanted))
+        return np.maximum(np.rint(wanted), self._minimum).astype(np.int32)
+
+
+def _walls(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    x, y = np.cos(angles), np.sin(angles)
+    with np.errstate(divide="ignore"):
+        along = np.where(x > 0.0, AHEAD_M / np.abs(x), BEHIND_M / np.abs(x))
+        across = np.where(y > 0.0, LEFT_M / np.abs(y), RIGHT_M / np.abs(y))
+    return np.minimum(along, across)
+
+
+def _pillar(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    along = PILLAR_X_M * np.cos(angles) + PILLAR_Y_M * np.sin(angles)
+    aside = -PILLAR_X_M * np.sin(angles) + PILLAR_Y_M * np.cos(angles)
+    depth = PILLAR_RADIUS_M**2 - aside**2
+    hit = (depth >= 0.0) & (along > 0.0)
+    return np.where(hit, along - np.sqrt(np.maximum(depth, 0.0)), np.inf)

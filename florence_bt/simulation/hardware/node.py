@@ -45,13 +45,13 @@ Frames are looked up until half a second after the last.
 """
 MOST_FILTERED_LAG_S = 0.7
 """The same for the scans at the end of the filters: navigation takes none that is older than a second."""
-PATIENCE_S = 5.0
+READER_TIMEOUT_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
 WAIT_S = 0.005
 """Wall seconds between two looks whether the drivers and the localiser have caught up."""
 ODOM_FRAME = "odom"
 """The frame that the localiser places in the map many times a second: it shows that navigation keeps up."""
-LOCALISER_PATIENCE_S = 1.0
+LOCALISER_TIMEOUT_S = 1.0
 """Wall seconds without a transform after which the simulated time goes on: navigation hangs or has ended."""
 
 
@@ -92,13 +92,13 @@ class SimulatorNode(FlorenceNode):
         )
         self._truth_topic = self.create_publisher(String, "simulator/truth", LATCHED)
         # This node makes the time that the others have; its own is the wall clock.
-        self._drivers = SlowestReader(MOST_LAG_S, PATIENCE_S)
+        self._drivers = SlowestReader(MOST_LAG_S, READER_TIMEOUT_S)
         self.create_subscription(LaserScan, "scan", self._on_scan, SENSOR, judge_stamps=False)
-        self._filters = SlowestReader(MOST_FILTERED_LAG_S, PATIENCE_S)
+        self._filters = SlowestReader(MOST_FILTERED_LAG_S, READER_TIMEOUT_S)
         self.create_subscription(
             LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR, judge_stamps=False
         )
-        self._localiser = SlowestReader(MOST_LAG_S, LOCALISER_PATIENCE_S)
+        self._localiser = SlowestReader(MOST_LAG_S, LOCALISER_TIMEOUT_S)
         self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER, judge_stamps=False)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated hardware")
@@ -110,21 +110,21 @@ class SimulatorNode(FlorenceNode):
         self._thread.join()
 
     def _on_scan(self, message: LaserScan) -> None:
-        self._drivers.heard(stamp_from_ros(message.header.stamp), time.monotonic())
+        self._drivers.received(stamp_from_ros(message.header.stamp), time.monotonic())
 
     def _on_filtered_scan(self, message: LaserScan) -> None:
-        self._filters.heard(stamp_from_ros(message.header.stamp), time.monotonic())
+        self._filters.received(stamp_from_ros(message.header.stamp), time.monotonic())
 
     def _on_transforms(self, message: TFMessage) -> None:
         for transform in message.transforms:
             if transform.child_frame_id == ODOM_FRAME:
-                self._localiser.heard(stamp_from_ros(transform.header.stamp), time.monotonic())
+                self._localiser.received(stamp_from_ros(transform.header.stamp), time.monotonic())
 
     def _run(self) -> None:
         try:
             self._simulate()
         except Exception as error:
-            # Raised on the executor's thread: a world that stands still without a word would be a riddle.
+            # Raised on the executor's thread: a world that stops without a message could not be explained.
             self.fatal = error
             self.call_soon(lambda: None)
 
@@ -169,10 +169,10 @@ class SimulatorNode(FlorenceNode):
                 due = time.monotonic()
 
     def _readers_are_behind(self, server: HardwareServer) -> bool:
-        now, spoke_at = time.monotonic(), server.laser_spoke_at
+        now, sent_at = time.monotonic(), server.laser_sent_at
         return (
-            self._drivers.is_behind(spoke_at, now)
-            or self._filters.is_behind(spoke_at, now)
+            self._drivers.is_behind(sent_at, now)
+            or self._filters.is_behind(sent_at, now)
             or self._localiser.is_behind(server.time, now)
         )
 

@@ -16,7 +16,7 @@ from florence_bt.simulation.emulators.kinect_frames import KinectFrameServer
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 from florence_bt.simulation.emulators.scip import ScipEmulator
 from florence_bt.simulation.hardware.ports import HardwareMounts, HardwareSettings
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
@@ -25,18 +25,8 @@ STEP_S = 0.005
 """Simulated seconds between two looks at the ports."""
 
 
-class _LaserPlant:
-    """The laser as its emulator sees it."""
-
-    def __init__(self, sensor: LaserSensor) -> None:
-        self._sensor = sensor
-
-    def measure(self, first_step: int, last_step: int) -> Any:
-        return self._sensor.measure(first_step, last_step)
-
-
 class HardwareServer:
-    """World, emulators and ports together.
+    """The world, the emulators and the ports together.
 
     Args:
         world: The simulated flat with robot and people.
@@ -44,15 +34,15 @@ class HardwareServer:
         settings: Ports and rates.
 
     Attributes:
-        laser_spoke_at: Simulated seconds when bytes left the laser last.
+        laser_sent_at: Simulated seconds when bytes left the laser last.
     """
 
-    def __init__(self, world: World, mounts: HardwareMounts, settings: HardwareSettings) -> None:
+    def __init__(self, world: SimulatedWorld, mounts: HardwareMounts, settings: HardwareSettings) -> None:
         self.world = world
         self._settings = settings
         self._mounts = mounts
         self._steps = 0
-        self._next_frame = self.laser_spoke_at = self.time
+        self._next_frame = self.laser_sent_at = self.time
 
     @property
     def time(self) -> float:
@@ -69,7 +59,7 @@ class HardwareServer:
         seed = self._settings.seed
         self._settings.folder.mkdir(parents=True, exist_ok=True)
         self._create = CreateEmulator(self.world, BaseSensors(self.world, seed + 1))
-        self._laser = ScipEmulator(_LaserPlant(LaserSensor(self.world, self._mounts.laser, seed + 2)))
+        self._laser = ScipEmulator(LaserSensor(self.world, self._mounts.laser, seed + 2))
         self._kinect = KinectSensor(self.world, self._mounts.camera, seed=seed + 3)
         with ExitStack() as ports:
             self._base_port = PseudoTerminal(self._settings.base_port)
@@ -101,7 +91,7 @@ class HardwareServer:
             if answer:
                 port.write(answer)
                 if emulator is self._laser:
-                    self.laser_spoke_at = now
+                    self.laser_sent_at = now
         self._serve_frames(now)
 
     def _serve_frames(self, now: float) -> None:
@@ -121,7 +111,7 @@ class HardwareServer:
 
     @property
     def motion(self) -> tuple[tuple[float, float], bool]:
-        """The wheel speeds that the base was told, m/s left and right, and whether it moves."""
+        """The wheel speeds that the base was given, m/s left and right, and whether it moves."""
         return self.world.wheels, self.world.moving
 
     def truth(self) -> Mapping[str, Any]:

@@ -11,26 +11,26 @@ import threading
 
 
 class SlowestReader:
-    """How far the reader has come; told on one thread and asked on another.
+    """How far the reader has come; updated on one thread and queried on another.
 
     A reader that has nothing more to say at the lag where it is waited for is always behind by so much, or is
     gone. That lag is then taken for granted until it has been smaller, so that time never crawls.
 
     Args:
         most_lag_s: Simulated seconds that it may be behind.
-        patience_s: Wall seconds without a word from it for which it is waited.
+        timeout_s: Wall seconds without a word from it for which it is waited.
     """
 
-    def __init__(self, most_lag_s: float, patience_s: float) -> None:
+    def __init__(self, most_lag_s: float, timeout_s: float) -> None:
         self._most_lag_s = most_lag_s
-        self._patience_s = patience_s
+        self._timeout_s = timeout_s
         self._lock = threading.Lock()
         self._reached = math.inf
-        self._heard = -math.inf
+        self._received_at = -math.inf
         self._granted = 0.0
 
-    def heard(self, stamp: float, wall: float) -> None:
-        """What it made of the hardware's data of a moment has come; the same moment again is no progress.
+    def received(self, stamp: float, wall: float) -> None:
+        """What it made of the hardware's data of a moment has come; the same moment again is not progress.
 
         Args:
             stamp: Simulated seconds of that moment.
@@ -38,7 +38,7 @@ class SlowestReader:
         """
         with self._lock:
             if stamp != self._reached:
-                self._reached, self._heard = stamp, wall
+                self._reached, self._received_at = stamp, wall
 
     def is_behind(self, time: float, wall: float) -> bool:
         """Whether the simulated time has to wait.
@@ -52,7 +52,7 @@ class SlowestReader:
             self._granted = min(self._granted, max(lag, 0.0))
             if lag <= self._granted + self._most_lag_s:
                 return False
-            if wall - self._heard < self._patience_s:
+            if wall - self._received_at < self._timeout_s:
                 return True
             self._granted = lag
             return False

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.paths import find_data
-from florence_bt.simulation.home._flat_file import (
-    FlatFile,
-    FurnitureEntry,
-    PartEntry,
-    PoseEntry,
-    WallEntry,
-    WallsEntry,
-)
-from florence_bt.simulation.home._positioned_yaml import Location, PositionedYaml
+from florence_bt.simulation.home.positioned_yaml import Location, PositionedYaml
 
 Colour = tuple[int, int, int]
 """Red, green, blue, each 0 to 255."""
@@ -52,7 +48,7 @@ class Solid:
 
 
 @dataclass(frozen=True, slots=True)
-class Hotspot:
+class FlatHotspot:
     """A labelled pose of the robot in the map frame (document, section 3.8)."""
 
     label: str
@@ -73,7 +69,7 @@ class Room:
     name: str
     x: tuple[float, float]
     y: tuple[float, float]
-    hotspot: Hotspot
+    hotspot: FlatHotspot
 
     @property
     def polygon(self) -> tuple[tuple[float, float], ...]:
@@ -125,7 +121,7 @@ class Flat:
     solids: tuple[Solid, ...]
     doors: tuple[Door, ...]
     rooms: tuple[Room, ...]
-    objects: tuple[Hotspot, ...]
+    objects: tuple[FlatHotspot, ...]
     seats: tuple[Seat, ...]
 
     @property
@@ -179,10 +175,10 @@ def load_flat(file: Path | None = None) -> Flat:
         solids=tuple(_walls(entries.walls)) + tuple(_furniture(source, entries)),
         doors=tuple(_doors(entries.walls)),
         rooms=tuple(
-            Room(name, room.x, room.y, Hotspot(name, _pose(room.hotspot)))
+            Room(name, room.x, room.y, FlatHotspot(name, _pose(room.hotspot)))
             for name, room in entries.rooms.items()
         ),
-        objects=tuple(Hotspot(label, _pose(pose)) for label, pose in entries.hotspots.items()),
+        objects=tuple(FlatHotspot(label, _pose(pose)) for label, pose in entries.hotspots.items()),
         seats=tuple(Seat(seat.room, _pose(seat)) for seat in entries.seats),
     )
     _check_places(source, entries, flat)
@@ -290,3 +286,136 @@ def _check_places(source: PositionedYaml, entries: FlatFile, flat: Flat) -> None
             raise source.error(("seats", index), f"the seat lies outside of {seat.room!r}")
     if flat.room_at(flat.start.x, flat.start.y) is None:
         raise source.error(("start",), "the start lies in no room")
+
+
+def _check_colour(text: str) -> str:
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}", text):
+        raise ValueError(f"{text!r} is not a colour; write it as '#rrggbb'")
+    return text
+
+
+def _check_span(span: tuple[float, float]) -> tuple[float, float]:
+    if not span[0] < span[1]:
+        raise ValueError(f"the first number must be below the second, not {span[0]} and {span[1]}")
+    return span
+
+
+Finite = Annotated[float, AllowInfNan(False)]
+Metres = Annotated[float, Field(gt=0.0, lt=100.0)]
+Point = tuple[Finite, Finite]
+Span = Annotated[tuple[Finite, Finite], AfterValidator(_check_span)]
+HexColour = Annotated[str, AfterValidator(_check_colour)]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PoseEntry(_Entry):
+    """A place and a direction."""
+
+    x: Finite
+    y: Finite
+    phi_deg: Finite = 0.0
+
+
+class DoorEntry(_Entry):
+    """A gap in a wall."""
+
+    name: Name
+    centre: Metres
+    width: Metres
+
+
+class WallEntry(_Entry):
+    """A straight wall along x or y between two points of its centre line."""
+
+    name: Name
+    from_: Point = Field(alias="from")
+    to: Point
+    doors: tuple[DoorEntry, ...] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> WallEntry:
+        along_x = self.from_[1] == self.to[1]
+        if along_x == (self.from_[0] == self.to[0]):
+            raise ValueError(f"the wall {self.name!r} must run along x or along y")
+        axis = 0 if along_x else 1
+        if self.to[axis] < self.from_[axis]:
+            raise ValueError(f"the wall {self.name!r} must run towards growing coordinates")
+        end = 0.0
+        for door in sorted(self.doors, key=lambda each: each.centre):
+            if door.centre - door.width / 2 < end:
+                raise ValueError(f"the door {door.name!r} overlaps another one or the wall's end")
+            end = door.centre + door.width / 2
+        if end > self.to[axis] - self.from_[axis]:
+            raise ValueError(f"a door of the wall {self.name!r} reaches beyond the wall's end")
+        return self
+
+
+class WallsEntry(_Entry):
+    """All walls and what they have in common."""
+
+    height: Metres
+    thickness: Metres
+    colour: HexColour
+    door_height: Metres
+    lines: Annotated[tuple[WallEntry, ...], Field(min_length=1)]
+
+
+class RoomEntry(_Entry):
+    """A rectangle of the floor and the place in it where the robot looks around."""
+
+    x: Span
+    y: Span
+    hotspot: PoseEntry
+
+
+class SeatEntry(PoseEntry):
+    """A place where a person may sit."""
+
+    room: Name
+
+
+class PartEntry(_Entry):
+    """A box or an upright cylinder of a model."""
+
+    box: tuple[Metres, Metres] | None = None
+    cylinder: Metres | None = None
+    at: Point = (0.0, 0.0)
+    z: Span
+    colour: HexColour | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> PartEntry:
+        if (self.box is None) == (self.cylinder is None):
+            raise ValueError("a part is either `box: [size x, size y]` or `cylinder: radius`")
+        if self.z[0] < 0.0:
+            raise ValueError("a part cannot reach below the floor")
+        return self
+
+
+class FurnitureEntry(_Entry):
+    """One piece of furniture: a model, placed and coloured."""
+
+    name: Name
+    model: Name
+    x: Finite
+    y: Finite
+    turn_deg: Finite = 0.0
+    colour: HexColour
+
+
+class FlatFile(_Entry):
+    """The whole source file."""
+
+    name: Name
+    start: PoseEntry
+    floor: HexColour
+    walls: WallsEntry
+    rooms: Annotated[dict[Name, RoomEntry], Field(min_length=1)]
+    hotspots: dict[Name, PoseEntry] = {}
+    seats: tuple[SeatEntry, ...] = ()
+    models: dict[Name, Annotated[tuple[PartEntry, ...], Field(min_length=1)]] = {}
+    furniture: tuple[FurnitureEntry, ...] = ()

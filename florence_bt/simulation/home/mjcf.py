@@ -1,6 +1,6 @@
 """Writes the MuJoCo model: the flat, the robot on its wheels, and the people as bodies moved from outside.
 
-Geoms collide in two separate families, so that a touch is easy to tell from standing: wheels and casters
+Geoms collide in two separate families, so that a touch differs from standing: wheels and casters
 with the floor, the robot's body with everything else. Rays see only what is in ``SCENE_GROUP``.
 """
 

@@ -1,4 +1,4 @@
-"""Draws the flat and runs in it from above, as PNG files; matplotlib is loaded on the first call."""
+"""Draws runs on their map, as PNG files; matplotlib is loaded on the first call."""
 
 from __future__ import annotations
 
@@ -11,69 +11,45 @@ import numpy as np
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
-from florence_bt.simulation.home.flat import Flat, Hotspot, Solid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from florence_bt.simulation.home.world import Contact
-
-_ROOM_TINTS = ("#f6efe2", "#e9f0f7", "#eef5e9", "#f5f2f7", "#fbf3e6", "#e6f3f3")
 _INK = "#3a3a40"
-_WALL = "#4b4b52"
 _ROBOT_RADIUS_M = 0.17
 _LOOK_REACH_M = 1.1
 _LOOK_HALF_ANGLE_RAD = math.radians(31.3)
 """Half of the Kinect's field of view. Source: REFERENCE 5.2 (f = 525)."""
 
 
-def draw_flat(flat: Flat | OccupancyGrid, file: Path, title: str = "") -> None:
-    """Draw the flat with its rooms, furniture and hotspots.
-
-    Args:
-        flat: The flat, or a map of it.
-        file: The PNG file to write; its folder is made when missing.
-        title: A line above the picture.
-    """
-    figure, axes = _new_figure(flat, title)
-    _draw_ground(axes, flat)
-    _draw_hotspots(axes, flat, None)
-    _save(figure, file)
-
-
 def draw_run(
-    flat: Flat | OccupancyGrid,
+    grid: OccupancyGrid,
     path: Sequence[Pose2],
     person: Pose2 | None,
     looks: Sequence[Pose2],
     file: Path,
     title: str,
-    contacts: Sequence[Contact] = (),
-    labels: Mapping[str, Pose2] | None = None,
+    labels: Mapping[str, Pose2],
 ) -> None:
     """Draw what the robot did.
 
     Args:
-        flat: The flat, or a map of it.
+        grid: The map.
         path: The poses of the robot in the map frame, first to last.
         person: Where the person was, and looked; None for nobody.
         looks: From where and in which direction the robot looked for people.
         file: The PNG file to write; its folder is made when missing.
         title: A line above the picture.
-        contacts: What the robot touched.
-        labels: Hotspots to show; the flat's own when not given.
+        labels: The hotspots.
     """
-    figure, axes = _new_figure(flat, title)
-    _draw_ground(axes, flat)
-    _draw_hotspots(axes, flat, labels)
+    figure, axes = _new_figure(grid, title)
+    for label, pose in labels.items():
+        _draw_hotspot(axes, label, pose)
     _draw_looks(axes, looks)
     if person is not None:
         _draw_person(axes, person)
     _draw_path(axes, path)
-    if contacts:
-        x, y = [each.position[0] for each in contacts], [each.position[1] for each in contacts]
-        axes.scatter(x, y, marker="X", s=110, c="#d11a1a", edgecolors="white", zorder=9, label="contact")
     if axes.get_legend_handles_labels()[1]:
         axes.legend(
             loc="upper center",
@@ -83,14 +59,18 @@ def draw_run(
             fontsize=11,
             labelcolor=_INK,
         )
-    _save(figure, file)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    # The version of matplotlib stays out of the file, so that equal runs give equal bytes.
+    figure.savefig(file, metadata={"Software": None})
 
 
-def _new_figure(flat: Flat | OccupancyGrid, title: str) -> tuple[Figure, Axes]:
+def _new_figure(grid: OccupancyGrid, title: str) -> tuple[Figure, Axes]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    left, low, right, high = _bounds(flat)
+    rows, columns = grid.cells.shape
+    left, low = grid.origin.x, grid.origin.y
+    right, high = left + columns * grid.resolution, low + rows * grid.resolution
     width = 11.0
     figure = Figure(figsize=(width, width * (high - low) / (right - left) + 0.9), dpi=130, facecolor="white")
     FigureCanvasAgg(figure)
@@ -102,107 +82,35 @@ def _new_figure(flat: Flat | OccupancyGrid, title: str) -> tuple[Figure, Axes]:
     for spine in axes.spines.values():
         spine.set_visible(False)
     axes.set_title(title, fontsize=14, color=_INK, loc="left", pad=8)
+    grey = np.full(grid.cells.shape, 0.82)
+    grey[grid.cells == FREE] = 1.0
+    grey[grid.cells == OCCUPIED] = 0.25
+    axes.imshow(
+        grey,
+        cmap="gray",
+        vmin=0,
+        vmax=1,
+        origin="lower",
+        extent=(left, right, low, high),
+        interpolation="nearest",
+    )
     return figure, axes
 
 
-def _bounds(flat: Flat | OccupancyGrid) -> tuple[float, float, float, float]:
-    if isinstance(flat, Flat):
-        left, low, right, high = flat.bounds
-        return left - 0.25, low - 0.25, right + 0.25, high + 0.25
-    rows, columns = flat.cells.shape
-    x, y = flat.origin.x, flat.origin.y
-    return x, y, x + columns * flat.resolution, y + rows * flat.resolution
-
-
-def _save(figure: Figure, file: Path) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    # The version of matplotlib stays out of the file, so that equal runs give equal bytes.
-    figure.savefig(file, metadata={"Software": None})
-
-
-def _draw_ground(axes: Axes, flat: Flat | OccupancyGrid) -> None:
-    if isinstance(flat, OccupancyGrid):
-        left, low, right, high = _bounds(flat)
-        grey = np.full(flat.cells.shape, 0.82)
-        grey[flat.cells == FREE] = 1.0
-        grey[flat.cells == OCCUPIED] = 0.25
-        axes.imshow(
-            grey,
-            cmap="gray",
-            vmin=0,
-            vmax=1,
-            origin="lower",
-            extent=(left, right, low, high),
-            interpolation="nearest",
-        )
-        return
-    _draw_rooms(axes, flat)
-    for solid in sorted(flat.solids, key=lambda each: each.top):
-        _draw_solid(axes, solid, is_wall=solid.top >= _wall_height(flat))
-
-
-def _draw_hotspots(axes: Axes, flat: Flat | OccupancyGrid, labels: Mapping[str, Pose2] | None) -> None:
-    if labels is not None:
-        for label, pose in labels.items():
-            _draw_hotspot(axes, Hotspot(label, pose), is_room=False)
-    elif isinstance(flat, Flat):
-        for room in flat.rooms:
-            _draw_hotspot(axes, room.hotspot, is_room=True)
-        for hotspot in flat.objects:
-            _draw_hotspot(axes, hotspot, is_room=False)
-
-
-def _wall_height(flat: Flat) -> float:
-    return max(solid.top for solid in flat.solids)
-
-
-def _draw_rooms(axes: Axes, flat: Flat) -> None:
-    from matplotlib.patches import Rectangle
-
-    for index, room in enumerate(flat.rooms):
-        (left, right), (low, high) = room.x, room.y
-        tint = _ROOM_TINTS[index % len(_ROOM_TINTS)]
-        axes.add_patch(Rectangle((left, low), right - left, high - low, facecolor=tint, zorder=0))
-
-
-def _draw_solid(axes: Axes, solid: Solid, is_wall: bool) -> None:
-    from matplotlib.patches import Circle, Rectangle
-
-    if is_wall and solid.bottom > 0.0:
-        return  # A lintel: the door below it stays open in the picture.
-    colour = _WALL if is_wall else tuple(0.35 + 0.65 * channel / 255 for channel in solid.colour)
-    style: dict[str, Any] = {
-        "facecolor": colour,
-        "edgecolor": _WALL if is_wall else "#77777d",
-        "linewidth": 0.0 if is_wall else 0.6,
-        "linestyle": "--" if solid.bottom > 1.0 and not is_wall else "-",
-        "alpha": 0.25 if solid.bottom > 1.0 and not is_wall else 1.0,
-        "zorder": 2 if is_wall else 1 + min(solid.top, 2.4) / 2.5,
-    }
-    if solid.half is None:
-        axes.add_patch(Circle((solid.x, solid.y), solid.radius, **style))
-        return
-    x, y = Pose2(solid.x, solid.y, solid.yaw).apply(-solid.half[0], -solid.half[1])
-    angle = math.degrees(solid.yaw)
-    axes.add_patch(Rectangle((x, y), 2 * solid.half[0], 2 * solid.half[1], angle=angle, **style))
-
-
-def _draw_hotspot(axes: Axes, hotspot: Hotspot, is_room: bool) -> None:
-    pose = hotspot.pose
+def _draw_hotspot(axes: Axes, name: str, pose: Pose2) -> None:
     axes.plot(pose.x, pose.y, "o", markersize=4.5, color="#7a7a82", zorder=3)
     tip = pose.apply(0.22, 0.0)
     axes.plot([pose.x, tip[0]], [pose.y, tip[1]], color="#7a7a82", linewidth=1.3, zorder=3)
     above = math.sin(pose.yaw) <= 0.0
     label = axes.annotate(
-        hotspot.label.replace("_", " "),
+        name.replace("_", " "),
         (pose.x, pose.y),
         (0, 7 if above else -7),
         textcoords="offset points",
         ha="center",
         va="bottom" if above else "top",
-        fontsize=10.5 if is_room else 8.5,
-        fontweight="bold" if is_room else "normal",
-        color=_INK if is_room else "#66666d",
+        fontsize=8.5,
+        color="#66666d",
         zorder=8,
     )
     label.set_path_effects(_halo())

@@ -1,7 +1,7 @@
 """The simulated world: the flat, the robot on its wheels and the people, moved by MuJoCo.
 
-No clock runs here: :meth:`World.step_to` is told the time. The same seed and the same calls give the same
-numbers, bit for bit.
+No clock runs here: :meth:`SimulatedWorld.step_to` is given the time. The same seed and the same calls give
+the same numbers, bit for bit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from florence_bt.simulation.home.mjcf import (
     build_mjcf,
 )
 from florence_bt.simulation.home.person import PersonSpec, Walker
-from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, Scene, Shapes, reach_of
+from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, RayScene, Shapes, reach_of
 
 MAX_WHEEL_MPS = 0.5
 """Source: REFERENCE 1.3 (a wheel turns with at most 500 mm/s)."""
@@ -71,7 +71,7 @@ class Contact:
     position: tuple[float, float, float]
 
 
-class World:
+class SimulatedWorld:
     """The flat with the robot and people in it.
 
     Args:
@@ -272,7 +272,7 @@ class World:
     def _is_robot(self, geom: int) -> bool:
         return bool(self._model.geom_bodyid[geom] >= self._robot_body)
 
-    def _make_scene(self) -> Scene:
+    def _make_scene(self) -> RayScene:
         """The scene's geoms come before the robot's, so their ids are the scene's rows."""
         model, data = self._model, self._data
         count = int(np.count_nonzero(model.geom_bodyid < self._robot_body))
@@ -288,7 +288,7 @@ class World:
             reach=reach_of(kind, size),
             colour=np.array(np.rint(model.geom_rgba[:count, :3] * 255), np.uint8),
         )
-        return Scene(shapes, tuple(names))
+        return RayScene(shapes, tuple(names))
 
     def _refresh_scene(self) -> None:
         """Take over where the people are; they are the last rows."""

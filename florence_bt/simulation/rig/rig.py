@@ -14,29 +14,22 @@ from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, cancelled, success
 from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid
-from florence_bt.core.skill import Inputs, InstantSkill, Skill, SkillRun
+from florence_bt.core.skill import SkillRun
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecord, RunRecorder
-from florence_bt.runtime.run import MissionRun, Request, RunIds
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import (
-    ExclusiveComponent,
-    StartingSkill,
-    approach_skills,
-    locator_skills,
-)
+from florence_bt.simulation.rig.skills import ExclusiveComponent, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.navigation.navigate.base_stop import BaseStop
-from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
+from florence_bt.skills.navigation.navigate.drive import NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator
-from florence_bt.skills.navigation.navigate.step import NavigatorParameters
-from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, START_TRACKER, STOP_TRACKER
+from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser
@@ -51,7 +44,6 @@ from florence_bt.trees.language.loader import MissionLibrary
 
 SETTLE_S = 2.0
 """Seconds before a mission, in which the gyro learns its rest offset and the costmaps fill."""
-TURN_ALLOWANCE_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +88,7 @@ class Rig:
     def __init__(self, setting: RigSetting) -> None:
         self.clock = ManualClock()
         start = setting.start or setting.flat.start
-        self.world = World(setting.flat, people=setting.people, start=start, seed=setting.seed)
+        self.world = SimulatedWorld(setting.flat, people=setting.people, start=start, seed=setting.seed)
         self.robot = RigRobot(
             self.world,
             setting.grid,
@@ -105,21 +97,23 @@ class Rig:
             self.clock,
             seed=setting.seed,
             start=start,
+            on_scan=lambda source, scan: self._base.on_scan(source, scan),
+            on_depth=lambda image: self._people.on_depth(image),
+            driving=lambda: self._base.active,
+            looking=lambda: self._people.running,
         )
         self.locator = Locator(setting.hotspots, setting.user_room)
         self.locator.map = setting.grid
-        base = _BaseSkills(self.robot, setting, self.clock)
-        people = _PeopleSkills(self.robot, setting, self.clock)
-        self.robot.on_scan = base.on_scan
-        self.robot.on_depth = people.on_depth
-        self.robot.driving = lambda: base.active
-        self.robot.looking = lambda: people.running
-        skills = {
-            **base.skills(),
-            **people.skills(),
-            **locator_skills(self.locator),
-            **approach_skills(base.occupancy_at),
-        }
+        self._base = _BaseSkills(self.robot, setting, self.clock)
+        self._people = _PeopleSkills(self.robot, setting, self.clock)
+        skills = rig_skills(
+            {
+                "base": self._base,
+                "people": self._people,
+                "locator": self.locator,
+                "cost_at": self._base.occupancy_at,
+            }
+        )
         self.executor = Executor(
             MissionLibrary.load(),
             skills,
@@ -149,7 +143,7 @@ class Rig:
         Returns:
             The finished run.
         """
-        run = self.executor.trigger(Request(mission, inputs or {}, caller="rig"))
+        run = self.executor.trigger(MissionRequest(mission, inputs or {}, caller="rig"))
         end = self.clock.now() + limit_s
         while not run.status.final and self.clock.now() < end:
             self.clock.run_next()
@@ -180,9 +174,6 @@ class _BaseSkills:
         """Whether something is being driven."""
         return bool(self._navigator.active)
 
-    def skills(self) -> dict[str, Skill]:
-        return {NAVIGATE_TO.name: StartingSkill(self._navigate), TURN.name: StartingSkill(self._turn)}
-
     def occupancy_at(self, x: float, y: float) -> int:
         """Occupancy of the global costmap, 0..100, -1 where unknown."""
         grid = self._navigator.global_grid()
@@ -195,14 +186,14 @@ class _BaseSkills:
             source, scan, sensor_in_base, self._robot.odometry.pose, self._robot.map_from_odom
         )
 
-    def _navigate(self, inputs: Inputs) -> SkillRun:
+    def navigate(self, goal: Pose2) -> SkillRun:
         run = self._component.begin("driving", self._navigator.cancel)
-        self._navigator.start(inputs["goal"], self._clock.now())
+        self._navigator.start(goal, self._clock.now())
         return run
 
-    def _turn(self, inputs: Inputs) -> SkillRun:
+    def turn(self, angle: float, time_allowance: float) -> SkillRun:
         run = self._component.begin("turning", self._navigator.cancel)
-        self._navigator.start_spin(float(inputs["angle"]), self._clock.now(), TURN_ALLOWANCE_S)
+        self._navigator.start_spin(angle, self._clock.now(), time_allowance)
         return run
 
     def _step(self) -> None:
@@ -246,13 +237,6 @@ class _PeopleSkills:
         """Whether pictures are needed."""
         return bool(self._tracker.running) or self._looking
 
-    def skills(self) -> dict[str, Skill]:
-        return {
-            START_TRACKER.name: InstantSkill(lambda inputs: self._switch(True)),
-            STOP_TRACKER.name: InstantSkill(lambda inputs: self._switch(False)),
-            LOOK_FOR_USER.name: StartingSkill(self._begin_look),
-        }
-
     def on_depth(self, image: DepthImage) -> None:
         now = self._clock.now()
         if self._tracker.running:
@@ -265,16 +249,17 @@ class _PeopleSkills:
                 self._look.feed(now, users, robot)
         self._end_look_when_over()
 
-    def _switch(self, on: bool) -> Result:
-        if on:
-            self._tracker.start(self._clock.now())
-        else:
-            self._tracker.stop()
+    def start_tracker(self) -> Result:
+        self._tracker.start(self._clock.now())
         return success()
 
-    def _begin_look(self, inputs: Inputs) -> SkillRun:
+    def stop_tracker(self) -> Result:
+        self._tracker.stop()
+        return success()
+
+    def look(self, window_s: float) -> SkillRun:
         run = self._component.begin("looking", self._cancel_look)
-        self._look.start(self._clock.now(), float(inputs["window"]))
+        self._look.start(self._clock.now(), window_s)
         self._looking = True
         return run
 

@@ -23,16 +23,18 @@ from florence_bt.drivers.turtlebot.hazards import StopReason, describe, hold_for
 from florence_bt.drivers.turtlebot.odometry import MotionEstimator
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
 from florence_bt.drivers.turtlebot.wheels import wheels_from_twist
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
-from florence_bt.skills.filters.velocity_filter.ticker import VelocityTicker
-from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
+from florence_bt.skills.filters.velocity_filter.velocity_filter import (
+    VelocityFilterParameters,
+    VelocityTicker,
+)
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 
@@ -66,7 +68,7 @@ def parameters_of(cls: type[T], config: Config, node: str) -> T:
 
 
 class RigRobot:
-    """Sensors, filters, odometry and localisation; tells listeners what it measured.
+    """Sensors, filters, odometry and localisation.
 
     Args:
         world: The physics.
@@ -76,11 +78,15 @@ class RigRobot:
         clock: Drives everything.
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
+        on_scan: Called with each scan for navigation and the name of its source.
+        on_depth: Called with each depth picture.
+        driving: Whether something drives the robot; otherwise scans and pictures may be rare.
+        looking: Whether somebody looks for people, who needs larger pictures.
     """
 
     def __init__(
         self,
-        world: World,
+        world: SimulatedWorld,
         grid: OccupancyGrid,
         frames: TransformBuffer,
         config: Config,
@@ -88,14 +94,18 @@ class RigRobot:
         *,
         seed: int,
         start: Pose2,
+        on_scan: Callable[[str, LaserScan], None],
+        on_depth: Callable[[DepthImage], None],
+        driving: Callable[[], bool],
+        looking: Callable[[], bool],
     ) -> None:
         self.world = world
         self.frames = frames
         self.odometry = Odometry(clock.now(), Pose2())
-        self.on_scan: Callable[[str, LaserScan], None] = _nobody
-        self.on_depth: Callable[[DepthImage], None] = _nobody
-        self.driving: Callable[[], bool] = lambda: True
-        self.looking: Callable[[], bool] = lambda: False
+        self._on_scan = on_scan
+        self._on_depth = on_depth
+        self._driving = driving
+        self._looking = looking
         self._clock = clock
         base = parameters_of(TurtlebotParameters, config, "turtlebot_node")
         self._wheels = base.wheels()
@@ -162,7 +172,7 @@ class RigRobot:
             wheels_stopped=self._twist.is_zero(),
         )
         self.odometry = motion.odometry
-        if not motion.at_rest or self.driving():
+        if not motion.at_rest or self._driving():
             self._moved = now
             self._next_scan = self._next_kinect_scan = now
 
@@ -181,23 +191,19 @@ class RigRobot:
         self._combinator.update_laser(scan, now)
 
     def _look(self) -> None:
-        looking = self.looking()
-        if not looking and not self.driving():
+        looking = self._looking()
+        if not looking and not self._driving():
             return
         now = self._clock.now()
         kinect = self._looking_kinect if looking else self._driving_kinect
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
-        self.on_depth(depth)
+        self._on_depth(depth)
         if now < self._next_kinect_scan:
             return
         if now - self._moved >= SETTLED_S:
             self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
         kinect_scan = self._fake_laser.project(depth)
-        self.on_scan("depth", self._laser_filter.filter(kinect_scan))
+        self._on_scan("depth", self._laser_filter.filter(kinect_scan))
         combined = self._combinator.update_kinect(kinect_scan, now)
         if combined is not None:
-            self.on_scan("scan", self._laser_filter.filter(combined))
-
-
-def _nobody(*_: Any) -> None:
-    """Nobody listens."""
+            self._on_scan("scan", self._laser_filter.filter(combined))

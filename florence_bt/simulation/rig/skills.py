@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 from florence_bt.core.outcome import Result, cancelled
-from florence_bt.core.skill import Event, Inputs, InstantSkill, RunState, Skill, SkillRun
-from florence_bt.skills.locator import declaration as locate
-from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.people.approach_user.declaration import PROPOSE_APPROACH_POSE
-from florence_bt.skills.people.approach_user.polite_pose import propose_approach
+from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, Skill, SkillRun
+from florence_bt.skills.served import SERVED
 
 
 class ComponentRun:
@@ -17,7 +16,7 @@ class ComponentRun:
 
     Args:
         feedback: What the component does.
-        on_cancel: Tells the component to stop; it then finishes the run.
+        on_cancel: Asks the component to stop; it then finishes the run.
     """
 
     def __init__(self, feedback: str, on_cancel: Callable[[], None]) -> None:
@@ -35,7 +34,7 @@ class ComponentRun:
         return self._state.result
 
     def cancel(self) -> None:
-        """Tell the component to stop."""
+        """Ask the component to stop."""
         if self._state.handle(Event.CANCEL):
             self._on_cancel()
 
@@ -67,54 +66,29 @@ class ExclusiveComponent:
             run.finish(result)
 
 
-class StartingSkill:
-    """A skill whose start is a plain function."""
-
-    def __init__(self, start: Callable[[Inputs], SkillRun]) -> None:
-        self._start = start
-
-    def start(self, inputs: Inputs) -> SkillRun:
-        """Call the function."""
-        return self._start(inputs)
-
-
-def locator_skills(locator: Locator) -> dict[str, Skill]:
-    """The skills of the locator by name."""
-
-    def user_room(inputs: Inputs) -> Result:
-        return locator.get_user_room()
-
-    def hotspot(inputs: Inputs) -> Result:
-        return locator.get_hotspot(inputs["label"])
-
-    def robot_in_room(inputs: Inputs) -> Result:
-        return locator.robot_in_room(inputs["room"])
-
-    def robot_pose(inputs: Inputs) -> Result:
-        return locator.get_robot_pose()
-
-    def set_user(inputs: Inputs) -> Result:
-        return locator.set_user_position(inputs["user"])
-
-    return {
-        locate.GET_USER_ROOM.name: InstantSkill(user_room),
-        locate.GET_HOTSPOT.name: InstantSkill(hotspot),
-        locate.ROBOT_IN_ROOM.name: InstantSkill(robot_in_room),
-        locate.GET_ROBOT_POSE.name: InstantSkill(robot_pose),
-        locate.SET_USER_POSITION.name: InstantSkill(set_user),
-    }
-
-
-def approach_skills(cost_at: Callable[[float, float], int]) -> dict[str, Skill]:
-    """The skill that proposes polite poses.
+class ComponentSkill:
+    """A skill that a component performs.
 
     Args:
-        cost_at: Occupancy 0..100 of a point of the global costmap, -1 where unknown.
+        perform: Gives the result of a skill that answers at once, else its run.
     """
 
-    def proposal(inputs: Inputs) -> Result:
-        return propose_approach(
-            inputs["user"], inputs["robot"], inputs["trial"], inputs["safe_distance"], cost_at
-        )
+    def __init__(self, perform: Callable[[Inputs], Result | SkillRun]) -> None:
+        self._perform = perform
 
-    return {PROPOSE_APPROACH_POSE.name: InstantSkill(proposal)}
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Ask the component."""
+        answer = self._perform(inputs)
+        return FinishedRun(answer) if isinstance(answer, Result) else answer
+
+
+def rig_skills(components: Mapping[str, Any]) -> dict[str, Skill]:
+    """Every shipped skill by name.
+
+    Args:
+        components: Those that the tables of the skills name.
+    """
+    return {
+        served.skill.name: ComponentSkill(partial(served.perform, components[served.component]))
+        for served in SERVED
+    }

@@ -23,7 +23,7 @@ _EDGE_LOST = 0.35
 _EDGE_SWAPPED = 0.5
 
 _NOTHING_LEVEL = 205
-"""Grey level of the ceiling, which is no shape."""
+"""Grey level of the ceiling, which is not a shape."""
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -14,14 +14,14 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel
 from florence_bt.core.transforms import Transform3
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._camera_kernels import cast_picture
 from florence_bt.simulation.sensors._picture_kernels import shade, to_raw
 from florence_bt.simulation.sensors.scene import Lens
 
 
 @dataclass(frozen=True, slots=True)
-class KinectParameters:
+class KinectNoiseParameters:
     """How good the Kinect is.
 
     Attributes:
@@ -68,12 +68,12 @@ class KinectSensor:
 
     def __init__(
         self,
-        world: World,
+        world: SimulatedWorld,
         mount: Transform3,
         width: int = 320,
         height: int = 240,
         seed: int = 0,
-        parameters: KinectParameters | None = None,
+        parameters: KinectNoiseParameters | None = None,
     ) -> None:
         if not 0 < width <= 640 or 4 * height != 3 * width:
             raise ConfigError(
@@ -85,7 +85,7 @@ class KinectSensor:
         self._lens = Lens(focal, self.camera.cx, self.camera.cy)
         self._world = world
         self._mount = mount
-        self._parameters = parameters if parameters is not None else KinectParameters()
+        self._parameters = parameters if parameters is not None else KinectNoiseParameters()
         self._rng = np.random.default_rng(seed)
         self._depth = np.empty((height, width), np.float32)
         self._rows = np.empty((height, width), np.int16)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._laser_kernels import cast_fan
 
 STEPS_PER_TURN = 1024
@@ -71,7 +71,11 @@ class LaserSensor:
     """
 
     def __init__(
-        self, world: World, mount: Transform3, seed: int = 0, parameters: LaserParameters | None = None
+        self,
+        world: SimulatedWorld,
+        mount: Transform3,
+        seed: int = 0,
+        parameters: LaserParameters | None = None,
     ) -> None:
         self._world = world
         self._mount = mount

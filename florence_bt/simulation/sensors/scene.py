@@ -42,7 +42,7 @@ class Lens(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class RayScene:
     """Everything but the robot; people's rows change as they walk, all others stay.
 
     Attributes:
@@ -52,10 +52,6 @@ class Scene:
 
     shapes: Shapes
     names: Sequence[str]
-
-    def rows_of(self, name: str) -> list[int]:
-        """The rows of everything that belongs to a name."""
-        return [row for row, each in enumerate(self.names) if each == name]
 
 
 def reach_of(kind: NDArray[np.int8], size: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,8 +1,12 @@
-"""One round of the calibration as a state machine: readings in, velocities out (REFERENCE 3.3).
+"""The calibration as a state machine, round after round: readings in, velocities out (REFERENCE 3.3).
 
 States: rest (the gyro's drift), then for each speed align, sync, rotate, return, sync. Return is ours: a base
 whose odometry is wrong by a tenth has lost sight of the wall after the turn, and looks for it again. Each has
-a time limit, so that a robot without a wall, or one that cannot turn, ends with a reason and turns no more.
+a time limit, so that a robot without a wall, or one that cannot turn, ends with a reason and stops turning.
+
+Rounds are repeated until the factors are near 1. The base uses new factors only after its next start, so the
+rounds after the first one multiply what the base reports with the factors found so far: for turns that is the
+same.
 """
 
 from __future__ import annotations
@@ -11,12 +15,59 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2, angle_difference
+from florence_bt.core.limits import Limits, Positive, check_limits
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.skills.calibration.factors import Factors, Turn, factors_from_turns, measure_turn
-from florence_bt.skills.calibration.parameters import CalibrationParameters
-from florence_bt.skills.calibration.readings import Reading, Readings, Source
+from florence_bt.skills.calibration.factors import (
+    Direction,
+    Factors,
+    MeasuredTurn,
+    Readings,
+    Source,
+    factors_from_turns,
+    measure_turn,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationParameters:
+    """How the base is turned and what counts as calibrated.
+
+    Attributes:
+        has_gyro: Whether the gyro is calibrated too (document: ``turtlebot_node/has_gyro``).
+        speeds: Turning speeds of the measurements in rad/s, counter-clockwise (REFERENCE 3.3).
+        initial_wall_angle: The robot looks straight at the wall when the angle is at most this, radians
+            (REFERENCE 3.1: ``inital_wall_angle``).
+        align_speed: Turning speed towards the wall, rad/s (REFERENCE 3.3, step 2a).
+        braking: How fast a turn ends, rad/s^2: what the velocity filter allows (document, table 8).
+        imu_calibrate_time: Seconds at rest to measure the gyro's drift (REFERENCE 3.3, step 1).
+        settle: Every sensor must have spoken this long after a stop before it counts, seconds (step 2b).
+        near: The calibration is over when both factors are within this of 1 (REFERENCE 3.3, stop rule).
+        rounds: How often it is repeated at most (REFERENCE 3.3, stop rule).
+        patience: How long any sensor may be silent, seconds.
+    """
+
+    has_gyro: bool = True
+    speeds: tuple[float, ...] = (0.3, 0.7, 1.0, 1.5)
+    initial_wall_angle: Positive = 0.1
+    align_speed: Positive = 0.3
+    braking: Positive = 1.0
+    imu_calibrate_time: Positive = 10.0
+    settle: Positive = 0.5
+    near: Positive = 0.01
+    rounds: Annotated[int, Limits(1, 20)] = 5
+    patience: Positive = 5.0
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+        if not self.speeds or not all(0.05 <= speed <= 3.0 for speed in self.speeds):
+            raise ConfigError(
+                f"speeds is {self.speeds}", valid=("[0.3, 0.7, 1.0, 1.5], each 0.05 to 3 rad/s",)
+            )
+
 
 NO_WALL, NO_SENSOR, NO_TURN, BAD_TURN = "no_wall", "no_sensor", "no_turn", "bad_turn"
 STEP_PERIOD_S = 0.05
@@ -48,7 +99,7 @@ class _Mark:
     """The start of what goes on."""
 
     moment: float
-    readings: Mapping[Source, Reading]
+    readings: Mapping[Source, Direction]
 
 
 class Calibration:
@@ -75,13 +126,13 @@ class Calibration:
         self.readings = Readings(scales or {})
         self.result: Result | None = None
         self.factors: Factors | None = None
-        self.turns: list[Turn] = []
+        self.turns: list[MeasuredTurn] = []
         self._parameters = parameters or CalibrationParameters()
         with_gyro = (Source.GYRO,) if self._parameters.has_gyro else ()
         self._sources = (Source.WALL, Source.ODOMETRY, *with_gyro)
         self._since: float | None = None
         self._rest: _Mark | None = None
-        self._before: Mapping[Source, Reading] = {}
+        self._before: Mapping[Source, Direction] = {}
         self._drift: float | None = None
         self._direction = 0.0
         self._tries = 0
@@ -252,7 +303,7 @@ class Calibration:
         return STANDSTILL
 
 
-def _problem_with(turn: Turn) -> str:
+def _problem_with(turn: MeasuredTurn) -> str:
     """Why a turn cannot be used, empty when it can."""
     seen = {Source.WALL: turn.wall, Source.ODOMETRY: turn.odometry, Source.GYRO: turn.gyro}
     for source, angle in seen.items():
@@ -262,3 +313,70 @@ def _problem_with(turn: Turn) -> str:
                 "of about 360; repair or coarsely set that first"
             )
     return ""
+
+
+NOT_STEADY = "not_steady"
+
+
+class CalibrationRounds:
+    """All rounds.
+
+    Args:
+        parameters: How to turn, and when it is enough.
+
+    Attributes:
+        current: The round that goes on; the owner puts readings into it.
+        rounds: The factors of each round that is over.
+        result: The end, or None.
+    """
+
+    def __init__(self, parameters: CalibrationParameters | None = None) -> None:
+        self._parameters = parameters or CalibrationParameters()
+        self._scales: dict[Source, float] = {}
+        self.rounds: list[Factors] = []
+        self.result: Result | None = None
+        self.current = Calibration(self._parameters)
+
+    @property
+    def odometry(self) -> float:
+        """What to multiply ``odom_angular_scale_correction`` with, all rounds together."""
+        return self._scales.get(Source.ODOMETRY, 1.0)
+
+    @property
+    def gyro(self) -> float | None:
+        """What to multiply ``gyro_scale_correction`` with; None without a gyro."""
+        return self._scales.get(Source.GYRO, 1.0) if self._parameters.has_gyro else None
+
+    @property
+    def feedback(self) -> str:
+        """What goes on, for people."""
+        return f"round {len(self.rounds) + 1}: {self.current.feedback}"
+
+    def step(self, now: float) -> Twist2:
+        """Do what is due; see :meth:`Calibration.step`."""
+        if self.result is not None:
+            return STANDSTILL
+        twist = self.current.step(now)
+        if self.current.result is not None:
+            self._end_round(self.current.result)
+        return twist
+
+    def _end_round(self, result: Result) -> None:
+        factors = self.current.factors
+        if factors is None:
+            self.result = result
+            return
+        self.rounds.append(factors)
+        self._scales[Source.ODOMETRY] = self.odometry * factors.odometry
+        if factors.gyro is not None:
+            self._scales[Source.GYRO] = self._scales.get(Source.GYRO, 1.0) * factors.gyro
+        if factors.near(self._parameters.near):
+            self.result = success()
+        elif len(self.rounds) == self._parameters.rounds:
+            self.result = failure(
+                NOT_STEADY,
+                f"after {len(self.rounds)} rounds the factors are still not within {self._parameters.near:g} "
+                "of 1: the floor may be slippery, or the wall not straight",
+            )
+        else:
+            self.current = Calibration(self._parameters, self._scales)

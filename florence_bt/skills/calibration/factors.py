@@ -1,20 +1,84 @@
-"""From the turns that were measured to the factors for the base's parameters (REFERENCE 3.3)."""
+"""What the sensors reported during a calibration, and the factors that follow from it (REFERENCE 3.3)."""
 
 from __future__ import annotations
 
+import enum
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from florence_bt.core.geometry import angle_difference
-from florence_bt.skills.calibration.readings import Reading, Source
+
+
+class Source(enum.Enum):
+    """What measures where the robot looks."""
+
+    WALL = "scan of the wall"
+    ODOMETRY = "odometry"
+    GYRO = "gyro"
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """A direction at a moment.
+
+    Attributes:
+        stamp: Seconds.
+        angle: Radians, counter-clockwise.
+    """
+
+    stamp: float
+    angle: float
+
+
+@dataclass(slots=True)
+class Readings:
+    """The newest reading of each source, and how far the odometry turned.
+
+    Attributes:
+        scales: Factors on the turns of a source that earlier rounds found.
+        newest: By source, scaled; the angle counts on from the first one.
+        turned: Summed signed turn of the odometry since :meth:`begin_turn`, radians.
+        no_wall: Why the last scan showed no wall; empty when it did.
+    """
+
+    scales: Mapping[Source, float] = field(default_factory=dict)
+    newest: dict[Source, Direction] = field(default_factory=dict)
+    turned: float = 0.0
+    no_wall: str = "no scan has come"
+    _raw: dict[Source, float] = field(default_factory=dict)
+
+    def take(self, source: Source, stamp: float, angle: float) -> None:
+        """Note a reading; older than the newest, or no number, is dropped."""
+        before = self.newest.get(source)
+        if not math.isfinite(angle) or (before is not None and stamp <= before.stamp):
+            return
+        if source is Source.WALL:
+            self.no_wall = ""
+        if before is None or source is Source.WALL:
+            self.newest[source] = Direction(stamp, angle)
+        else:
+            turn = angle_difference(angle, self._raw[source]) * self.scales.get(source, 1.0)
+            self.newest[source] = Direction(stamp, before.angle + turn)
+            if source is Source.ODOMETRY:
+                self.turned += turn
+        self._raw[source] = angle
+
+    def begin_turn(self) -> None:
+        """Count the turn from here."""
+        self.turned = 0.0
+
+    def behind(self, moment: float, sources: tuple[Source, ...]) -> list[Source]:
+        """The sources that have not spoken since a moment."""
+        return [s for s in sources if s not in self.newest or self.newest[s].stamp < moment]
+
 
 GYRO_PARAMETER = "gyro_scale_correction"
 ODOMETRY_PARAMETER = "odom_angular_scale_correction"
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class MeasuredTurn:
     """One whole turn as each source saw it.
 
     Attributes:
@@ -48,7 +112,7 @@ class Factors:
 
     odometry: float
     gyro: float | None
-    turns: tuple[Turn, ...]
+    turns: tuple[MeasuredTurn, ...]
 
     def near(self, tolerance: float) -> bool:
         """Whether every factor is that close to 1."""
@@ -61,8 +125,8 @@ class Factors:
 
 
 def measure_turn(
-    speed: float, start: Mapping[Source, Reading], end: Mapping[Source, Reading], drift: float | None
-) -> Turn:
+    speed: float, start: Mapping[Source, Direction], end: Mapping[Source, Direction], drift: float | None
+) -> MeasuredTurn:
     """A turn of about 360 degrees from the readings before and after it.
 
     Args:
@@ -78,10 +142,10 @@ def measure_turn(
     if drift is not None:
         lasted = end[Source.GYRO].stamp - start[Source.GYRO].stamp
         gyro = angles[Source.GYRO] - drift * lasted
-    return Turn(speed, angles[Source.WALL], angles[Source.ODOMETRY], gyro)
+    return MeasuredTurn(speed, angles[Source.WALL], angles[Source.ODOMETRY], gyro)
 
 
-def factors_from_turns(turns: Sequence[Turn]) -> Factors:
+def factors_from_turns(turns: Sequence[MeasuredTurn]) -> Factors:
     """The factors from all turns.
 
     Source: REFERENCE 3.3, steps 2f and 3.

@@ -19,14 +19,12 @@ from florence_bt.core.geometry import STANDSTILL
 from florence_bt.ros.conversions import scan_from_ros, stamp_from_ros, twist_to_ros, yaw_from_quaternion
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
-from florence_bt.skills.calibration.calibration import STEP_PERIOD_S
-from florence_bt.skills.calibration.parameters import CalibrationParameters
-from florence_bt.skills.calibration.readings import Source
-from florence_bt.skills.calibration.rounds import CalibrationRounds
+from florence_bt.skills.calibration.calibration import STEP_PERIOD_S, CalibrationParameters, CalibrationRounds
+from florence_bt.skills.calibration.factors import Source
 from florence_bt.skills.calibration.wall_angle import WallParameters, find_wall
 
 DISCOVERY_S = 20.0
-"""Wall seconds to wait for the first word of every sensor: simulated time may pass faster than discovery."""
+"""Wall seconds to wait for the first message of every sensor; simulated time may outrun discovery."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +69,8 @@ class CalibrationNode(FlorenceNode):
         self._turned = 0.0
         self._on_feedback = on_feedback
         self._on_end = on_end
-        self._told = ""
-        self._unheard = set(Source) if turning.has_gyro else set(Source) - {Source.GYRO}
+        self._reported = ""
+        self._missing = set(Source) if turning.has_gyro else set(Source) - {Source.GYRO}
         self._begin_by = time.monotonic() + DISCOVERY_S
         self._commands = self.create_publisher(Twist, "cmd_vel", RELIABLE)
         self.create_subscription(LaserScanMsg, settings.scan_topic, self._on_scan, SENSOR)
@@ -89,7 +87,7 @@ class CalibrationNode(FlorenceNode):
 
     def _on_scan(self, message: LaserScanMsg) -> None:
         scan = scan_from_ros(message)
-        self._unheard.discard(Source.WALL)
+        self._missing.discard(Source.WALL)
         wall = find_wall(scan, self._wall)
         readings = self.rounds.current.readings
         if isinstance(wall, str):
@@ -99,14 +97,14 @@ class CalibrationNode(FlorenceNode):
 
     def _on_state(self, message: TurtlebotSensorState) -> None:
         """The wheels alone: the heading of ``odom`` is the gyro's."""
-        self._unheard.discard(Source.ODOMETRY)
+        self._missing.discard(Source.ODOMETRY)
         self._turned += message.angle * self._scale
         self.rounds.current.readings.take(
             Source.ODOMETRY, stamp_from_ros(message.header.stamp), math.remainder(self._turned, math.tau)
         )
 
     def _on_gyro(self, message: Imu) -> None:
-        self._unheard.discard(Source.GYRO)
+        self._missing.discard(Source.GYRO)
         self.rounds.current.readings.take(
             Source.GYRO,
             stamp_from_ros(message.header.stamp),
@@ -117,7 +115,7 @@ class CalibrationNode(FlorenceNode):
         now = self.timebase.now()
         if now <= 0.0:
             return  # the simulated time is not known yet
-        if self._unheard and time.monotonic() < self._begin_by:
+        if self._missing and time.monotonic() < self._begin_by:
             return
         going_on = self.rounds.current
         turns = len(going_on.turns)
@@ -128,6 +126,6 @@ class CalibrationNode(FlorenceNode):
         if self.rounds.result is not None:
             self._steps.cancel()
             self._on_end()
-        elif self.rounds.feedback != self._told:
-            self._told = self.rounds.feedback
-            self._on_feedback(self._told)
+        elif self.rounds.feedback != self._reported:
+            self._reported = self.rounds.feedback
+            self._on_feedback(self._reported)

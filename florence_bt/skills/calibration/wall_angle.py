@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, Positive, check_limits, check_order
 from florence_bt.core.sensing import LaserScan
 
 
@@ -18,30 +19,21 @@ class WallParameters:
     Attributes:
         min_angle: First direction looked at, radians (REFERENCE 3.1).
         max_angle: Last direction looked at, radians (REFERENCE 3.1).
-        min_points: Fewer beams that hit something are no wall.
+        min_points: Fewer beams that hit something are not a wall.
         max_steepness: A wall at a larger angle than this, radians, may be the next one round the corner, and
             does not count.
-        max_residual_m: Points that lie further from the fitted line (root mean square) are no straight wall.
+        max_residual_m: Points further from the fitted line (root mean square) are not a straight wall.
     """
 
-    min_angle: float = -0.3
-    max_angle: float = 0.3
-    min_points: int = 10
-    max_steepness: float = 0.5
-    max_residual_m: float = 0.05
+    min_angle: Annotated[float, Limits(-math.pi, math.pi)] = -0.3
+    max_angle: Annotated[float, Limits(-math.pi, math.pi)] = 0.3
+    min_points: Annotated[int, Limits(2)] = 10
+    max_steepness: Annotated[float, Limits(0.0, math.pi / 2, above=True, below=True)] = 0.5
+    max_residual_m: Positive = 0.05
 
     def __post_init__(self) -> None:
-        if not -math.pi <= self.min_angle < self.max_angle <= math.pi:
-            raise ConfigError(
-                f"min_angle ({self.min_angle}) and max_angle ({self.max_angle}) are no range of directions",
-                valid=("-0.3 and 0.3",),
-            )
-        if self.min_points < 2:
-            raise ConfigError(f"min_points is {self.min_points}", valid=("2 or more",))
-        if not 0.0 < self.max_steepness < math.pi / 2:
-            raise ConfigError(f"max_steepness is {self.max_steepness}", valid=("0.5",))
-        if not 0.0 < self.max_residual_m < math.inf:
-            raise ConfigError(f"max_residual_m is {self.max_residual_m}", valid=("0.05",))
+        check_limits(self)
+        check_order(self, ("min_angle", "max_angle"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +81,7 @@ def find_wall(scan: LaserScan, parameters: WallParameters | None = None) -> Wall
     offset = float(y.mean() - slope * x.mean())
     residual = float(np.sqrt(np.mean((y - slope * x - offset) ** 2) / (1.0 + slope * slope)))
     if residual > limits.max_residual_m:
-        return f"what is straight ahead is no straight wall: points lie {residual:.3f} m beside the line"
+        return f"what is straight ahead is not a straight wall: points lie {residual:.3f} m beside the line"
     angle = math.atan(slope)
     if abs(angle) > limits.max_steepness:
         return f"the wall ahead is {math.degrees(abs(angle)):.0f} degrees off: another one may be meant"

@@ -1,21 +1,30 @@
-"""What missions may ask of the locator."""
+"""What missions may ask of the locator, and how it is served."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.serving import ServedService
+from florence_bt.core.skill import Inputs
+
+NO_POSE = "the robot does not know where it is: no transform from map to base_link"
+USER_UNKNOWN = "nobody has said yet where the user is (setUserPosRoom or setUserPosXYPhi would)"
 
 GET_USER_ROOM = SkillDeclaration(
     name="get_user_room",
-    summary="Tell the room where the user was last known to be",
+    summary="Look up the room where the user was last known to be",
     outputs={"room": Port(Kind.TEXT, "the label of the room", names="room")},
-    failures={"user_unknown": "nobody has told yet where the user is"},
+    failures={"user_unknown": "nobody has said yet where the user is"},
     deadline_s=5.0,
     instant=True,
 )
 
 GET_HOTSPOT = SkillDeclaration(
     name="get_hotspot",
-    summary="Tell the pose that belongs to the label of a room or an object",
+    summary="Look up the pose that belongs to the label of a room or an object",
     inputs={"label": Port(Kind.TEXT, "the label of the hotspot", names="hotspot")},
     outputs={"pose": Port(Kind.POSE, "where the robot is to stand")},
     failures={"unknown_hotspot": "no hotspot has this label"},
@@ -37,7 +46,7 @@ ROBOT_IN_ROOM = SkillDeclaration(
 
 GET_ROBOT_POSE = SkillDeclaration(
     name="get_robot_pose",
-    summary="Tell where the robot is",
+    summary="Look up where the robot is",
     outputs={"pose": Port(Kind.POSE, "the robot's pose")},
     failures={"no_pose": "the robot does not know where it is"},
     deadline_s=5.0,
@@ -52,4 +61,64 @@ SET_USER_POSITION = SkillDeclaration(
     instant=True,
 )
 
-DECLARATIONS = (GET_USER_ROOM, GET_HOTSPOT, ROBOT_IN_ROOM, GET_ROBOT_POSE, SET_USER_POSITION)
+
+def _pose(message: Any) -> Pose2:
+    return Pose2(message.x, message.y, message.phi)
+
+
+def _in_room(inputs: Inputs, result: Result) -> Result:
+    room = result.outputs["room"]
+    if room != inputs["room"]:
+        return failure("elsewhere", f"the robot is in {room!r}, not in {inputs['room']!r}")
+    return success()
+
+
+SERVED = (
+    ServedService(
+        skill=GET_USER_ROOM,
+        interface="florence_interfaces/srv/GetRoom",
+        name="florenceLocator/getUserPosRoom",
+        result=lambda message: (
+            success(room=message.room) if message.valid else failure("user_unknown", USER_UNKNOWN)
+        ),
+        component="locator",
+        perform=lambda locator, inputs: locator.get_user_room(),
+    ),
+    ServedService(
+        skill=GET_HOTSPOT,
+        interface="florence_interfaces/srv/GetHotspot",
+        name="florenceLocator/getHotspot",
+        request=lambda inputs: {"label": inputs["label"]},
+        result=lambda message: (
+            success(pose=_pose(message)) if message.valid else failure("unknown_hotspot", message.message)
+        ),
+        component="locator",
+        perform=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
+    ),
+    ServedService(
+        skill=ROBOT_IN_ROOM,
+        interface="florence_interfaces/srv/GetRoom",
+        name="florenceLocator/getRobotPosRoom",
+        result=lambda message: success(room=message.room) if message.valid else failure("no_pose", NO_POSE),
+        judge=_in_room,
+        component="locator",
+        perform=lambda locator, inputs: locator.robot_in_room(inputs["room"]),
+    ),
+    ServedService(
+        skill=GET_ROBOT_POSE,
+        interface="florence_interfaces/srv/GetXYPhi",
+        name="florenceLocator/getRobotPosXYPhi",
+        result=lambda message: success(pose=_pose(message)) if message.valid else failure("no_pose", NO_POSE),
+        component="locator",
+        perform=lambda locator, inputs: locator.get_robot_pose(),
+    ),
+    ServedService(
+        skill=SET_USER_POSITION,
+        interface="florence_interfaces/srv/SetXYPhi",
+        name="florenceLocator/setUserPosXYPhi",
+        request=lambda inputs: {"x": inputs["user"].x, "y": inputs["user"].y, "phi": inputs["user"].yaw},
+        result=lambda message: success() if message.success else failure("bad_input", message.message),
+        component="locator",
+        perform=lambda locator, inputs: locator.set_user_position(inputs["user"]),
+    ),
+)

@@ -19,14 +19,14 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import (
     EmptyFile,
-    Listing,
     Position,
-    Source,
-    Table,
-    Text,
-    parse_source,
-    read_bytes,
+    YamlMapping,
+    YamlNode,
+    YamlScalar,
+    YamlSequence,
+    parse_yaml,
 )
+from florence_bt.core.text_files import read_bytes
 
 KINDS = ("room", "object")
 FIELDS = ("label", "x", "y", "phi", "kind", "polygon")
@@ -144,7 +144,7 @@ def parse_hotspots(text: str, file: str | Path = "hotspots.yaml") -> Hotspots:
 
 def _parse(data: bytes, file: Path) -> Hotspots:
     try:
-        source = parse_source(data, file)
+        source = parse_yaml(data, file)
     except EmptyFile:
         return Hotspots()
     return _Reader(file).read(source)
@@ -208,7 +208,7 @@ class _Reader:
     def __init__(self, file: Path) -> None:
         self._file = file
 
-    def read(self, root: Source) -> Hotspots:
+    def read(self, root: YamlNode) -> Hotspots:
         top = self._table(root, ("hotspots",))
         if "hotspots" not in top:
             raise self._error("the list 'hotspots' is missing", root, valid=("hotspots:",))
@@ -222,7 +222,7 @@ class _Reader:
             positions[hotspot.label] = item.position
         return Hotspots(hotspots.values(), positions)
 
-    def _hotspot(self, source: Source) -> Hotspot:
+    def _hotspot(self, source: YamlNode) -> Hotspot:
         fields = self._table(source, FIELDS)
         for name in ("label", "x", "y"):
             if name not in fields:
@@ -238,7 +238,7 @@ class _Reader:
         polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()
         return Hotspot(label, pose, kind, polygon)
 
-    def _polygon(self, source: Source) -> tuple[Point, ...]:
+    def _polygon(self, source: YamlNode) -> tuple[Point, ...]:
         points = []
         for item in self._list(source, "polygon"):
             numbers = [self._number(number, "a corner") for number in self._list(item, "a corner")]
@@ -249,8 +249,8 @@ class _Reader:
             raise self._error(f"a polygon has at least 3 corners, not {len(points)}", source)
         return tuple(points)
 
-    def _table(self, source: Source, names: tuple[str, ...]) -> dict[str, Source]:
-        if not isinstance(source, Table):
+    def _table(self, source: YamlNode, names: tuple[str, ...]) -> dict[str, YamlNode]:
+        if not isinstance(source, YamlMapping):
             raise self._error("a mapping is needed here", source, valid=names)
         for key, _ in source.entries:
             if key.text not in names:
@@ -259,18 +259,18 @@ class _Reader:
                 )
         return {key.text: value for key, value in source.entries}
 
-    def _list(self, source: Source, name: str) -> tuple[Source, ...]:
-        if not isinstance(source, Listing):
+    def _list(self, source: YamlNode, name: str) -> tuple[YamlNode, ...]:
+        if not isinstance(source, YamlSequence):
             raise self._error(f"{name} must be a list", source)
         return source.items
 
-    def _text(self, source: Source, name: str) -> str:
-        if not isinstance(source, Text) or not source.text.strip():
+    def _text(self, source: YamlNode, name: str) -> str:
+        if not isinstance(source, YamlScalar) or not source.text.strip():
             raise self._error(f"{name} must be a text", source)
         return source.text
 
-    def _number(self, source: Source, name: str) -> float:
-        text = source.text if isinstance(source, Text) else ""
+    def _number(self, source: YamlNode, name: str) -> float:
+        text = source.text if isinstance(source, YamlScalar) else ""
         try:
             number = float(text)
         except ValueError:
@@ -279,7 +279,7 @@ class _Reader:
             raise self._error(f"{name} must be a finite number, not {text!r}", source)
         return number
 
-    def _angle(self, source: Source) -> float:
+    def _angle(self, source: YamlNode) -> float:
         angle = self._number(source, "phi")
         if abs(angle) > math.tau:
             problem = f"phi is in radians, and {angle:g} is more than a whole turn"
@@ -289,6 +289,6 @@ class _Reader:
             raise self._error(problem, source, valid=in_degrees or ("-3.14 to 3.14",))
         return angle
 
-    def _error(self, problem: str, source: Source, valid: Iterable[str] = ()) -> ConfigError:
+    def _error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:
         position = source.position
         return ConfigError(problem, file=self._file, line=position.line, column=position.column, valid=valid)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
 from florence_bt.skills.locator.hotspots import Hotspots
 
 if TYPE_CHECKING:
@@ -28,9 +29,7 @@ Before the first goal an actionlib client answers LOST: it has no goal that it c
 """
 
 MAX_HOTSPOTS = 1000
-"""More take so long to write and to read back that nobody else would be answered."""
-NO_POSE = "the robot does not know where it is: no transform from map to base_link"
-USER_UNKNOWN = "nobody has told yet where the user is (setUserPosRoom or setUserPosXYPhi would)"
+"""More take so long to write and to read back that other requests would wait too long."""
 
 
 class Locator:

@@ -40,11 +40,11 @@ from florence_bt.skills.locator.locator import Locator
 
 RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
 ANSWER_WITHIN_S = 5.0
-"""Of this machine's time: how fast a simulation goes is no matter of the mission server."""
+"""Of this machine's time: the speed of a simulation does not matter to the mission server."""
 CALLER = "florenceLocator"
 
 Answer = Callable[[bool, str, str], None]
-"""Told whether a mission was accepted, why or why not, and the run's id."""
+"""Called with whether a mission was accepted, the reason, and the run's id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +284,7 @@ class _MissionClient:
                 timer.cancel()
                 answer(message.accepted, message.message, message.run_id)
             elif message.accepted:
-                # The caller was told that nothing will happen.
+                # The caller has the answer that nothing will happen.
                 self.stop("accepted too late", message.run_id)
 
         timer = self._node.steady.call_at(self._node.steady.now() + ANSWER_WITHIN_S, too_late)

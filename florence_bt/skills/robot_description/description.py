@@ -10,12 +10,7 @@ from xml.parsers.expat import ExpatError
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
 from florence_bt.core.transforms import TransformBuffer
-from florence_bt.skills.robot_description.footprint import (
-    FOOTPRINT,
-    Polygon,
-    numbers_from_polygon,
-    polygon_from_numbers,
-)
+from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 from florence_bt.skills.robot_description.frames import (
     StaticFrame,
     TurningJoint,
@@ -33,25 +28,20 @@ class DescriptionParameters:
 
     Attributes:
         file: A xacro or URDF file; empty takes the one that comes with Florence.
-        footprint: Outline on the floor, x and y of its corners in turn, metres in base_footprint
+        footprint: Outline on the floor, x, y, x, y, ... of its corners, metres in base_footprint
             (document, section 3.3.2).
     """
 
     file: str = ""
-    footprint: tuple[float, ...] = numbers_from_polygon(FOOTPRINT)
+    footprint: tuple[float, ...] = FLORENCE_FOOTPRINT
 
     def __post_init__(self) -> None:
-        polygon_from_numbers(self.footprint)
-
-    @property
-    def footprint_polygon(self) -> Polygon:
-        """The corners of the footprint."""
-        return polygon_from_numbers(self.footprint)
+        Footprint.from_corners(corners_from_flat(self.footprint))
 
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """A robot as its file tells it.
+    """A robot as its file describes it.
 
     Attributes:
         urdf_text: The URDF.

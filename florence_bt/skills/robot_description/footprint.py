@@ -4,59 +4,93 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 
-Polygon = tuple[tuple[float, float], ...]
+FLORENCE_FOOTPRINT = (-0.16, -0.16, -0.16, 0.16, 0.19, 0.16, 0.24, 0.0, 0.19, -0.16)
+"""x, y of each corner in metres (document, section 3.3.2)."""
 
-FOOTPRINT: Polygon = ((-0.16, -0.16), (-0.16, 0.16), (0.19, 0.16), (0.24, 0.0), (0.19, -0.16))
-"""Corners in base_footprint, metres (document, section 3.3.2)."""
+Corners = tuple[tuple[float, float], ...]
 
 
-def polygon_from_numbers(numbers: Sequence[float]) -> Polygon:
-    """Corners from a flat list x0, y0, x1, y1, ... as parameters hold it.
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A polygon around the robot, in the frame of base_footprint.
 
-    Args:
-        numbers: At least three pairs of metres.
+    Attributes:
+        corners: x, y of each corner, in order, metres.
+        inscribed_radius: Distance from the origin to the nearest edge.
+        circumscribed_radius: Distance from the origin to the farthest corner.
+    """
+
+    corners: Corners
+    inscribed_radius: float
+    circumscribed_radius: float
+
+    @staticmethod
+    def from_corners(corners: Sequence[tuple[float, float]], padding: float = 0.0) -> Footprint:
+        """Make a footprint, moved outwards by a padding.
+
+        Args:
+            corners: At least three corners, in order; the origin lies inside.
+            padding: Added to both coordinates in the direction of their sign (zero counts as above zero).
+
+        Raises:
+            ConfigError: Too few corners, or the origin is not inside.
+
+        Source:
+            REFERENCE 7.4, padding rule.
+        """
+        if len(corners) < 3:
+            raise ConfigError(
+                f"a footprint of {len(corners)} corners has no area", valid=["three or more corners"]
+            )
+        padded = tuple(
+            (x + math.copysign(padding, x or 0.0), y + math.copysign(padding, y or 0.0)) for x, y in corners
+        )
+        edges = list(zip(padded, (*padded[1:], padded[0]), strict=True))
+        sides = [x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in edges]
+        if not (all(side > 0.0 for side in sides) or all(side < 0.0 for side in sides)):
+            raise ConfigError(
+                "the footprint does not go around the origin of base_footprint once, without dents",
+                valid=[f"footprint: {list(FLORENCE_FOOTPRINT)}"],
+            )
+        inner = min(_distance_to_edge(*start, *end) for start, end in edges)
+        return Footprint(padded, inner, max(math.hypot(x, y) for x, y in padded))
+
+    def outline(self, spacing: float) -> NDArray[np.float64]:
+        """Points along all edges, at most ``spacing`` metres apart, shape (n, 2)."""
+        points = []
+        for (x0, y0), (x1, y1) in zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True):
+            count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))
+            points += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
+        return np.array(points)
+
+    def corner_array(self) -> NDArray[np.float64]:
+        """The corners, shape (n, 2)."""
+        return np.array(self.corners)
+
+
+def corners_from_flat(numbers: Sequence[float]) -> Corners:
+    """Corners from x, y, x, y, ... as a parameter holds them.
 
     Raises:
-        ConfigError: Not pairs, fewer than three corners, a number that is not finite, or no area.
+        ConfigError: An odd count of numbers, or one that is not finite.
     """
-    good = ("-0.16, -0.16, -0.16, 0.16, 0.19, 0.16, 0.24, 0.0, 0.19, -0.16",)
-    if len(numbers) % 2 or len(numbers) < 6:
+    if len(numbers) % 2 or not all(math.isfinite(number) for number in numbers):
         raise ConfigError(
-            f"a footprint needs x and y of at least three corners, not {len(numbers)} numbers", valid=good
+            f"the footprint {list(numbers)} is not a list of x, y, x, y, ...",
+            valid=[f"{list(FLORENCE_FOOTPRINT)}"],
         )
-    if not all(math.isfinite(number) for number in numbers):
-        raise ConfigError("a footprint needs finite numbers", valid=good)
-    corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
-    if abs(_signed_area(corners)) < 1e-6:
-        raise ConfigError("the corners of the footprint lie on one line", valid=good)
-    return corners
+    return tuple(zip(numbers[::2], numbers[1::2], strict=True))
 
 
-def numbers_from_polygon(polygon: Polygon) -> tuple[float, ...]:
-    """The flat list of :func:`polygon_from_numbers`."""
-    return tuple(number for corner in polygon for number in corner)
-
-
-def inscribed_radius(polygon: Polygon) -> float:
-    """Distance in metres from the origin to the nearest edge."""
-    return min(_distance_to_edge(a, b) for a, b in pairwise((*polygon, polygon[0])))
-
-
-def circumscribed_radius(polygon: Polygon) -> float:
-    """Distance in metres from the origin to the furthest corner."""
-    return max(math.hypot(x, y) for x, y in polygon)
-
-
-def _signed_area(polygon: Polygon) -> float:
-    return sum(ax * by - bx * ay for (ax, ay), (bx, by) in pairwise((*polygon, polygon[0]))) / 2.0
-
-
-def _distance_to_edge(a: tuple[float, float], b: tuple[float, float]) -> float:
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    length_squared = dx * dx + dy * dy
-    along = 0.0 if length_squared == 0.0 else max(0.0, min(1.0, -(a[0] * dx + a[1] * dy) / length_squared))
-    return math.hypot(a[0] + along * dx, a[1] + along * dy)
+def _distance_to_edge(x0: float, y0: float, x1: float, y1: float) -> float:
+    dx, dy = x1 - x0, y1 - y0
+    length = dx * dx + dy * dy
+    along = min(1.0, max(0.0, -(x0 * dx + y0 * dy) / length)) if length > 0.0 else 0.0
+    return math.hypot(x0 + along * dx, y0 + along * dy)

@@ -53,7 +53,7 @@ def turning_joints(urdf_text: str) -> list[TurningJoint]:
     """The joints of a robot that turn, in the order of the file.
 
     Raises:
-        ConfigError: As :func:`static_frames`, or an axis is no direction.
+        ConfigError: As :func:`static_frames`, or an axis has no direction.
     """
     at_zero = {child: (parent, transform) for parent, child, transform in static_frames(urdf_text)}
     joints = []
@@ -67,7 +67,7 @@ def turning_joints(urdf_text: str) -> list[TurningJoint]:
         axis = np.array(_triple(joint.find("axis"), "xyz", name, default="1 0 0"))
         length = float(np.linalg.norm(axis))
         if length == 0.0:
-            raise ConfigError(f"the axis of joint {name!r} is no direction", valid=('xyz="0 1 0"',))
+            raise ConfigError(f"the axis of joint {name!r} has no direction", valid=('xyz="0 1 0"',))
         parent, origin = at_zero[child]
         joints.append(TurningJoint(name, parent, child, origin, axis / length))
     return joints
@@ -103,7 +103,7 @@ def static_frames(urdf_text: str) -> list[StaticFrame]:
 
 
 def fill_buffer(buffer: TransformBuffer, frames: list[StaticFrame]) -> None:
-    """Tell a transform buffer where all the frames are."""
+    """Put all the frames into a transform buffer."""
     for parent, child, transform in frames:
         buffer.set_static(parent, child, transform)
 

@@ -19,7 +19,7 @@ class RobotDescriptionNode(FlorenceNode):
     """Publishes ``/tf_static`` in one message and ``robot_description``, both latched, once.
 
     The wheels follow ``joint_states`` on ``/tf``, as with robot_state_publisher. A joint of the description
-    that nobody tells of has no frame; one that the description does not know is left out.
+    that is in no message has no frame; one that the description does not know is left out.
     """
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
@@ -34,10 +34,10 @@ class RobotDescriptionNode(FlorenceNode):
         self.create_subscription(JointState, "joint_states", self._on_joints, RELIABLE)
 
     def _on_joints(self, message: JointState) -> None:
-        told = [
+        moved = [
             (joint.parent, joint.child, joint.at(position))
             for name, position in zip(message.name, message.position, strict=False)
             if (joint := self._joints.get(name)) is not None
         ]
-        if told:
-            self._moving.send_all(stamp_from_ros(message.header.stamp), told)
+        if moved:
+            self._moving.send_all(stamp_from_ros(message.header.stamp), moved)

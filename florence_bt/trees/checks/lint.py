@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.trees.checks._lint_declared import lacking_skills
-from florence_bt.trees.checks._lint_keys import KeyChecks
-from florence_bt.trees.checks._lint_names import NameChecks
-from florence_bt.trees.checks._lint_places import Places, check_places, labels_in
-from florence_bt.trees.checks._lint_reach import ReachChecks
-from florence_bt.trees.checks._lint_structure import check_structure
-from florence_bt.trees.checks._notes import Notes
-from florence_bt.trees.language._facts import Facts, callers_among, reachable
-from florence_bt.trees.language.findings import ERROR, Finding, has_errors, limit_findings, sort_findings
+from florence_bt.core.plain_yaml import Position
+from florence_bt.trees.checks.keys import KeyChecks
+from florence_bt.trees.checks.names import NameChecks
+from florence_bt.trees.checks.places import KnownPlaces, check_places, labels_in
+from florence_bt.trees.checks.reach import ReachChecks
+from florence_bt.trees.checks.structure import check_structure
+from florence_bt.trees.language.analysis import Analysis, callers_among, reachable
+from florence_bt.trees.language.findings import (
+    ERROR,
+    WARNING,
+    Finding,
+    FindingList,
+    has_errors,
+    limit_findings,
+    sort_findings,
+)
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.source import Position
+from florence_bt.trees.language.model import Mission, RunSkill
 
-__all__ = ["Places", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
+__all__ = ["KnownPlaces", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
 
 
 def check(
     missions: Mission | Iterable[Mission],
     library: MissionLibrary,
     declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | Places | None = None,
+    hotspots: Collection[str] | KnownPlaces | None = None,
 ) -> list[Finding]:
     """Check missions.
 
@@ -39,11 +45,16 @@ def check(
     Returns:
         Everything that was found, by file and place; empty when all is well.
     """
-    facts = Facts(library, dict(library.with_declared(declarations)))
-    places = hotspots if isinstance(hotspots, Places) or hotspots is None else Places(tuple(hotspots))
+    analysis = Analysis(library, dict(library.with_declared(declarations)))
+    places = (
+        hotspots if isinstance(hotspots, KnownPlaces) or hotspots is None else KnownPlaces(tuple(hotspots))
+    )
     findings: list[Finding] = []
     for mission in [missions] if isinstance(missions, Mission) else missions:
-        findings += [*_check_mission(mission, facts, places), *lacking_skills(mission, declarations, library)]
+        findings += [
+            *_check_mission(mission, analysis, places),
+            *_lacking_skills(mission, declarations, library),
+        ]
     return limit_findings(findings)
 
 
@@ -51,7 +62,7 @@ def check_files(
     files: Iterable[Path],
     library: MissionLibrary,
     declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | Places | None = None,
+    hotspots: Collection[str] | KnownPlaces | None = None,
 ) -> list[Finding]:
     """Check mission files, which join the library first so that they can call each other.
 
@@ -62,14 +73,14 @@ def check_files(
         hotspots: As in :func:`check`.
 
     Returns:
-        Everything that was found, by file and place; files that are no YAML included.
+        Everything that was found, by file and place; files that are not YAML included.
     """
     missions, findings = read_files(files, library)
     return limit_findings([*findings, *check(missions, library, declarations, hotspots)])
 
 
 def read_files(files: Iterable[Path], library: MissionLibrary) -> tuple[list[Mission], list[Finding]]:
-    """Read mission files into a library: the missions, and what is wrong with files that are no YAML."""
+    """Read mission files into a library: the missions, and what is wrong with files that are not YAML."""
     paths = list(files)
     missions = [mission for path in paths if (mission := library.add_file(path)) is not None]
     given = {str(path) for path in paths}
@@ -82,22 +93,22 @@ def errors_of_called(
     """An error at each call of a mission that cannot run, itself or through what it calls.
 
     Args:
-        missions: What is checked; what is wrong with these is told at their own places.
+        missions: What is checked; what is wrong with these is reported at their own places.
         library: Where called missions are found.
         declarations: The skills by name.
     """
-    facts = Facts(library, dict(library.with_declared(declarations)))
-    checked = {id(mission) for mission in missions}
-    called = dict.fromkeys(name for mission in missions for name in facts.callees(mission))
-    reached = [*called, *(name for name in reachable(called, facts.callees_of) if name not in called)]
+    analysis = Analysis(library, dict(library.with_declared(declarations)))
+    checked = set(missions)
+    called = dict.fromkeys(name for mission in missions for name in analysis.callees(mission))
+    reached = [*called, *(name for name in reachable(called, analysis.callees_of) if name not in called)]
     errors: dict[str, Finding] = {}
     for name in reached:
         mission = library.find(name)
-        if mission is not None and id(mission) not in checked:
-            found = sort_findings(_check_mission(mission, facts, None))
+        if mission is not None and mission not in checked:
+            found = sort_findings(_check_mission(mission, analysis, None))
             if has_errors(found):
                 errors[name] = next(finding for finding in found if finding.severity == ERROR)
-    callers = callers_among(reached, facts.callees_of)
+    callers = callers_among(reached, analysis.callees_of)
     leads_to = {**reachable(errors, lambda name: callers.get(name, ())), **{name: name for name in errors}}
 
     def first_error(name: str) -> tuple[str, Finding]:
@@ -107,10 +118,10 @@ def errors_of_called(
 
     findings: list[Finding] = []
     for mission in missions:
-        cycle = facts.cycle_of(mission)
-        for call in facts.calls(mission):
+        cycle = analysis.cycle_of(mission)
+        for call in analysis.calls(mission):
             if call.mission.text not in leads_to or call.mission.text in cycle:
-                continue  # what calls itself is told at its own place
+                continue  # recursion is reported at its own place
             name, error = first_error(call.mission.text)
             place = call.mission.position
             message = f"the mission {name!r} has errors; the first one: {error.as_error()}"
@@ -122,17 +133,36 @@ def written_labels(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> list[tuple[str, Position]]:
     """The labels of hotspots that are written in a mission, each with its place."""
-    return [(text, position) for text, position, _ in labels_in(mission, Facts(library, declarations))]
+    return [(text, position) for text, position, _ in labels_in(mission, Analysis(library, declarations))]
 
 
-def _check_mission(mission: Mission, facts: Facts, places: Places | None) -> list[Finding]:
-    notes = Notes(mission)
-    NameChecks(mission, facts, notes).check()
+def _check_mission(mission: Mission, analysis: Analysis, places: KnownPlaces | None) -> list[Finding]:
+    notes = FindingList(mission.file)
+    NameChecks(mission, analysis, notes).check()
     if places is not None:
-        check_places(mission, facts, places, notes)
-    check_structure(mission, facts, notes)
+        check_places(mission, analysis, places, notes)
+    check_structure(mission, analysis, notes)
     # What could not be read may be what writes a key, or what can fail.
     if not has_errors(mission.findings):
-        ReachChecks(mission, facts, notes).check()
-        KeyChecks(mission, facts, notes).check()
+        ReachChecks(mission, analysis, notes).check()
+        KeyChecks(mission, analysis, notes).check()
     return [*mission.findings, *notes.findings]
+
+
+def _lacking_skills(mission: Mission, skills: Collection[str], library: MissionLibrary) -> Iterator[Finding]:
+    """A warning for each skill that is declared but not there, at its first use.
+
+    Args:
+        mission: The mission.
+        skills: The skills of this installation.
+        library: What the files beside the missions declare.
+    """
+    seen: set[str] = set()
+    for node in mission.nodes():
+        if not isinstance(node, RunSkill) or node.skill in seen or node.skill in skills:
+            continue
+        seen.add(node.skill)
+        if node.skill in library.declarations:
+            message = f"the skill {node.skill!r} is declared but not implemented on this robot (no_skill)"
+            place = node.position
+            yield Finding(str(mission.file), place.line, place.column, WARNING, message)

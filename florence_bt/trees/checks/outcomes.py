@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.trees.language import model
-from florence_bt.trees.language._ends import SUCCEEDS
-from florence_bt.trees.language._facts import Facts
+from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, Node
+from florence_bt.trees.language.outcomes import SUCCEEDS
 
 MISTAKES = frozenset({"missing_key", "bad_input", "bad_output", "bad_expression", "no_skill"})
 """Codes of mistakes in a mission or a robot, as opposed to what can go wrong in the world."""
@@ -18,7 +18,7 @@ MISTAKES = frozenset({"missing_key", "bad_input", "bad_output", "bad_expression"
 
 @dataclass(frozen=True, slots=True)
 class Outcomes:
-    """The ends that a node can have by what happens in the world.
+    """The outcomes that a node can have by what happens in the world.
 
     Attributes:
         success: Whether it can succeed.
@@ -36,22 +36,21 @@ class Outcomes:
 def possible_outcomes(
     mission: Mission, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]
 ) -> list[tuple[Node, Outcomes]]:
-    """Every node of a mission with the ends that it can have, in the order of the file.
+    """Every node of a mission with the outcomes that it can have, in the order of the file.
 
     Args:
         mission: The mission, without errors.
         library: Where called missions are found.
         declarations: The skills by name.
     """
-    facts = Facts(library, declarations).of(mission)
-    lasting = _Lasting(library, declarations)
+    analysis = Analysis(library, declarations).of(mission)
     return [
         (
             node,
             Outcomes(
-                success=facts.of(node).ends.can_succeed and not isinstance(node, model.Fail),
-                failure=bool(facts.of(node).ends.codes - MISTAKES),
-                stopped=lasting.can_run(node),
+                success=analysis.of(node).outcomes.can_succeed and not isinstance(node, model.Fail),
+                failure=bool(analysis.of(node).outcomes.codes - MISTAKES),
+                stopped=analysis.of(node).lasting,
                 skipped=node.when is not None or node.unless is not None,
             ),
         )
@@ -86,44 +85,13 @@ def prospects_of(
         library: Where called missions are found.
         declarations: The skills by name.
     """
-    facts = Facts(library, declarations)
-    known = facts.of(mission)
-    written = {key.text for node in mission.nodes() for key, _ in facts.writes(node, known.kinds)}
-    ends = known.root.ends if known.root is not None else SUCCEEDS
+    analysis = Analysis(library, declarations)
+    known = analysis.of(mission)
+    written = {key.text for node in mission.nodes() for key, _ in analysis.writes(node, known.kinds)}
+    outcomes = known.root.outcomes if known.root is not None else SUCCEEDS
     return Prospects(
         kinds=known.kinds,
         keys=frozenset({*mission.inputs, *mission.keys, *written}),
-        codes=ends.codes | MISTAKES,
-        can_succeed=ends.can_succeed,
+        codes=outcomes.codes | MISTAKES,
+        can_succeed=outcomes.can_succeed,
     )
-
-
-class _Lasting:
-    """Finds the nodes that can take time."""
-
-    def __init__(self, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> None:
-        self._library = library
-        self._declarations = declarations
-        self._missions: dict[str, bool] = {}
-
-    def can_run(self, node: Node) -> bool:
-        if node.cleanup is not None and self.can_run(node.cleanup):
-            return True
-        match node:
-            case model.Wait() | model.Delay():
-                return True
-            case model.Use(skill=skill):
-                declaration = self._declarations.get(skill)
-                return declaration is not None and not declaration.instant
-            case model.Call(mission=mission):
-                return self._mission_can_run(mission.text)
-        return any(self.can_run(part) for part in node.parts)
-
-    def _mission_can_run(self, name: str) -> bool:
-        if name not in self._missions:
-            self._missions[name] = False  # a mission that calls itself adds nothing
-            mission = self._library.find(name)
-            self._missions[name] = (
-                mission is not None and mission.tree is not None and self.can_run(mission.tree)
-            )
-        return self._missions[name]

@@ -5,7 +5,7 @@ Widths are taken from a table of the font's characters, so that no font has to b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import textwrap
 from dataclasses import dataclass
 
 from florence_bt.trees.drawings.diagram import Box
@@ -75,26 +75,10 @@ def box_lines(box: Box) -> list[TextLine]:
 
 
 def _label(box: Box) -> str:
-    """The small words on top: the way from the box above, and the kind where the title does not tell it."""
-    told = box.kind == "skill" or box.title.lower().startswith(box.kind)
-    return " · ".join(word for word in (box.edge, "" if told else box.kind) if word)
+    """The small words on top: the way from the box above, and the kind where the title does not say it."""
+    in_title = box.kind == "skill" or box.title.lower().startswith(box.kind)
+    return " · ".join(word for word in (box.edge, "" if in_title else box.kind) if word)
 
 
-def _broken(text: str) -> Iterator[str]:
-    """Break a long text at spaces; a word that is longer than a line is broken too."""
-    line = ""
-    for word in " ".join(text.split()).split(" "):
-        while len(word) > MAX_CHARS:
-            room = MAX_CHARS - len(line) - 1 if line else MAX_CHARS
-            if room < 8:
-                yield line
-                line, room = "", MAX_CHARS
-            yield f"{line} {word[:room]}".strip()
-            line, word = "", word[room:]
-        if line and len(line) + 1 + len(word) > MAX_CHARS:
-            yield line
-            line = word
-        else:
-            line = f"{line} {word}".strip()
-    if line:
-        yield line
+def _broken(text: str) -> list[str]:
+    return textwrap.wrap(text, MAX_CHARS, break_on_hyphens=False)

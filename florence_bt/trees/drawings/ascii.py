@@ -11,10 +11,10 @@ from py_trees.common import Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 from py_trees.decorators import Decorator
 
+from florence_bt.behaviours.annotations import shown_name
 from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.pacing import Delay
 from florence_bt.behaviours.parallel import CountingParallel
-from florence_bt.behaviours.titles import shown_name
 from florence_bt.behaviours.why import EARLIER, Why, explain
 
 MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", Status.INVALID: "[ ]"}
@@ -186,14 +186,14 @@ def _word_for(kind: type[Behaviour]) -> str:
 
 
 def _says(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> str:
-    """What a node says; the reason of a failure only where it begins or is told anew."""
+    """What a node says; the reason of a failure only where it begins or changes."""
     why = _why(node, known, left)
     if why is None:
         stood = left(node) if node.status is Status.INVALID else None
         says = stood.message if stood is not None else node.feedback_message
         return "" if stood is None and node.status is Status.INVALID else _one_line(says)
-    told_below = {below.reason for child in node.children if (below := _why(child, known, left)) is not None}
-    if isinstance(node, (Composite, Decorator)) and _is_told(why.reason, told_below):
+    said_below = {below.reason for child in node.children if (below := _why(child, known, left)) is not None}
+    if isinstance(node, (Composite, Decorator)) and _is_said(why.reason, said_below):
         return ""
     return _one_line(why.reason)
 
@@ -204,9 +204,9 @@ def _why(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> Why |
     return explain(node, known) if stood is None else stood.why
 
 
-def _is_told(reason: str, below: Iterable[str]) -> bool:
-    """Whether the lines below tell it; each branch of a selector does, so its summary adds nothing."""
-    return any(reason == told or reason.startswith(f"{told}{EARLIER}") for told in below)
+def _is_said(reason: str, below: Iterable[str]) -> bool:
+    """Whether the lines below say it; each branch of a selector does, so its summary adds nothing."""
+    return any(reason == said or reason.startswith(f"{said}{EARLIER}") for said in below)
 
 
 def _one_line(text: str) -> str:

@@ -63,7 +63,7 @@ class _Maker:
 
     def box(self, node: Node, edge: str = "") -> Box:
         below = [self.box(part, word) for part, word in zip(node.parts, _edges(node), strict=True)]
-        if isinstance(node, model.Call):
+        if isinstance(node, model.CallMission):
             below += self._called(node)
         if node.cleanup is not None:
             below.append(self.box(node.cleanup, "finally"))
@@ -71,7 +71,7 @@ class _Maker:
         because = tuple(_because(node))
         return Box(node.title, _kind(node), details, tuple(below), edge, guards, because)
 
-    def _called(self, node: model.Call) -> Iterator[Box]:
+    def _called(self, node: model.CallMission) -> Iterator[Box]:
         name = node.mission.text
         mission = self._library.find(name) if self._library else None
         if mission is not None and mission.tree is not None and name not in self._callers:
@@ -80,9 +80,9 @@ class _Maker:
 
 def _kind(node: Node) -> str:
     match node:
-        case model.Use():
+        case model.RunSkill():
             return "skill"
-        case model.Call():
+        case model.CallMission():
             return "run"
     return type(node).__name__.lower()
 
@@ -116,11 +116,11 @@ def _because(node: Node) -> Iterator[str]:
 
 
 def _details(node: Node) -> Iterator[str]:
-    if node.name and not isinstance(node, model.Use | model.Sequence | model.Selector | model.Parallel):
+    if node.name and not isinstance(node, model.RunSkill | model.Sequence | model.Selector | model.Parallel):
         yield node.default_title
     match node:
-        case model.Use() | model.Call():
-            if isinstance(node, model.Use) and node.name:
+        case model.RunSkill() | model.CallMission():
+            if isinstance(node, model.RunSkill) and node.name:
                 yield node.skill
             yield from (f"{name.text}: {show(value)}" for name, value in node.inputs)
             yield from (f"{output.text} -> ${key.text}" for output, key in node.outputs)

@@ -1,4 +1,4 @@
-"""What people may have meant by something that is no node, and what a broken node would write."""
+"""Suggestions for what is not a node, and the keys that a broken node would write."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 
 from florence_bt.core.errors import closest_first
-from florence_bt.trees.language.kinds import IDENTIFIER, MODIFIERS, NODE_KINDS
-from florence_bt.trees.language.source import Listing, Source, Table, Text
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.trees.language.vocabulary import IDENTIFIER, MODIFIERS, NODE_KINDS, by_spelling
 
 _FIRST_WORD = re.compile(r"-?(?P<word>[A-Za-z_]+)(?::\s*|\s+|$)(?P<rest>.*)", re.DOTALL)
 _BESIDE_A_KIND = (
@@ -27,94 +27,90 @@ _NO_NODES = ("nothing", "none", "pass", "skip", "true", "false", "yes", "no")
 _CALL = re.compile(r"(?P<name>[a-z][a-z0-9_]*)\s*\(.*|(?P<first>[a-z][a-z0-9]*_[a-z0-9_]*)\s.*", re.DOTALL)
 """A call as in a programming language, or an input behind the name of a mission."""
 _OTHER_WORDS = {"elif": "else", "elseif": "else", "otherwise": "else", "case": "cases", "inputs": "with"}
-OTHER_KINDS = {
-    "fallback": "selector",
-    "priority": "selector",
-    "reactive_sequence": "sequence",
-    "reactivesequence": "sequence",
-    "reactive_fallback": "selector",
-    "reactivefallback": "selector",
-    "inverter": "invert",
-    "not": "invert",
-    "loop": "repeat",
-    "for": "repeat",
-    "retry_until_successful": "retry",
-    "force_success": "succeed",
-    "force_failure": "force",
-    "run_once": "once",
-    "sleep": "wait",
-    "pause": "wait",
-    "call": "run",
-    "subtree": "run",
-    "do_mission": "run",
-    "match": "switch",
-    "check": "condition",
-    "assert": "condition",
-    "abort": "fail",
-    "cool_down": "cooldown",
-    "at_once": "parallel",
-}
+OTHER_KINDS = by_spelling(
+    {
+        "selector": ("fallback", "priority", "reactive_fallback", "reactivefallback"),
+        "sequence": ("reactive_sequence", "reactivesequence"),
+        "invert": ("inverter", "not"),
+        "repeat": ("loop", "for"),
+        "retry": ("retry_until_successful",),
+        "succeed": ("force_success",),
+        "force": ("force_failure",),
+        "once": ("run_once",),
+        "wait": ("sleep", "pause"),
+        "run": ("call", "subtree", "do_mission"),
+        "switch": ("match",),
+        "condition": ("check", "assert"),
+        "fail": ("abort",),
+        "cooldown": ("cool_down",),
+        "parallel": ("at_once",),
+    }
+)
 """What other languages and people call the kinds of nodes."""
 
 
-def node_meant(source: Source) -> tuple[str, tuple[str, ...]]:
-    """What is wrong with something that is no node, and what would have worked.
+def for_not_a_node(source: YamlNode) -> tuple[str, tuple[str, ...]]:
+    """What is wrong with something that is not a node, and what would have worked.
 
     Args:
         source: A text or a list where a node is needed.
     """
-    if isinstance(source, Listing):
+    if isinstance(source, YamlSequence):
         return "one node is needed here, not a list", ("sequence: with the list below it",)
-    if not isinstance(source, Text) or source.empty:
+    if not isinstance(source, YamlScalar) or source.empty:
         return "a node is missing here", ("wait: 1 s", "the name of a skill and a colon")
     match = _FIRST_WORD.fullmatch(source.text.strip())
-    message = f"{source.text!r} is no node: a node is a name, a colon and a space"
+    message = f"{source.text!r} is not a node: a node is a name, a colon and a space"
     if match is None:
         return message, ("wait: 1 s",)
     word, rest = match["word"], match["rest"].strip()
     if not rest and word.lower() in _NO_NODES:
-        return f"{source.text!r} is no node", (
+        return f"{source.text!r} is not a node", (
             "wait: 0 s, which does nothing",
             "the name of a skill and a colon",
         )
     return message, (f"{word}: {rest}" if rest else f"{word}:",)
 
 
-def mission_meant(source: Source) -> tuple[str, ...]:
+def for_call(source: YamlNode) -> tuple[str, ...]:
     """What would have worked where the name of a mission has its inputs behind it."""
-    match = _CALL.fullmatch(source.text.strip()) if isinstance(source, Text) else None
+    match = _CALL.fullmatch(source.text.strip()) if isinstance(source, YamlScalar) else None
     if match is None:
         return ()
     return (f"run: {match['name'] or match['first']}", "with: {...} for the inputs, below it")
 
 
-def no_kind_meant(keys: list[str]) -> tuple[str, tuple[str, ...]]:
+def for_no_kind(keys: list[str]) -> tuple[str, tuple[str, ...]]:
     """What is wrong with a table of modifiers alone, and what would have worked."""
     if keys and keys[0] in _BESIDE_A_KIND:
-        message = f"{keys[0]!r} is no node: it belongs to a node"
+        message = f"{keys[0]!r} is not a node: it belongs to a node"
         return message, (f"{keys[0]} without a dash, indented like the node that it belongs to",)
     return "this node has no kind", (*NODE_KINDS, "the name of a skill")
 
 
-def list_meant(kind: Text, source: Source) -> tuple[str, ...]:
+def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
     """What would have worked where a composite has something else than a list of nodes below it."""
-    if isinstance(source, Table) and source.entries:
+    if isinstance(source, YamlMapping) and source.entries:
         first = source.entries[0][0].text
         where = "a space behind the dash" if first.startswith("-") else "a dash before each node"
         return (f"{where}: - {first.lstrip('-')}: ...",)
-    if isinstance(source, Text) and source.text.startswith("-"):
+    if isinstance(source, YamlScalar) and source.text.startswith("-"):
         return (f"a space behind the dash: - {source.text.lstrip('-')}",)
     return (f"{kind.text}: [node, node]",)
 
 
-def instead_of_two_kinds(first: Text, second: Text, value: Source) -> tuple[str, ...]:
+def for_two_kinds(first: YamlScalar, second: YamlScalar, value: YamlNode) -> tuple[str, ...]:
     """What would have worked where a table has two kind keys."""
     word = _OTHER_WORDS.get(second.text)
     if word is not None and first.text in MODIFIERS.get(word, ()):
         return (word,)
-    if second.text not in NODE_KINDS and first.text == "run" and isinstance(value, Text):
+    if second.text not in NODE_KINDS and first.text == "run" and isinstance(value, YamlScalar):
         return (f"with: {{{second.text}: {value.text}}}",)
-    if not {first.text, second.text} & NODE_KINDS.keys() and isinstance(value, Text) and not value.empty:
+    if (
+        not {first.text, second.text} & NODE_KINDS.keys()
+        and isinstance(value, YamlScalar)
+        and not value.empty
+    ):
         # An input that is indented like the skill whose input it is.
         return (f"{first.text}: {{{second.text}: {value.text}}}", f"{second.text} indented further")
     if first.text in MODIFIERS["do"]:
@@ -124,26 +120,28 @@ def instead_of_two_kinds(first: Text, second: Text, value: Source) -> tuple[str,
     return ("a dash before each of them in a list", "sequence: [a node for each]")
 
 
-def section_meant(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
+def for_section(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
     """What would have worked where a mission has a section of an unknown name."""
     if name in NODE_KINDS:
         return (f"tree: with {name} below it",)
     return closest_first(name.lower(), names)
 
 
-def keys_meant(source: Source | None) -> Iterator[str]:
+def written_keys(source: YamlNode | None) -> Iterator[str]:
     """The keys that nodes would write, whether the nodes can be read or not."""
-    if isinstance(source, Listing):
+    if isinstance(source, YamlSequence):
         for item in source.items:
-            yield from keys_meant(item)
-    elif isinstance(source, Table):
+            yield from written_keys(item)
+    elif isinstance(source, YamlMapping):
         for key, value in source.entries:
-            if key.text == "out" and isinstance(value, Table):
-                targets = [item.text.removeprefix("$") for _, item in value.entries if isinstance(item, Text)]
+            if key.text == "out" and isinstance(value, YamlMapping):
+                targets = [
+                    item.text.removeprefix("$") for _, item in value.entries if isinstance(item, YamlScalar)
+                ]
                 yield from filter(IDENTIFIER.fullmatch, targets)
-            elif key.text == "set" and isinstance(value, Table):
+            elif key.text == "set" and isinstance(value, YamlMapping):
                 yield from (name.text for name, _ in value.entries if IDENTIFIER.fullmatch(name.text))
-            elif key.text == "attempt" and isinstance(value, Text) and IDENTIFIER.fullmatch(value.text):
+            elif key.text == "attempt" and isinstance(value, YamlScalar) and IDENTIFIER.fullmatch(value.text):
                 yield value.text
             else:
-                yield from keys_meant(value)
+                yield from written_keys(value)

@@ -2,24 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy
+from py_trees.composites import Parallel, Sequence
 
+from florence_bt.behaviours.annotations import Title, annotations_of
+from florence_bt.behaviours.branching import If, Switch
+from florence_bt.behaviours.composites import Finally, ReactiveSelector, ReactiveSequence, Selector
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.keys import KeyStore
-from florence_bt.trees.language._build_leaves import declared_keys
-from florence_bt.trees.language._build_nodes import Builder
-from florence_bt.trees.language._facts import Facts
+from florence_bt.behaviours.decorators import (
+    CallMission,
+    Cooldown,
+    ForceFailure,
+    ForceSuccess,
+    Invert,
+    Once,
+    StartGuard,
+    While,
+)
+from florence_bt.behaviours.expressions import CompiledExpression
+from florence_bt.behaviours.keys import KeyStore, is_source, readable
+from florence_bt.behaviours.leaves import Condition, Fail, SetKey
+from florence_bt.behaviours.pacing import Delay, Repeat, Retry, Timeout, Wait
+from florence_bt.behaviours.parallel import CountingParallel
+from florence_bt.behaviours.run_skill import RunSkill
+from florence_bt.behaviours.watched_skill import EVERY_S, WatchedSkill
+from florence_bt.behaviours.why import Because
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import Position
+from florence_bt.trees.language import model
+from florence_bt.trees.language.analysis import Analysis, too_large
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.compiling import compile_expression
+from florence_bt.trees.language.findings import raise_first_error
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.model import Mission
-from florence_bt.trees.language.origin import Origin, origin_of
-from florence_bt.trees.language.quantities import format_value
-from florence_bt.trees.language.size_limits import too_large
-
-__all__ = ["CompiledTree", "Origin", "compile_mission", "origin_of"]
+from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
+from florence_bt.trees.language.quantities import format_value, guess_value
+from florence_bt.trees.language.values import kind_of, literal_value, port_value, template_of, tree_value
+from florence_bt.trees.language.vocabulary import FAILED
+from florence_bt.trees.language.watching import guards_of, is_condition, passes_on
 
 
 @dataclass(frozen=True)
@@ -46,6 +73,25 @@ class CompiledTree:
         return {name: format_value(value, ports[name].kind) for name, value in self.outputs().items()}
 
 
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """What a behaviour was built from.
+
+    Attributes:
+        mission: The mission whose file it stands in.
+        node: The node of that file.
+    """
+
+    mission: Mission
+    node: Node
+
+
+def origin_of(behaviour: Behaviour) -> Origin | None:
+    """What a behaviour was built from, None when it is only a part of what a node became."""
+    origin = annotations_of(behaviour).origin
+    return origin if isinstance(origin, Origin) else None
+
+
 def compile_mission(
     mission: Mission, library: MissionLibrary, inputs: Mapping[str, Any], context: TreeContext
 ) -> CompiledTree:
@@ -63,12 +109,357 @@ def compile_mission(
     if library.declarations:
         # A skill that is only declared fails with `no_skill` when it is started.
         context = replace(context, declarations=library.with_declared(context.declarations))
-    facts = Facts(library, context.declarations)
+    analysis = Analysis(library, context.declarations)
     if not library.fits(mission):
-        for error in too_large(mission, facts):
+        for error in too_large(mission, analysis):
             raise error
         library.note_fitting(mission)
-    context.keys.declare(declared_keys(mission))
+    context.keys.declare(_declared_keys(mission))
     context.keys.reset(inputs)
-    builder = Builder(mission, facts, context, (mission.name,))
+    builder = _TreeBuilder(mission, analysis, context, (mission.name,))
     return CompiledTree(builder.root(mission.name), mission, context.keys)
+
+
+class _TreeBuilder:
+    """Builds the nodes of one call of one mission.
+
+    Every method that builds a node is given whether a skipped node counts as failure there: it does below a
+    selector, seen through decorators and branches, up to the end of the mission.
+
+    Args:
+        mission: The mission.
+        analysis: What is known of all missions and skills.
+        context: The context with the keys of this call.
+        callers: The names of the missions from the outermost to this one.
+    """
+
+    def __init__(
+        self, mission: Mission, analysis: Analysis, context: TreeContext, callers: tuple[str, ...]
+    ) -> None:
+        self._mission = mission
+        self._analysis = analysis
+        self._context = context
+        self._callers = callers
+        self.watched: list[WatchedSkill] | None = None
+        """The skills that the composite without memory above watches so far; None: nobody watches here."""
+
+    def root(self, default_name: str | None = None) -> Behaviour:
+        """Build the tree of the mission.
+
+        Args:
+            default_name: What the root is called unless the author says otherwise.
+
+        Raises:
+            ConfigError: The mission has an error that a check would have found.
+        """
+        raise_first_error(self._mission.findings)
+        tree = self._mission.tree
+        if tree is None:
+            raise self._error(None, "the mission has no tree")
+        name = None if tree.guards else tree.name or default_name
+        root = self._node(tree, skipped_fails=False, name=name)
+        if tree.guards and default_name:
+            root.name = default_name
+        return root
+
+    def _node(self, node: Node, *, skipped_fails: bool, name: str | None = None) -> Behaviour:
+        """Build a node with everything below it, its guards and its clean-up."""
+        name = _one_step(name or node.title)
+        if node.cleanup is None:
+            behaviour = self._while(node, self._bare(node, name, skipped_fails))
+        else:
+            behaviour = self._finally(node, node.cleanup, name, skipped_fails)
+        behaviour = self._start_guard(node, behaviour, skipped_fails)
+        if node.reasons is not None:
+            always = node.reasons.always
+            by_code = {code: template_of(text) for code, text in node.reasons.by_code.items()}
+            text = template_of(always) if always is not None else None
+            annotations_of(behaviour).because = Because(self._context.keys, text, by_code)
+        annotations_of(behaviour).origin = Origin(self._mission, node)
+        return behaviour
+
+    # ---- guards and clean-ups -------------------------------------------------------------------------
+
+    def _finally(self, node: Node, cleanup: Node, name: str, skipped_fails: bool) -> Behaviour:
+        def make_cleanup(context: TreeContext) -> Behaviour:
+            own = context.with_keys(self._context.keys)
+            builder = _TreeBuilder(self._mission, self._analysis, own, self._callers)
+            return builder._node(cleanup, skipped_fails=False)
+
+        body = self._while(node, self._bare(node, _one_step(node.default_title), skipped_fails))
+        return Finally(name, self._context, body, make_cleanup)
+
+    def _while(self, node: Node, behaviour: Behaviour) -> Behaviour:
+        if node.holds is None:
+            return behaviour
+        name = _one_step(f"while {node.holds.text}")
+        return While(name, behaviour, self._context, self._condition(node.holds))
+
+    def _start_guard(self, node: Node, behaviour: Behaviour, skipped_fails: bool) -> Behaviour:
+        # A clean-up belongs to what was started: `while` is then asked before both, and watched inside.
+        holds = node.holds if node.cleanup is not None else None
+        if node.when is None and node.unless is None and holds is None:
+            return behaviour
+        guards = (("unless", node.unless), ("when", node.when), ("while", holds))
+        name = ", ".join(f"{word} {guard.text}" for word, guard in guards if guard is not None)
+        unless, when, goes_on = (self._condition(g) if g is not None else None for _, g in guards)
+        return StartGuard(
+            _one_step(name), behaviour, self._context, when, unless, goes_on, skipped_fails=skipped_fails
+        )
+
+    # ---- composites -----------------------------------------------------------------------------------
+
+    def _bare(self, node: Node, name: str, skipped_fails: bool) -> Behaviour:
+        match node:
+            case model.Sequence(children=children, memory=True):
+                return Sequence(name, True, self._children(children, False))
+            case model.Selector(children=children, memory=True):
+                return Selector(name, True, self._children(children, True))
+            case model.Sequence():
+                parts, watched = self._watching(node, False)
+                return ReactiveSequence(name, parts, watched) if watched else Sequence(name, False, parts)
+            case model.Selector():
+                parts, watched = self._watching(node, True)
+                return ReactiveSelector(name, parts, watched) if watched else Selector(name, False, parts)
+            case model.Parallel():
+                return self._parallel(node, name)
+            case model.If():
+                parts, watched = self._watching(node, skipped_fails)
+                asked = node.condition
+                condition = parts.pop(0) if isinstance(asked, Node) else self._condition(asked)
+                return If(name, self._context, condition, *parts, memory=node.memory, watched=watched)
+            case model.Switch():
+                return self._switch(node, name, skipped_fails)
+            case model.CallMission():
+                return self._call_mission(node, name)
+            case model.Wrapper():
+                outer = self.watched
+                self.watched = outer if passes_on(node) else None
+                child = self._node(node.child, skipped_fails=skipped_fails)
+                self.watched = outer
+                return self._decorator(node, name, child)
+        return self._leaf(node, name)
+
+    def _children(self, nodes: Iterable[Node], skipped_fails: bool) -> list[Behaviour]:
+        return _numbered([self._node(node, skipped_fails=skipped_fails) for node in nodes])
+
+    def _watching(self, node: Node, skipped_fails: bool) -> tuple[list[Behaviour], list[WatchedSkill]]:
+        """Build the children of a node without memory, and find the skills that it is the one to watch.
+
+        Where such nodes are nested, the outermost of which a skill is a condition watches it.
+        """
+        outer, guards = self.watched, set(guards_of(node))
+        watched: list[WatchedSkill] = []
+        children = []
+        for part in node.parts:
+            self.watched = watched if outer is None and part in guards else outer
+            children.append(self._node(part, skipped_fails=skipped_fails))
+        self.watched = outer
+        return _numbered(children), watched
+
+    def _parallel(self, node: model.Parallel, name: str) -> Behaviour:
+        children = self._children(node.children, False)
+        policy = node.policy
+        if policy.kind is PolicyKind.ALL:
+            return Parallel(name, ParallelPolicy.SuccessOnAll(), children)
+        if policy.kind is PolicyKind.SELECTED:
+            titles = [child.title for child in node.children]
+            for wanted in policy.names:
+                if titles.count(wanted.text) != 1:
+                    problem = f"the policy needs one branch that is called {wanted.text!r}"
+                    raise self._error(wanted.position, problem, closest_first(wanted.text, titles))
+            chosen = [children[titles.index(wanted.text)] for wanted in policy.names]
+            return Parallel(name, ParallelPolicy.SuccessOnSelected(children=chosen), children)
+        needed = policy.successes_needed(len(children))
+        if max(needed, policy.fail or 1) > len(children):
+            raise self._error(policy.position, f"the policy counts more than {len(children)} branches")
+        return CountingParallel(name, children, needed, policy.fail)
+
+    def _switch(self, node: model.Switch, name: str, skipped_fails: bool) -> Behaviour:
+        branches = self._children(node.parts, skipped_fails)
+        wanted = [self._case_values(literal, node.value) for literal, _ in node.cases]
+        default = branches.pop() if node.default is not None else None
+        labels = [literal.text for literal, _ in node.cases]
+        value = self._value(node.value, None)
+        cases = list(zip(wanted, branches, strict=True))
+        return self._titled(node, Switch(name, self._context, value, cases, default, labels), value, None)
+
+    def _call_mission(self, node: model.CallMission, name: str) -> Behaviour:
+        called = node.mission.text
+        if called in self._callers:
+            chain = " -> ".join((*self._callers, called))
+            raise self._error(node.position, f"the mission {called!r} calls itself: {chain}")
+        mission = self._analysis.library.get(called)
+        keys = KeyStore()
+        keys.declare(_declared_keys(mission))
+        context = self._context.with_keys(keys)
+        builder = _TreeBuilder(mission, self._analysis, context, (*self._callers, called))
+        builder.watched = self.watched
+        return CallMission(
+            name,
+            builder.root(),
+            self._context,
+            keys,
+            mission.inputs,
+            self._inputs(node.inputs, mission.inputs, f"{called} has no input"),
+            {output.text: key.text for output, key in node.outputs},
+            watched=self.watched is not None,
+        )
+
+    # ---- decorators and leaves ------------------------------------------------------------------------
+
+    def _decorator(self, node: model.Wrapper, name: str, child: Behaviour) -> Behaviour:
+        match node:
+            case model.Invert():
+                return Invert(name, child)
+            case model.Succeed() | model.Force(success=True):
+                return ForceSuccess(name, child)
+            case model.Force():
+                return ForceFailure(name, child)
+            case model.Once():
+                return Once(name, child)
+        kind = Kind.INTEGER if isinstance(node, model.Retry | model.Repeat) else Kind.DURATION
+        argument = self._value(next(model.values_of(node)), kind)
+        behaviour: Behaviour
+        match node:
+            case model.Retry(on=on, attempt_key=key):
+                codes, attempt = [code.text for code in on], key.text if key else None
+                behaviour = Retry(name, child, self._context, argument, codes, attempt)
+            case model.Repeat():
+                behaviour = Repeat(name, child, self._context, argument)
+            case model.Timeout():
+                behaviour = Timeout(name, child, self._context, argument)
+            case model.Cooldown():
+                behaviour = Cooldown(name, child, self._context, argument)
+            case model.Delay():
+                behaviour = Delay(name, Wait("wait", self._context, argument), child)
+            case _:
+                raise TypeError(f"no behaviour is known for {type(node).__name__}")
+        return self._titled(node, behaviour, argument, kind)
+
+    def _leaf(self, node: Node, name: str) -> Behaviour:
+        context = self._context
+        match node:
+            case model.Condition(condition=condition):
+                return Condition(name, context, self._condition(condition))
+            case model.Fail(reason=reason, code=code):
+                kind = None if isinstance(reason, Expression) else Kind.TEXT
+                return Fail(name, context, self._value(reason, kind), code.text if code else FAILED)
+            case model.Wait(duration=duration):
+                seconds = self._value(duration, Kind.DURATION)
+                return self._titled(node, Wait(name, context, seconds), seconds, Kind.DURATION)
+            case model.Set(values=values):
+                return SetKey(name, context, {key.text: self._set_value(key, value) for key, value in values})
+            case model.RunSkill():
+                return self._run_skill(node, name)
+        raise TypeError(f"no behaviour is known for {type(node).__name__}")
+
+    def _set_value(self, key: Literal, value: Value) -> Any:
+        port = self._mission.keys.get(key.text)
+        return self._value(value, port.kind if port is not None else None)
+
+    def _run_skill(self, node: model.RunSkill, name: str) -> Behaviour:
+        declaration = self._context.declarations.get(node.skill)
+        if declaration is None:
+            known = closest_first(node.skill, self._context.declarations)
+            raise self._error(node.position, f"unknown skill {node.skill!r}", known)
+        inputs = self._inputs(node.inputs, declaration.inputs, f"{node.skill} has no input")
+        outputs = {output.text: key.text for output, key in node.outputs}
+        if self.watched is None or not is_condition(node, declaration):
+            return RunSkill(name, self._context, node.skill, inputs, outputs)
+        keys = {each.key for value in model.values_of(node) for each in model.references(value)}
+        every = EVERY_S if node.every is None else node.every
+        skill = WatchedSkill(name, self._context, node.skill, inputs, outputs, keys=keys, every=every)
+        self.watched.append(skill)
+        return skill
+
+    def _titled(self, node: Node, behaviour: Behaviour, value: Any, kind: Kind | None) -> Behaviour:
+        """Let a dump show the value that stands in a title as ``$key``, once it is known."""
+        if node.name is None and is_source(value):
+            shown = partial(format_value, kind=kind) if kind is not None else readable
+            written = _one_step(model.show(next(model.values_of(node))))
+            annotations_of(behaviour).title = Title(written, value, self._context.keys, shown)
+        return behaviour
+
+    # ---- values ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def _kinds(self) -> Mapping[str, Kind]:
+        """The kinds of the mission's keys, as far as they are known."""
+        return self._analysis.key_kinds(self._mission)
+
+    def _condition(self, expression: Expression) -> CompiledExpression:
+        """An expression that is true or false."""
+        for problem in check_kinds(expression, self._kinds, Kind.BOOLEAN).problems:
+            raise self._error(problem.position, problem.message, problem.valid)
+        return compile_expression(expression, self._kinds)
+
+    def _value(self, value: Value, kind: Kind | None) -> Any:
+        """A value in SI units, or a value source."""
+        return self._placed(value, partial(tree_value, kind=kind, kinds=self._kinds_for(value)))
+
+    def _inputs(
+        self, pairs: Iterable[tuple[Literal, Value]], ports: Mapping[str, Port], problem: str
+    ) -> dict[str, Any]:
+        """The inputs of a skill or a mission, as given."""
+        inputs = {}
+        for name, value in pairs:
+            port = ports.get(name.text)
+            if port is None:
+                raise self._error(name.position, f"{problem} {name.text!r}", closest_first(name.text, ports))
+            read = partial(port_value, port=port, kinds=self._kinds_for(value))
+            inputs[name.text] = self._placed(value, read)
+        return inputs
+
+    def _case_values(self, literal: Literal, value: Value) -> tuple[Any, ...]:
+        """What a value can be when a case fits; more than one when its kind is not known."""
+        kind = kind_of(value, self._kinds)
+        if literal.quoted or kind is Kind.TEXT:
+            return (literal.text,)
+        if kind is not None:
+            return (self._placed(literal, lambda _: literal_value(literal, kind)),)
+        guessed = guess_value(literal.text)[1]
+        return (guessed,) if guessed == literal.text else (guessed, literal.text)
+
+    def _kinds_for(self, value: Value) -> Mapping[str, Kind]:
+        """Only expressions need to know kinds, and these take a walk through the mission to find."""
+        parts = (value.x, value.y, value.yaw) if isinstance(value, model.PoseParts) else (value,)
+        return self._kinds if any(isinstance(part, Expression) for part in parts) else {}
+
+    def _placed(self, value: Value, read: Callable[[Value], Any]) -> Any:
+        try:
+            return read(value)
+        except ConfigError as error:
+            inside = Position(error.line, error.column or 1) if error.line else value.position
+            raise self._error(inside, error.problem, error.valid) from error
+
+    def _error(self, position: Position | None, problem: str, valid: Iterable[str] = ()) -> ConfigError:
+        line, column = (position.line, position.column) if position is not None else (None, None)
+        return ConfigError(problem, file=self._mission.file, line=line, column=column, valid=valid)
+
+
+def _declared_keys(mission: Mission) -> dict[str, Port]:
+    """What the declared keys of a mission hold; outputs and inputs are keys too, without limits."""
+    outputs = {name: Port(port.kind, port.description) for name, port in mission.outputs.items()}
+    inputs = {name: Port(port.kind, port.description) for name, port in mission.inputs.items()}
+    return {**outputs, **inputs, **mission.keys}
+
+
+def _one_step(name: str) -> str:
+    """A name that is one step of a path: the slash between steps stands in no name."""
+    return name.replace("/", "\N{DIVISION SLASH}")
+
+
+def _numbered(siblings: list[Behaviour]) -> list[Behaviour]:
+    """Number siblings with equal names, so that every path is unique."""
+    taken: set[str] = set()
+    counts: dict[str, int] = {}
+    for behaviour in siblings:
+        name = behaviour.name
+        count = counts.get(name, 1)
+        while behaviour.name in taken:
+            count += 1
+            behaviour.name = f"{name} ({count})"
+        counts[name] = count
+        taken.add(behaviour.name)
+    return siblings

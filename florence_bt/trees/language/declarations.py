@@ -10,8 +10,8 @@ from types import ModuleType
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.trees.language.findings import Finding
-from florence_bt.trees.language.kinds import IDENTIFIER, RESERVED
 from florence_bt.trees.language.third_party import ThirdParty
+from florence_bt.trees.language.vocabulary import IDENTIFIER, RESERVED
 
 
 class Declarations(dict[str, SkillDeclaration]):

@@ -1,4 +1,4 @@
-"""Files that declare skills which nobody has written yet: ``NAME.skills.yaml`` beside missions.
+"""Files that declare skills without an implementation: ``NAME.skills.yaml`` beside missions.
 
 An import of other people's trees writes one. The missions can then be checked and drawn, and tested with
 mocks; ``florence check`` says which of their skills this installation lacks.
@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.errors import ConfigError
-from florence_bt.trees.language._reader import Reader
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, read_yaml
 from florence_bt.trees.language.findings import Finding
-from florence_bt.trees.language.kinds import INPUT_KEYS, OUTPUT_KEYS, RESERVED
-from florence_bt.trees.language.parse import read_ports
-from florence_bt.trees.language.quantities import format_value, read_value
-from florence_bt.trees.language.source import Source, Table, Text, read_source
+from florence_bt.trees.language.ports import read_ports
+from florence_bt.trees.language.quantities import format_value
+from florence_bt.trees.language.reader import Reader
+from florence_bt.trees.language.vocabulary import INPUT_KEYS, OUTPUT_KEYS, RESERVED
 
 ENDING = ".skills.yaml"
 """How the names of these files end."""
@@ -53,23 +52,25 @@ def read_skills_file(path: Path) -> DeclaredSkills:
         The skills; what is wrong with the file's form is in the findings.
 
     Raises:
-        ConfigError: The file cannot be read or is no YAML of the plain kind.
+        ConfigError: The file cannot be read or is not YAML of the plain kind.
     """
-    reader, source = Reader(path), read_source(path)
-    skills = source.get("skills") if isinstance(source, Table) else None
-    if not isinstance(source, Table) or not isinstance(skills, Table):
-        reader.problem(
-            source.position, "a file of skills needs a table of them", ["skills: {a_skill: {...}}"]
+    reader, source = Reader(path), read_yaml(path)
+    skills = source.get("skills") if isinstance(source, YamlMapping) else None
+    if not isinstance(source, YamlMapping) or not isinstance(skills, YamlMapping):
+        reader.error(
+            source.position, "a file of skills needs a mapping of them", ["skills: {a_skill: {...}}"]
         )
         return DeclaredSkills(path, {}, tuple(reader.findings))
     for key, _ in source.entries:
         if key.text != "skills":
-            reader.unknown(key.position, "key of a file of skills", key.text, ["skills"])
+            reader.unknown(
+                key.position, f"unknown key of a file of skills {key.text!r}", key.text, ["skills"]
+            )
     declared = {}
     for key, item in skills.entries:
         name = reader.identifier(key, "a skill")
         if name is not None and name.text in RESERVED:
-            reader.problem(
+            reader.error(
                 name.position, f"a skill cannot be called {name.text!r}: that is a word of the language"
             )
         elif name is not None:
@@ -77,11 +78,13 @@ def read_skills_file(path: Path) -> DeclaredSkills:
     return DeclaredSkills(path, declared, tuple(reader.findings))
 
 
-def _skill(reader: Reader, name: str, source: Source) -> SkillDeclaration:
-    table = reader.table(source, f"the skill {name!r}") or Table((), source.position)
+def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:
+    table = reader.mapping(source, f"the skill {name!r}") or YamlMapping((), source.position)
     for key, _ in table.entries:
         if key.text not in SKILL_KEYS:
-            reader.unknown(key.position, f"key of the skill {name!r}", key.text, SKILL_KEYS)
+            reader.unknown(
+                key.position, f"unknown key of the skill {name!r} {key.text!r}", key.text, SKILL_KEYS
+            )
     summary, instant, deadline = (table.get(key) for key in ("summary", "instant", "deadline"))
     inputs, _ = read_ports(reader, table.get("inputs"), "an input", INPUT_KEYS)
     outputs, _ = read_ports(reader, table.get("outputs"), "an output", OUTPUT_KEYS)
@@ -100,9 +103,9 @@ def _skill(reader: Reader, name: str, source: Source) -> SkillDeclaration:
     )
 
 
-def _failures(reader: Reader, source: Source | None) -> dict[str, str]:
+def _failures(reader: Reader, source: YamlNode | None) -> dict[str, str]:
     found = {}
-    table = reader.table(source, "failures")
+    table = reader.mapping(source, "failures")
     for key, item in table.entries if table else ():
         code, meaning = reader.identifier(key, "a failure code"), reader.text(item, f"failure {key.text}")
         if code is not None and meaning is not None:
@@ -110,23 +113,19 @@ def _failures(reader: Reader, source: Source | None) -> dict[str, str]:
     return found
 
 
-def _deadline(reader: Reader, source: Source | None) -> float:
+def _deadline(reader: Reader, source: YamlNode | None) -> float:
     default = SkillDeclaration("", "").deadline_s
-    if source is None:
-        return default
-    try:
-        seconds = read_value(source.text, Kind.DURATION) if isinstance(source, Text) else 0.0
-    except ConfigError as error:
-        reader.problem(source.position, f"deadline: {error.problem}", error.valid)
+    seconds = reader.duration(source, "deadline") if source is not None else None
+    if source is None or seconds is None:
         return default
     if seconds <= 0.0:
-        reader.problem(source.position, "the deadline must be longer than nothing", ["60 s"])
+        reader.error(source.position, "the deadline must be longer than nothing", ["60 s"])
         return default
-    return float(seconds)
+    return seconds
 
 
 def skills_document(declarations: Iterable[SkillDeclaration]) -> dict[str, Any]:
-    """Skills as the tables of such a file; reading them gives the declarations again."""
+    """Skills as the mappings of such a file; reading them gives the declarations again."""
     return {"skills": {declaration.name: _written(declaration) for declaration in declarations}}
 
 
@@ -146,7 +145,7 @@ def _written(declaration: SkillDeclaration) -> dict[str, Any]:
 
 
 def port_document(port: Port) -> dict[str, Any]:
-    """A port as a table of a mission file or a file of skills."""
+    """A port as a mapping of a mission file or a file of skills."""
     written: dict[str, Any] = {"type": port.kind.value}
     limits = {"default": None if port.required else port.default, "min": port.minimum, "max": port.maximum}
     for key, value in limits.items():

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import Position
 
 ERROR = "error"
 """The mission cannot run."""
 WARNING = "warning"
-"""The mission can run but probably does not do what was meant."""
+"""The mission can run but probably does not do what the author wants."""
 MAX_FINDINGS = 200
-"""How many findings of one file are kept; a file that is no mission at all could have tens of thousands."""
+"""How many findings of one file are kept; a file of another kind could have tens of thousands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,50 @@ class Finding:
     def as_error(self) -> ConfigError:
         """The same as an exception."""
         return ConfigError(self.message, file=self.file, line=self.line, column=self.column, valid=self.valid)
+
+
+class FindingList:
+    """Collects the findings of one file; those beyond what is ever shown are dropped.
+
+    Args:
+        file: The file, named in the findings.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.findings: list[Finding] = []
+        self._file = str(file)
+
+    @property
+    def full(self) -> bool:
+        """Whether more was added than is ever shown."""
+        return len(self.findings) > MAX_FINDINGS
+
+    def error(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Add an error."""
+        self._add(position, ERROR, message, valid)
+
+    def warning(self, position: Position, message: str, valid: Iterable[str] = ()) -> None:
+        """Add a warning."""
+        self._add(position, WARNING, message, valid)
+
+    def unknown(
+        self,
+        position: Position,
+        message: str,
+        name: str,
+        names: Iterable[str],
+        *,
+        severity: str = ERROR,
+        suggestions: Iterable[str] = (),
+    ) -> None:
+        """Add a name that does not exist, with suggestions and the names that look like it."""
+        if not self.full:
+            self._add(position, severity, message, (*suggestions, *closest_first(name, names)))
+
+    def _add(self, position: Position, severity: str, message: str, valid: Iterable[str]) -> None:
+        if not self.full:
+            place = position.line, position.column
+            self.findings.append(Finding(self._file, *place, severity, message, tuple(valid)))
 
 
 def finding_from_error(error: ConfigError, severity: str = ERROR) -> Finding:

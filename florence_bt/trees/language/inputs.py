@@ -10,10 +10,10 @@ from typing import Any
 from florence_bt.behaviours.keys import is_source
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.language._reader import Reader
+from florence_bt.core.plain_yaml import parse_yaml
 from florence_bt.trees.language.model import Mission, PoseParts, Value
 from florence_bt.trees.language.quantities import example_of, out_of_range, read_value
-from florence_bt.trees.language.source import parse_source
+from florence_bt.trees.language.reader import Reader
 from florence_bt.trees.language.values import tree_value
 
 
@@ -37,9 +37,9 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in given.items():
         if name not in mission.inputs:
             problems.append(f"{mission.name} has no input {name!r}")
-            meant = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
-            misspelt.update(meant)
-            shown = [f"{one}={value}" for one in meant if isinstance(value, str) and len(value) < 100]
+            similar = [one for one in get_close_matches(name, mission.inputs, n=1) if one not in given]
+            misspelt.update(similar)
+            shown = [f"{one}={value}" for one in similar if isinstance(value, str) and len(value) < 100]
             valid += shown or closest_first(name, mission.inputs) or ["no inputs at all"]
     for name, port in mission.inputs.items():
         if name in given:
@@ -49,7 +49,7 @@ def parse_inputs(mission: Mission, given: Mapping[str, Any]) -> dict[str, Any]:
                 problems.append(f"{name}: {error.problem}")
                 valid += [f"{name}={text}" for text in error.valid]
         elif name in misspelt:
-            continue  # not told as missing too
+            continue  # not reported as missing too
         elif port.required:
             problems.append(f"{name} is missing: {port.description or port.kind.value}")
             valid.append(f"{name}={example_of(port.kind)}")
@@ -75,7 +75,7 @@ def _read(value: Any, port: Port) -> Any:
 
 def _read_pose(text: str) -> Any:
     try:
-        source = parse_source(text.encode(), Path("input"))
+        source = parse_yaml(text.encode(), Path("input"))
     except ConfigError:
         return read_value(text, Kind.POSE)
     reader = Reader(Path("input"))

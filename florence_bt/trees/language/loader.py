@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import filecmp
 from collections import ChainMap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.trees.language.declared_skills import ENDING, is_skills_file, read_skills_file
 from florence_bt.trees.language.findings import WARNING, Finding, finding_from_error, sort_findings
-from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.model import CallMission, Mission
 from florence_bt.trees.language.parse import read_mission
 from florence_bt.trees.language.third_party import ThirdParty
 
@@ -38,16 +37,12 @@ class MissionLibrary:
         self._missions: dict[str, Mission] = {}
         self._files: dict[str, Path] = {}
         self._unreadable: dict[str, ConfigError] = {}
-        self._fitting: dict[int, Mission] = {}
+        self._fitting: set[Mission] = set()
 
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with files and packages that could not be read, by file and place."""
         return sort_findings(self._findings)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What goes to another process: identities of objects mean nothing there."""
-        return {**self.__dict__, "_fitting": {}}
 
     @classmethod
     def load(
@@ -103,6 +98,20 @@ class MissionLibrary:
         self._missions[path.stem] = mission
         return mission
 
+    def add_neighbours(self, missions: Iterable[Mission]) -> None:
+        """Let missions call those that lie beside their files."""
+        waiting = list(missions)
+        looked_for: set[Path] = set()
+        for mission in waiting:
+            for node in mission.nodes():
+                if not isinstance(node, CallMission) or node.mission.text in self:
+                    continue
+                file = mission.file.parent / f"{node.mission.text}.yaml"
+                if file not in looked_for and file.is_file():
+                    neighbour = self.add_file(file)
+                    waiting += [neighbour] if neighbour is not None else []
+                looked_for.add(file)
+
     def with_declared(self, declarations: Mapping[str, SkillDeclaration]) -> Mapping[str, SkillDeclaration]:
         """The given skills, and behind them those that are only declared; later ones are seen too."""
         return ChainMap(dict(declarations), self.declarations)
@@ -140,12 +149,12 @@ class MissionLibrary:
         self._missions[name] = mission
 
     def fits(self, mission: Mission) -> bool:
-        """Whether :meth:`note_fitting` was told of this mission and nothing has come or changed since."""
-        return id(mission) in self._fitting
+        """Whether :meth:`note_fitting` was called with this mission and nothing changed since."""
+        return mission in self._fitting
 
     def note_fitting(self, mission: Mission) -> None:
         """Remember that a mission, with those that it calls, is small enough to run."""
-        self._fitting[id(mission)] = mission
+        self._fitting.add(mission)
 
     def unreadable(self) -> dict[str, ConfigError]:
         """The names of the files that could not be read at all, and why."""

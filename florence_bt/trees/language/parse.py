@@ -1,292 +1,483 @@
-"""A mission file: from the source to the model. What a mission refers to is checked elsewhere (``lint``)."""
+"""A mission file: from YAML to the model. What a mission refers to is checked elsewhere (``checks.lint``).
+
+What is wrong is added to the findings; a broken node is left out and the rest is parsed.
+"""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
+import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from florence_bt.core.declaration import REQUIRED, Kind, Port
-from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.geometry import Pose2
-from florence_bt.trees.language._parse_nodes import NodeParser
-from florence_bt.trees.language._reader import Reader
-from florence_bt.trees.language._suggestions import keys_meant, section_meant
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence, parse_yaml
+from florence_bt.core.text_files import read_bytes
+from florence_bt.core.unquoted_commas import unquoted_commas
+from florence_bt.trees.language import _suggestions as suggestions
+from florence_bt.trees.language import model, vocabulary
 from florence_bt.trees.language.findings import MAX_FINDINGS
-from florence_bt.trees.language.kinds import (
-    IDENTIFIER,
-    INPUT_KEYS,
-    KEY_KEYS,
-    MISSION_KEYS,
-    ON_RESTART,
-    OUTPUT_KEYS,
-)
-from florence_bt.trees.language.model import Mission, default_of
-from florence_bt.trees.language.quantities import (
-    NUMERIC_KINDS,
-    example_of,
-    out_of_range,
-    range_of,
-    read_value,
-    with_article,
-)
-from florence_bt.trees.language.source import Position, Source, Table, Text, parse_source, read_bytes
-from florence_bt.trees.language.values import tree_value
+from florence_bt.trees.language.ports import read_ports
+from florence_bt.trees.language.quantities import read_value, with_article
+from florence_bt.trees.language.reader import Reader
 
-_OTHER_KINDS = {
-    "string": "text",
-    "str": "text",
-    "bool": "boolean",
-    "int": "integer",
-    "float": "number",
-    "double": "number",
-    "distance": "length",
-    "time": "duration",
-    "position": "pose",
-    "velocity": "speed",
-    "meter": "length",
-    "meters": "length",
-    "m": "length",
-    "cm": "length",
-    "second": "duration",
-    "seconds": "duration",
-    "s": "duration",
-    "min": "duration",
-    "degree": "angle",
-    "degrees": "angle",
-    "deg": "angle",
-    "rad": "angle",
-    "label": "text",
-    "room": "text",
-    "hotspot": "text",
-}
-"""What other languages call the types."""
+SHORTEST_S = 0.01
+"""The shortest period of ``every``: as often as an executor of BehaviorTree.CPP usually ticks."""
+_ALL_MODIFIERS = (*vocabulary.ANYWHERE, *vocabulary.MODIFIERS)
+_ASSIGNMENT = re.compile(r"\$?(?P<key>[a-z][a-z0-9_]*)\s*[:=]\s*(?P<value>[^=].*)")
+"""What people write who know a programming language: ``tries = 3``."""
+_EXAMPLES = {"retry": "3", "repeat": "3", "force": "success"}
+"""How the value after a kind key is written; where nothing stands it is a duration."""
+
+_Fields = dict[str, Any]
+"""The fields that every node of the model has."""
 
 
-def read_mission(path: Path) -> Mission:
+def read_mission(path: Path) -> model.Mission:
     """Read a mission file.
 
     Returns:
         The mission; what is wrong with the file's form is in its findings.
 
     Raises:
-        ConfigError: The file cannot be read or is no YAML of the plain kind.
+        ConfigError: The file cannot be read or is not plain YAML.
     """
-    return _parse(read_bytes(path), path)
+    return _MissionParser(path).mission(read_bytes(path), path)
 
 
-def parse_mission(text: str, path: Path) -> Mission:
+def parse_mission(text: str, path: Path) -> model.Mission:
     """Parse the text of a mission file; ``path`` names it.
 
     Raises:
         ConfigError: As :func:`read_mission`.
     """
-    return _parse(text.encode(), path)
+    return _MissionParser(path).mission(text.encode(), path)
 
 
-def _parse(data: bytes, path: Path) -> Mission:
-    problems: list[ConfigError] = []
-    source, reader = parse_source(data, path, problems), Reader(path)
-    for error in problems:
-        reader.problem(Position(error.line or 1, error.column or 1), error.problem, error.valid)
-    if not isinstance(source, Table):
-        reader.problem(source.position, "a mission file must be a table", MISSION_KEYS)
-        return Mission(path.stem, "", path, findings=tuple(reader.findings))
-    for key, _ in source.entries:
-        if reader.full:
-            break
-        if key.text not in MISSION_KEYS:
-            valid = section_meant(key.text, MISSION_KEYS)
-            reader.problem(key.position, f"unknown key of a mission {key.text!r}", valid)
-    description = source.get("description")
-    restart = source.get("on_restart")
-    inputs, input_positions = read_ports(reader, source.get("inputs"), "an input", INPUT_KEYS)
-    outputs, output_positions = read_ports(reader, source.get("outputs"), "an output", OUTPUT_KEYS)
-    keys, key_positions = read_ports(reader, source.get("keys"), "a key", KEY_KEYS)
-    _check_keys(reader, keys, key_positions, inputs, outputs)
-    tree = source.get("tree")
-    if tree is None and not _meant(source, "tree"):
-        reader.problem(source.position, "the mission has no tree", ["tree: {a node}"])
-    return Mission(
-        name=_name(reader, source, path),
-        description=(reader.text(description, "description") or "") if description is not None else "",
-        file=path,
-        inputs=inputs,
-        outputs=outputs,
-        keys=keys,
-        on_restart=reader.choice(restart, "on_restart", ON_RESTART, "abort")
-        if restart is not None
-        else "abort",
-        tree=NodeParser(reader).node(tree) if tree is not None else None,
-        positions={**key_positions, **output_positions, **input_positions},
-        findings=tuple(reader.findings),
-        lost=frozenset(keys_meant(tree)) if reader.findings else frozenset(),
-        version=hashlib.sha256(data).hexdigest()[:16],
-    )
+class _MissionParser(Reader):
+    """Parses one mission file."""
 
+    # ---- the file -------------------------------------------------------------------------------------
 
-def _meant(table: Table, name: str) -> bool:
-    """Whether a key that is unknown, which is noted, was probably meant to be this one."""
-    unknown = [key.text for key, _ in table.entries[:MAX_FINDINGS] if key.text not in MISSION_KEYS]
-    return any(section_meant(key, MISSION_KEYS)[0].startswith(name) for key in unknown)
-
-
-def _name(reader: Reader, table: Table, path: Path) -> str:
-    source = table.get("mission")
-    if source is None and _meant(table, "mission"):
-        return path.stem
-    if source is None:
-        reader.problem(table.position, "the mission has no name", [f"mission: {path.stem}"])
-        return path.stem
-    name = reader.identifier(source, "mission")
-    if name is None:
-        return path.stem
-    if name.text != path.stem:
-        valid = [path.stem] if IDENTIFIER.fullmatch(path.stem) else []
-        reader.problem(
-            name.position, f"the mission is called {name.text!r} but its file is {path.name}", valid
+    def mission(self, data: bytes, path: Path) -> model.Mission:
+        problems: list[ConfigError] = []
+        source = parse_yaml(data, path, problems)
+        for error in problems:
+            self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+        if not isinstance(source, YamlMapping):
+            self.error(source.position, "a mission file must be a mapping", vocabulary.MISSION_KEYS)
+            return model.Mission(path.stem, "", path, findings=tuple(self.findings))
+        for key, _ in source.entries:
+            if key.text not in vocabulary.MISSION_KEYS and not self.full:
+                valid = suggestions.for_section(key.text, vocabulary.MISSION_KEYS)
+                self.error(key.position, f"unknown key of a mission {key.text!r}", valid)
+        description, restart, tree = (source.get(key) for key in ("description", "on_restart", "tree"))
+        inputs, input_positions = read_ports(self, source.get("inputs"), "an input", vocabulary.INPUT_KEYS)
+        outputs, output_positions = read_ports(
+            self, source.get("outputs"), "an output", vocabulary.OUTPUT_KEYS
         )
-    return name.text
+        keys, key_positions = read_ports(self, source.get("keys"), "a key", vocabulary.KEY_KEYS)
+        self._check_keys(keys, key_positions, inputs, outputs)
+        if tree is None and not _is_misspelt(source, "tree"):
+            self.error(source.position, "the mission has no tree", ["tree: {a node}"])
+        return model.Mission(
+            name=self._name(source, path),
+            description=(self.text(description, "description") or "") if description is not None else "",
+            file=path,
+            inputs=inputs,
+            outputs=outputs,
+            keys=keys,
+            on_restart=self.choice(restart, "on_restart", vocabulary.ON_RESTART, "abort")
+            if restart
+            else "abort",
+            tree=self.node(tree) if tree is not None else None,
+            positions={**key_positions, **output_positions, **input_positions},
+            findings=tuple(self.findings),
+            lost=frozenset(suggestions.written_keys(tree)) if self.findings else frozenset(),
+            version=hashlib.sha256(data).hexdigest()[:16],
+        )
 
+    def _name(self, mapping: YamlMapping, path: Path) -> str:
+        source = mapping.get("mission")
+        if source is None and _is_misspelt(mapping, "mission"):
+            return path.stem
+        if source is None:
+            self.error(mapping.position, "the mission has no name", [f"mission: {path.stem}"])
+            return path.stem
+        name = self.identifier(source, "mission")
+        if name is None:
+            return path.stem
+        if name.text != path.stem:
+            valid = [path.stem] if vocabulary.IDENTIFIER.fullmatch(path.stem) else []
+            message = f"the mission is called {name.text!r} but its file is {path.name}"
+            self.error(name.position, message, valid)
+        return name.text
 
-def read_ports(
-    reader: Reader, source: Source | None, what: str, keys: tuple[str, ...]
-) -> tuple[dict[str, Port], dict[str, Position]]:
-    """A table of ports: of a mission, or of a skill that is declared in a file.
+    def _check_keys(
+        self,
+        keys: Mapping[str, Port],
+        positions: Mapping[str, Position],
+        inputs: Mapping[str, Port],
+        outputs: Mapping[str, Port],
+    ) -> None:
+        for name, port in keys.items():
+            if name in inputs:
+                self.error(positions[name], f"{name!r} is an input, which is a key already")
+            elif name in outputs and outputs[name].kind is not port.kind:
+                kinds = f"{with_article(port.kind)} here and {with_article(outputs[name].kind)} as output"
+                self.error(positions[name], f"{name!r} is {kinds}", [f"type: {outputs[name].kind.value}"])
 
-    Args:
-        reader: Receives what is wrong.
-        source: The table, or None when there is none.
-        what: What a port is called in messages, such as ``an input``.
-        keys: What a port may say about itself.
+    # ---- any node -------------------------------------------------------------------------------------
 
-    Returns:
-        The ports, and where each stands, by name.
-    """
-    ports, positions = {}, {}
-    table = reader.table(source, what.split()[1] + "s")
-    for key, item in table.entries if table else ():
-        name = reader.identifier(key, what)
-        if not isinstance(item, Table):
-            written = item.text if isinstance(item, Text) else ""
-            kinds = (
-                _OTHER_KINDS.get(written, written)
-                if _is_kind(written)
-                else "|".join(kind.value for kind in Kind)
-            )
-            valid = [f"{key.text}: {{type: {kinds}}}"]
-            reader.problem(key.position, f"{what} is a table with its type", valid)
-        elif name is not None:
-            positions[name.text] = name.position
-            default = item.get("default")
-            if default is not None:
-                positions[default_of(name.text)] = default.position
-            ports[name.text] = _port(reader, name.text, item, keys)
-    return ports, positions
+    def node(self, source: YamlNode) -> model.Node | None:
+        """Parse one node with everything below it."""
+        if not isinstance(source, YamlMapping):
+            self.error(source.position, *suggestions.for_not_a_node(source))
+            return None
+        kinds = [(key, value) for key, value in source.entries if key.text not in _ALL_MODIFIERS]
+        if len(kinds) != 1:
+            self._not_one_kind(source, [key for key, _ in kinds])
+            return None
+        key, value = kinds[0]
+        self._check_modifiers(key.text, source)
+        if self._is_misplaced(key, value, source):
+            return None
+        return self._of_kind(key, value, source)
 
+    def _of_kind(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        match key.text:
+            case "sequence":
+                children, memory = self._children(key, value), self._memory(mapping)
+                return model.Sequence(children=children, memory=memory, **self._fields(key, mapping))
+            case "selector":
+                children, memory = self._children(key, value), self._memory(mapping)
+                return model.Selector(children=children, memory=memory, **self._fields(key, mapping))
+            case "parallel":
+                return self._parallel(key, value, mapping)
+            case "if":
+                return self._if(key, value, mapping)
+            case "switch":
+                return self._switch(key, value, mapping)
+            case kind if kind in vocabulary.MODIFIERS["do"]:
+                return self._decorator(key, value, mapping)
+            case "once" | "invert" | "succeed":
+                fields, child = self._fields(key, mapping), self.node(value)
+                wrapper = {"once": model.Once, "invert": model.Invert, "succeed": model.Succeed}[key.text]
+                return wrapper(child=child, **fields) if child is not None else None
+            case "condition":
+                condition, fields = self.expression(value, "condition"), self._fields(key, mapping)
+                return model.Condition(condition=condition, **fields) if condition is not None else None
+            case "fail":
+                reason, fields = self._template(value, "fail"), self._fields(key, mapping)
+                name = self._optional_name(mapping, "code")
+                return model.Fail(reason=reason, code=name, **fields) if reason is not None else None
+            case "wait":
+                duration, fields = self.value(value, "wait"), self._fields(key, mapping)
+                return model.Wait(duration=duration, **fields) if duration is not None else None
+            case "set":
+                return self._set(key, value, mapping)
+            case "run":
+                return self._call_mission(key, value, mapping)
+        return self._run_skill(key, value, mapping)
 
-def _check_keys(
-    reader: Reader,
-    keys: Mapping[str, Port],
-    positions: Mapping[str, Position],
-    inputs: Mapping[str, Port],
-    outputs: Mapping[str, Port],
-) -> None:
-    for name, port in keys.items():
-        if name in inputs:
-            reader.problem(positions[name], f"{name!r} is an input, which is a key already")
-        elif name in outputs and outputs[name].kind is not port.kind:
-            kinds = f"{with_article(port.kind)} here and {with_article(outputs[name].kind)} as output"
-            reader.problem(positions[name], f"{name!r} is {kinds}", [f"type: {outputs[name].kind.value}"])
+    def _fields(self, key: YamlScalar, mapping: YamlMapping) -> _Fields:
+        fields: _Fields = {"position": key.position}
+        for modifier, source in mapping.entries:
+            match modifier.text:
+                case "name":
+                    fields["name"] = self.text(source, "name")
+                case "because":
+                    fields["reasons"] = self._reasons(source)
+                case "finally":
+                    fields["cleanup"] = self.node(source)
+                case "when" | "unless":
+                    fields[modifier.text] = self.expression(source, modifier.text)
+                case "while":
+                    fields["holds"] = self.expression(source, "while")
+        return fields
 
+    def _reasons(self, source: YamlNode) -> model.Reasons | None:
+        if not isinstance(source, YamlMapping):
+            always = self._template(source, "because")
+            return model.Reasons(always, {}, source.position) if always is not None else None
+        by_code, positions = {}, {}
+        for key, item in source.entries:
+            code = self.identifier(key, "a code in because")
+            text = self._template(item, f"because {key.text}")
+            if code is not None and text is not None:
+                by_code[code.text], positions[code.text] = text, code.position
+        return model.Reasons(None, by_code, source.position, positions)
 
-def _port(reader: Reader, name: str, fields: Table, keys: tuple[str, ...]) -> Port:
-    for key, value in fields.entries:
-        if key.text in keys:
-            continue
-        if key.text in KEY_KEYS and isinstance(value, Text):
-            # Outputs are keys too, and these can have a value at the start, and limits.
-            message, valid = (
-                f"an output has no {key.text}",
-                f"keys: {{{name}: {{{key.text}: {value.text}, ...}}}}",
-            )
-            reader.problem(key.position, message, [valid])
+    def _template(self, source: YamlNode, what: str) -> model.Value | None:
+        """A text, with keys or without."""
+        if isinstance(source, YamlMapping):
+            self.error(source.position, f"{what} must be a text")
+            return None
+        if isinstance(source, YamlSequence):
+            self.error(source.position, f"{what} must be a text, not a list", ["a single text"])
+            return None
+        value = self.value(source, what)
+        return model.Literal(value.text, True, value.position) if isinstance(value, model.Literal) else value
+
+    def _optional_name(self, mapping: YamlMapping, modifier: str) -> model.Literal | None:
+        source = mapping.get(modifier)
+        return self.identifier(source, modifier) if source is not None else None
+
+    def _not_one_kind(self, source: YamlMapping, keys: list[YamlScalar]) -> None:
+        if not keys:
+            modifiers = [key.text for key, _ in source.entries]
+            self.error(source.position, *suggestions.for_no_kind(modifiers))
+            return
+        fallen_apart = list(unquoted_commas(source))
+        for text in fallen_apart:
+            self.unquoted_comma(text)
+        if fallen_apart:
+            return
+        for key in keys:
+            close = difflib.get_close_matches(key.text, _ALL_MODIFIERS, n=1, cutoff=0.7)
+            if close and key.text not in vocabulary.NODE_KINDS:
+                self.error(key.position, f"unknown modifier {key.text!r}", close)
+                return
+        names = " and ".join(repr(key.text) for key in keys)
+        value = source.get(keys[1].text)
+        valid = suggestions.for_two_kinds(keys[0], keys[1], value) if value is not None else ()
+        self.error(keys[1].position, f"a node has exactly one kind, not {names}", valid)
+
+    def _check_modifiers(self, kind: str, mapping: YamlMapping) -> None:
+        own = kind if kind in vocabulary.NODE_KINDS else "a skill"
+        for key, _ in mapping.entries:
+            kinds = vocabulary.MODIFIERS.get(key.text)
+            if kinds is not None and own not in kinds:
+                message = f"{key.text!r} does not belong to {kind!r} but to {' and '.join(kinds)}"
+                usable = [name for name, owners in vocabulary.MODIFIERS.items() if own in owners]
+                self.error(key.position, message, (*usable, *vocabulary.ANYWHERE))
+
+    def _is_misplaced(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> bool:
+        """Whether modifiers stand inside the value of a kind key, indented one step too far."""
+        if not isinstance(value, YamlMapping):
+            return False
+        if key.text in vocabulary.MODIFIERS["do"]:
+            kind, example = key.text, f"{key.text}: {_EXAMPLES.get(key.text, '30 s')}"
+            message = f"a single value is needed behind {kind}; `do` has the same indentation as {kind}"
+            self.error(key.position, message, [example])
+            return True
+        if key.text == "if" and value.get("then") is not None and mapping.get("then") is None:
+            valid = ["then: indented like if", "if: $distance < 1 m"]
+            self.error(value.position, "what is to be done stands in the condition of the if", valid)
+            return True
+        return False
+
+    # ---- composites -----------------------------------------------------------------------------------
+
+    def _children(self, key: YamlScalar, value: YamlNode) -> tuple[model.Node, ...]:
+        if not isinstance(value, YamlSequence) or not value.items:
+            valid = suggestions.for_children(key, value)
+            self.error(value.position, f"{key.text} needs a list of nodes", valid)
+            return ()
+        return tuple(node for item in value.items if (node := self.node(item)) is not None)
+
+    def _child(self, key: YamlScalar, mapping: YamlMapping, modifier: str = "do") -> model.Node | None:
+        source = mapping.get(modifier)
+        if source is None:
+            message = f"{key.text} needs a node under `{modifier}`"
+            self.error(key.position, message, [f"{modifier}: {{a node}}"])
+            return None
+        return self.node(source)
+
+    def _optional_child(self, mapping: YamlMapping, modifier: str) -> model.Node | None:
+        source = mapping.get(modifier)
+        return self.node(source) if source is not None else None
+
+    def _memory(self, mapping: YamlMapping) -> bool:
+        source = mapping.get("memory")
+        return source is None or self.choice(source, "memory", ("true", "false"), "true") == "true"
+
+    def _parallel(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
+        children = self._children(key, value)
+        source = mapping.get("policy")
+        policy = self._policy(source, children) if source is not None else model.ParallelPolicy()
+        return model.Parallel(children=children, policy=policy, **self._fields(key, mapping))
+
+    def _policy(self, source: YamlNode, children: tuple[model.Node, ...]) -> model.ParallelPolicy:
+        if isinstance(source, YamlMapping):
+            return self._counting_policy(source)
+        if isinstance(source, YamlScalar):
+            if source.text in vocabulary.POLICIES:
+                return model.ParallelPolicy(model.PolicyKind(source.text), position=source.position)
+            valid = (*vocabulary.POLICIES, "[the name of a branch]", "{succeed: 2, fail: 1}")
+            self.error(source.position, f"policy cannot be {source.text!r}", valid)
+            return model.ParallelPolicy(position=source.position)
+        if not source.items:
+            self.error(source.position, "no branch is named", [f"[{child.title}]" for child in children])
+        names = tuple(
+            model.Literal(name, True, item.position)
+            for item in source.items
+            if (name := self.text(item, "the name of a branch")) is not None
+        )
+        return model.ParallelPolicy(model.PolicyKind.SELECTED, names=names, position=source.position)
+
+    def _counting_policy(self, source: YamlMapping) -> model.ParallelPolicy:
+        for key, _ in source.entries:
+            if key.text not in vocabulary.POLICY_KEYS:
+                self.unknown(
+                    key.position, f"unknown key of a policy {key.text!r}", key.text, vocabulary.POLICY_KEYS
+                )
+        if not any(difflib.get_close_matches(key.text, ["succeed"]) for key, _ in source.entries):
+            self.error(source.position, "the policy lacks succeed", ["{succeed: 2, fail: 1}"])
+        succeed, fail = (self._count(source.get(name), name) for name in vocabulary.POLICY_KEYS)
+        return model.ParallelPolicy(
+            model.PolicyKind.COUNTED, succeed=succeed or 1, fail=fail, position=source.position
+        )
+
+    def _count(self, source: YamlNode | None, name: str) -> int | None:
+        if source is None:
+            return None
+        try:
+            number = read_value(source.text, Kind.INTEGER) if isinstance(source, YamlScalar) else 0
+        except ConfigError:
+            number = 0
+        if number < 1:
+            self.error(source.position, f"{name} must be a number of branches", [f"{name}: 1"])
+            return None
+        return int(number)
+
+    def _if(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        condition: model.Expression | model.Node | None
+        if isinstance(value, YamlMapping):
+            condition = self.node(value)
         else:
-            reader.unknown(key.position, f"key of {name!r}", key.text, keys)
-    kind = _kind(reader, name, fields)
-    description = fields.get("description")
-    text = reader.text(description, "description") if description is not None else None
-    minimum, maximum = (_limit(reader, fields, key, kind) for key in ("min", "max"))
-    port = Port(kind, text or "", REQUIRED, minimum, maximum)
-    if minimum is not None and maximum is not None and minimum > maximum:
-        reader.problem(fields.position, f"the minimum of {name!r} is above its maximum")
-    default = fields.get("default")
-    if default is None or "default" not in keys:
-        return port
-    value = _literal(reader, default, kind, f"the default of {name!r}")
-    problem = out_of_range(value, port) if value is not None else None
-    if problem:
-        reader.problem(default.position, f"the default of {name!r}: {problem}", range_of(port))
-    return Port(kind, text or "", value, minimum, maximum)
+            condition = self.expression(value, "if")
+        then, otherwise = self._child(key, mapping, "then"), self._optional_child(mapping, "else")
+        fields, memory = self._fields(key, mapping), self._memory(mapping)
+        if condition is None or then is None:
+            return None
+        return model.If(condition=condition, then=then, otherwise=otherwise, memory=memory, **fields)
+
+    def _switch(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        switched_on = self.value(value, "switch")
+        source = mapping.get("cases")
+        entries = source.entries if isinstance(source, YamlMapping) else ()
+        if not entries:
+            position = source.position if source is not None else key.position
+            self.error(position, "switch needs cases", ["cases: {value: node, value: node}"])
+        cases = tuple(
+            (model.Literal(name.text, name.quoted, name.position), node)
+            for name, item in entries
+            if (node := self.node(item)) is not None
+        )
+        default, fields = self._optional_child(mapping, "default"), self._fields(key, mapping)
+        if switched_on is None:
+            return None
+        return model.Switch(value=switched_on, cases=cases, default=default, **fields)
+
+    # ---- decorators -----------------------------------------------------------------------------------
+
+    def _decorator(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        """A node with the node below it under ``do``."""
+        fields, child = self._fields(key, mapping), self._child(key, mapping)
+        if key.text == "force":
+            success = self.choice(value, "force", vocabulary.FORCED, "success") == "success"
+            return model.Force(child=child, success=success, **fields) if child is not None else None
+        argument = self.value(value, key.text)
+        on, attempt_key = mapping.get("on"), self._optional_name(mapping, "attempt")
+        codes = self.identifiers(on, "a code in on") if on is not None else ()
+        if child is None or argument is None:
+            return None
+        match key.text:
+            case "retry":
+                return model.Retry(
+                    child=child, attempts=argument, on=codes, attempt_key=attempt_key, **fields
+                )
+            case "repeat":
+                return model.Repeat(child=child, rounds=argument, **fields)
+            case "timeout":
+                return model.Timeout(child=child, duration=argument, **fields)
+            case "delay":
+                return model.Delay(child=child, duration=argument, **fields)
+        return model.Cooldown(child=child, duration=argument, **fields)
+
+    # ---- leaves ---------------------------------------------------------------------------------------
+
+    def _set(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
+        fields, empty = self._fields(key, mapping), isinstance(value, YamlScalar) and value.empty
+        if isinstance(value, YamlScalar) and not empty and (match := _ASSIGNMENT.fullmatch(value.text)):
+            valid = [f"set: {{{match['key']}: {match['value']}}}"]
+            self.error(value.position, "set must be a mapping (key: value)", valid)
+            return model.Set(values=(), **fields)
+        values = self.values(value, "set")
+        if empty or (isinstance(value, YamlMapping) and not value.entries):
+            self.error(value.position, "set needs keys and values", ["set: {key: value}"])
+        return model.Set(values=values, **fields)
+
+    def _call_mission(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node | None:
+        fields = self._fields(key, mapping)
+        if isinstance(value, YamlMapping):
+            valid = ["run: goto_room", "with: {room: kitchen} indented like run"]
+            self.error(value.position, "run needs the name of a mission, not a mapping", valid)
+            return None
+        mission = self.identifier(value, "run", suggestions.for_call(value))
+        given = mapping.get("with")
+        inputs, outputs = self.values(given, "with"), self.keys(mapping.get("out"))
+        if mission is None:
+            return None
+        unread = _unread(given, inputs)
+        return model.CallMission(mission=mission, inputs=inputs, outputs=outputs, unread=unread, **fields)
+
+    def _run_skill(self, key: YamlScalar, value: YamlNode, mapping: YamlMapping) -> model.Node:
+        """Every kind key that is not a kind of node is the name of a skill."""
+        given = isinstance(value, YamlMapping)
+        value = self._without_modifiers(key, value)
+        inputs = self.values(value, key.text) if given else ()
+        return model.RunSkill(
+            skill=key.text,
+            inputs=inputs,
+            outputs=self.keys(mapping.get("out")),
+            mapping_given=given or (isinstance(value, YamlScalar) and value.empty),
+            unread=_unread(value, inputs),
+            written=value.text if isinstance(value, YamlScalar) else "",
+            every=self._every(mapping.get("every")),
+            **self._fields(key, mapping),
+        )
+
+    def _every(self, source: YamlNode | None) -> float | None:
+        """``every`` in seconds."""
+        seconds = self.duration(source, "every") if source is not None else None
+        if source is None or seconds is None:
+            return None
+        if seconds < SHORTEST_S:
+            self.error(source.position, "every: at least 10 ms are needed", ["1 s", "100 ms"])
+            return None
+        return seconds
+
+    def _without_modifiers(self, key: YamlScalar, value: YamlNode) -> YamlNode:
+        """Leave out modifiers that were indented as if they were inputs, and say so."""
+        if not isinstance(value, YamlMapping):
+            return value
+        for name, _ in value.entries:
+            if name.text in vocabulary.NEVER_INPUTS:
+                message = f"{name.text!r} stands among the inputs of {key.text}"
+                self.error(name.position, message, [f"{name.text} indented like {key.text}"])
+        entries = tuple(
+            (name, item) for name, item in value.entries if name.text not in vocabulary.NEVER_INPUTS
+        )
+        return YamlMapping(entries, value.position)
 
 
-def _kind(reader: Reader, name: str, fields: Table) -> Kind:
-    source = fields.get("type")
-    known = [kind.value for kind in Kind]
-    if source is None:
-        if not any(get_close_matches(key.text, ["type"]) for key, _ in fields.entries):
-            reader.problem(fields.position, f"{name!r} needs a type", known)
-        return Kind.TEXT
-    written = source.text if isinstance(source, Text) else "this"
-    if written in known:
-        return Kind(written)
-    if reader.full:
-        return Kind.TEXT
-    other = _OTHER_KINDS.get(written)
-    valid = [other] if other is not None else closest_first(written, known)
-    reader.problem(source.position, f"the type of {name!r} cannot be {written!r}", valid)
-    return Kind(valid[0])
+def _is_misspelt(mapping: YamlMapping, name: str) -> bool:
+    """Whether one of the unknown keys, which are findings already, probably means this key."""
+    unknown = [
+        key.text for key, _ in mapping.entries[:MAX_FINDINGS] if key.text not in vocabulary.MISSION_KEYS
+    ]
+    return any(suggestions.for_section(key, vocabulary.MISSION_KEYS)[0].startswith(name) for key in unknown)
 
 
-def _is_kind(text: str) -> bool:
-    return text in _OTHER_KINDS or text in {kind.value for kind in Kind}
-
-
-def _limit(reader: Reader, fields: Table, key: str, kind: Kind) -> Any:
-    source = fields.get(key)
-    if source is None:
-        return None
-    if kind not in NUMERIC_KINDS:
-        reader.problem(source.position, f"{with_article(kind)} has no {key}")
-        return None
-    return _literal(reader, source, kind, key)
-
-
-def _literal(reader: Reader, source: Source, kind: Kind, what: str) -> Any:
-    if kind is Kind.POSE and isinstance(source, Table):
-        return _pose(reader, source, what)
-    if not isinstance(source, Text) or (source.empty and kind is not Kind.TEXT):
-        reader.problem(source.position, f"{what} must be a single {kind.value}", [example_of(kind)])
-        return None
-    try:
-        return read_value(source.text, kind)
-    except ConfigError as error:
-        reader.problem(source.position, f"{what}: {error.problem}", error.valid)
-        return None
-
-
-def _pose(reader: Reader, source: Table, what: str) -> Pose2 | None:
-    value = reader.value(source, what)
-    if value is None:
-        return None
-    try:
-        pose = tree_value(value, Kind.POSE)
-    except ConfigError as error:
-        reader.problem(source.position, f"{what}: {error.problem}", error.valid)
-        return None
-    if isinstance(pose, Pose2):
-        return pose
-    reader.problem(source.position, f"{what} cannot refer to keys", [example_of(Kind.POSE)])
-    return None
+def _unread(
+    source: YamlNode | None, inputs: tuple[tuple[model.Literal, model.Value], ...]
+) -> tuple[str, ...]:
+    """The names in a mapping whose values could not be read."""
+    read = {name.text for name, _ in inputs}
+    entries = source.entries if isinstance(source, YamlMapping) else ()
+    return tuple(name.text for name, _ in entries if name.text not in read)

@@ -59,7 +59,7 @@ def read_value(text: str, kind: Kind) -> Any:
         The value in SI units.
 
     Raises:
-        ConfigError: The text is no value of that kind; the error says what would have worked.
+        ConfigError: The text is not a value of that kind; the error says what would have worked.
     """
     text = text.strip() if kind is not Kind.TEXT else text
     match kind:
@@ -128,8 +128,8 @@ def range_of(port: Port) -> tuple[str, ...]:
     return (f"{low} and more",) if low is not None else (f"{high} and less",) if high is not None else ()
 
 
-def _meant(text: str, kind: Kind) -> str:
-    """How somebody who wrote ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s`` or ``00:05:00`` means."""
+def _suggestion(text: str, kind: Kind) -> str:
+    """The value probably meant by ``1,5 s``, ``\N{MINUS SIGN}45 deg``, ``1 min 30 s``, ``00:05:00``."""
     units = UNITS.get(kind, {})
     plain = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     match = _QUANTITY.fullmatch(plain)
@@ -148,9 +148,9 @@ def _meant(text: str, kind: Kind) -> str:
 
 def _read_boolean(text: str) -> bool:
     if text not in ("true", "false"):
-        meant = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(text.lower())
+        word = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(text.lower())
         raise ConfigError(
-            f"true or false is needed, not {text!r}", valid=[meant] if meant else ["true", "false"]
+            f"true or false is needed, not {text!r}", valid=[word] if word else ["true", "false"]
         )
     return text == "true"
 
@@ -168,7 +168,7 @@ def _read_quantity(text: str, kind: Kind) -> float:
     units = UNITS.get(kind, {})
     what = with_article(kind)
     if match is None or re.search(r"[:\d]", match[2]):
-        raise ConfigError(f"{what} is needed, not {text!r}", valid=[_meant(text, kind)])
+        raise ConfigError(f"{what} is needed, not {text!r}", valid=[_suggestion(text, kind)])
     number, unit = float(match[1]), match[2]
     if not math.isfinite(number * units.get(unit, 1.0)):
         raise ConfigError(f"{text!r} is too large", valid=[_EXAMPLES[kind]])
@@ -182,4 +182,4 @@ def _read_quantity(text: str, kind: Kind) -> float:
         raise ConfigError(f"a plain number is needed, not {text!r}", valid=[match[1]])
     close = closest_first(unit, units)
     names = dict.fromkeys((*close, *units) if len(close) < len(units) else units)
-    raise ConfigError(f"{unit!r} is no unit of {what}", valid=[f"{match[1]} {name}" for name in names])
+    raise ConfigError(f"{unit!r} is not a unit of {what}", valid=[f"{match[1]} {name}" for name in names])

@@ -51,12 +51,12 @@ class ThirdParty:
             places = list(spec.submodule_search_locations or ()) if spec is not None else []
             folder = next((Path(place) for place in places if Path(place).is_dir()), None)
             if folder is None:
-                self._refuse(point, "is no package folder")
+                self._refuse(point, "is not a package folder")
             else:
                 yield _owner(point), folder
 
     def refuse(self, owner: str, problem: str, *valid: str) -> None:
-        """Note that something of a package does not count."""
+        """Report that something of a package does not count."""
         self.findings.append(Finding(owner, 1, 1, WARNING, problem, tuple(valid)))
 
     def _refuse(self, point: importlib.metadata.EntryPoint, problem: str) -> None:

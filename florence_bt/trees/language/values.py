@@ -17,18 +17,11 @@ from florence_bt.behaviours.keys import (
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.trees.language.expressions.building import build_formula
+from florence_bt.trees.language import quantities
 from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.parser import parse_expression
 from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value, show
-from florence_bt.trees.language.quantities import (
-    example_of,
-    guess_value,
-    out_of_range,
-    range_of,
-    read_value,
-    with_article,
-)
 
 Kinds = Mapping[str, Kind | None]
 """The kinds of keys, as far as they are known."""
@@ -55,7 +48,7 @@ def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> A
             return literal_value(value, kind)
         case Template(parts=parts):
             if kind is not None and kind is not Kind.TEXT:
-                problem = f"{with_article(kind)} cannot be a text with keys in it"
+                problem = f"{quantities.with_article(kind)} cannot be a text with keys in it"
                 raise ConfigError(problem, valid=(*as_expression(value), *_written(kind)))
             return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
         case PoseParts():
@@ -66,7 +59,7 @@ def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> A
 
 def _pose(value: PoseParts, kind: Kind | None, kinds: Kinds | None) -> Any:
     if kind is not None and kind is not Kind.POSE:
-        raise ConfigError(f"{with_article(kind)} is needed, not a pose", valid=_written(kind))
+        raise ConfigError(f"{quantities.with_article(kind)} is needed, not a pose", valid=_written(kind))
     parts = ((value.x, Kind.LENGTH), (value.y, Kind.LENGTH), (value.yaw, Kind.ANGLE))
     numbers = [tree_value(part, wanted, kinds) for part, wanted in parts]
     if all(isinstance(number, (int, float)) for number in numbers):
@@ -79,7 +72,7 @@ def _formula(value: Expression, kind: Kind | None, kinds: Kinds | None) -> Any:
     for problem in check_kinds(value, kinds or {}, kind).problems:
         place = problem.position
         raise ConfigError(problem.message, line=place.line, column=place.column, valid=problem.valid)
-    formula = build_formula(value, kinds)
+    formula = compile_expression(value, kinds)
     if formula.keys:
         return formula
     try:
@@ -96,17 +89,17 @@ def port_value(value: Value, port: Port, kinds: Kinds | None = None) -> Any:
     """
     result = tree_value(value, port.kind, kinds)
     if isinstance(result, (int, float)) and not isinstance(result, bool):
-        problem = out_of_range(result, port)
+        problem = quantities.out_of_range(result, port)
         if problem:
-            raise ConfigError(problem, valid=range_of(port))
+            raise ConfigError(problem, valid=quantities.range_of(port))
     return result
 
 
 def literal_value(literal: Literal, kind: Kind | None) -> Any:
     """Read a literal; a quoted one where no kind is asked for is a text."""
     if kind is None:
-        return literal.text if literal.quoted else guess_value(literal.text)[1]
-    return read_value(literal.text, kind)
+        return literal.text if literal.quoted else quantities.guess_value(literal.text)[1]
+    return quantities.read_value(literal.text, kind)
 
 
 def template_of(value: Value) -> TextTemplate:
@@ -128,4 +121,31 @@ def as_expression(value: Template) -> tuple[str, ...]:
 
 
 def _written(kind: Kind) -> tuple[str, ...]:
-    return (example_of(kind), "$key")
+    return (quantities.example_of(kind), "$key")
+
+
+def kind_of(value: Value, kinds: Mapping[str, Kind]) -> Kind | None:
+    """The kind of a value where nothing says what it must be; None when it is not known.
+
+    Args:
+        value: The value.
+        kinds: The kinds of inputs and keys that are known.
+    """
+    match value:
+        case Literal(text=text, quoted=quoted):
+            return Kind.TEXT if quoted else quantities.guess_value(text)[0]
+        case Reference(key=key):
+            return kinds.get(key)
+        case Template():
+            return Kind.TEXT
+        case PoseParts():
+            return Kind.POSE
+        case Expression():
+            return check_kinds(value, kinds).kind
+
+
+def fits(given: Kind | None, wanted: Kind | None) -> bool:
+    """Whether a key of one kind can be given where another is wanted; what is not known fits."""
+    return (
+        given is None or wanted is None or given is wanted or (given, wanted) == (Kind.INTEGER, Kind.NUMBER)
+    )

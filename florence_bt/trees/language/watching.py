@@ -29,15 +29,15 @@ def passes_on(node: Node) -> bool:
     return not isinstance(node, model.Retry | model.Repeat | model.Once | model.Cooldown | model.Delay)
 
 
-def is_condition(node: model.Use, declaration: SkillDeclaration) -> bool:
+def is_condition(node: model.RunSkill, declaration: SkillDeclaration) -> bool:
     """Whether a skill is asked again where it is watched: it answers at once, or `every` says so."""
     return declaration.instant or node.every is not None
 
 
 def unwatched(
     node: Node, *, watched: bool = False, below: Node | None = None
-) -> Iterator[tuple[model.Use, Node | None]]:
-    """Every skill of a tree that nobody asks again.
+) -> Iterator[tuple[model.RunSkill, Node | None]]:
+    """Every skill of a tree that is not asked again.
 
     Args:
         node: The root.
@@ -47,13 +47,13 @@ def unwatched(
     Yields:
         The skill; and the node that keeps one further up from watching it, or None.
     """
-    if isinstance(node, model.Use) and not watched:
+    if isinstance(node, model.RunSkill) and not watched:
         yield node, below
-    guards = {id(guard) for guard in guards_of(node)}
+    guards = set(guards_of(node))
     if watched and not passes_on(node):
         watched, below = False, node
     for part in node.parts:
-        if id(part) in guards:
+        if part in guards:
             yield from unwatched(part, watched=True)
         else:
             yield from unwatched(part, watched=watched, below=below)

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from florence_bt.app.bringup.device_report import DEVICE_NODES, DeviceReport, tell_missing
+from florence_bt.app.bringup.device_report import DEVICE_NODES, DeviceReport, report_missing
 
 
 class Topic:
@@ -43,7 +43,7 @@ def test_what_is_missing_is_told_with_the_drivers_advice():
     topic, lines = Topic(), []
     report = DeviceReport(topic)
     topic.say(said(broken={"turtlebot_node": "cannot open /dev/ttyUSB0: plug it in"}))
-    tell_missing(report, lines.append)
+    report_missing(report, lines.append)
     assert lines[0] == "device missing: turtlebot_node: connection: cannot open /dev/ttyUSB0: plug it in"
     assert len(lines) == 2 and "florence doctor" in lines[1]
 
@@ -53,5 +53,5 @@ def test_nothing_is_told_when_all_is_well_in_the_end():
     report = DeviceReport(topic)
     topic.say(said(broken={"kinect_node": "no depth pictures arrive"}))
     topic.say(said(broken={}))
-    tell_missing(report, lines.append)
+    report_missing(report, lines.append)
     assert lines == [] == report.missing()

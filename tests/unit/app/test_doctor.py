@@ -13,7 +13,7 @@ from rich.console import Console
 
 from florence_bt.app.bringup.topology import NODES
 from florence_bt.app.doctor import examination
-from florence_bt.app.doctor.finding import Finding, Level, good, note, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, Severity, good, note, problem, warning
 from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings, is_partial
 from florence_bt.app.doctor.libraries import LIBRARIES, check_libraries
 from florence_bt.app.doctor.machine import NOT_SYNCHRONISED, check_machine
@@ -24,7 +24,7 @@ from florence_bt.app.doctor.usb import check_usb
 TODAY = datetime(2026, 5, 4, 12, 0, tzinfo=UTC)
 
 
-def by_item(findings) -> dict[str, Finding]:
+def by_item(findings) -> dict[str, HealthFinding]:
     return {finding.item: finding for finding in findings}
 
 
@@ -34,7 +34,7 @@ def newest(name: str) -> str:
 
 def test_libraries_that_are_all_there():
     findings = by_item(check_libraries(newest, lambda name: "libfreenect.so.0.5"))
-    assert all(f.level is Level.OK for name, f in findings.items() if name != "Python")
+    assert all(f.level is Severity.OK for name, f in findings.items() if name != "Python")
     assert set(findings) == {"Python", "libfreenect", *(library.name for library in LIBRARIES)}
 
 
@@ -45,16 +45,17 @@ def test_missing_and_old_libraries():
         return "1.25.9" if name == "numpy" else newest(name)
 
     findings = by_item(check_libraries(version, lambda name: None))
-    assert findings["PyYAML"].level is Level.PROBLEM
+    assert findings["PyYAML"].level is Severity.PROBLEM
     assert (
-        findings["numba"].level is Level.WARNING and "pip install 'numba>=0.60'" in findings["numba"].advice
+        findings["numba"].level is Severity.WARNING
+        and "pip install 'numba>=0.60'" in findings["numba"].advice
     )
     assert "1.25.9 is too old" in findings["numpy"].found
     assert "apt install libfreenect0.5" in findings["libfreenect"].advice
 
 
 @pytest.mark.parametrize(
-    ("free", "level"), [(5 << 30, Level.OK), (500 << 20, Level.WARNING), (1 << 20, Level.PROBLEM)]
+    ("free", "level"), [(5 << 30, Severity.OK), (500 << 20, Severity.WARNING), (1 << 20, Severity.PROBLEM)]
 )
 def test_room_on_the_disk(tmp_path, free, level):
     findings = by_item(check_machine(tmp_path / "not" / "yet", lambda path: free, lambda: TODAY, lambda: 0))
@@ -64,10 +65,10 @@ def test_room_on_the_disk(tmp_path, free, level):
 @pytest.mark.parametrize(
     ("now", "state", "level"),
     [
-        (TODAY, 0, Level.OK),
-        (TODAY, None, Level.OK),
-        (TODAY, NOT_SYNCHRONISED, Level.NOTE),
-        (datetime(1970, 1, 1, tzinfo=UTC), NOT_SYNCHRONISED, Level.PROBLEM),
+        (TODAY, 0, Severity.OK),
+        (TODAY, None, Severity.OK),
+        (TODAY, NOT_SYNCHRONISED, Severity.NOTE),
+        (datetime(1970, 1, 1, tzinfo=UTC), NOT_SYNCHRONISED, Severity.PROBLEM),
     ],
 )
 def test_clock(tmp_path, now, state, level):
@@ -77,7 +78,7 @@ def test_clock(tmp_path, now, state, level):
 
 def test_the_real_machine_can_be_asked(tmp_path):
     findings = by_item(check_machine(tmp_path))
-    assert findings["disk"].level is not Level.PROBLEM
+    assert findings["disk"].level is not Severity.PROBLEM
     assert "clock" in findings and "compiled code" in findings
 
 
@@ -101,24 +102,24 @@ def process_with(proc, pid, name, *files):
 def test_a_port_that_is_fine(tmp_path, terminal):
     (tmp_path / "base").symlink_to(terminal)
     findings = list(check_ports({"turtlebot_node": str(tmp_path / "base")}, processes=tmp_path))
-    assert [f.level for f in findings] == [Level.OK] and terminal in findings[0].found
+    assert [f.level for f in findings] == [Severity.OK] and terminal in findings[0].found
 
 
 def test_a_port_that_is_not_there_names_those_that_are(tmp_path):
     (tmp_path / "usb-FTDI").touch()
     (finding,) = check_ports({"turtlebot_node": "/dev/not_there"}, by_id=tmp_path)
-    assert finding.level is Level.PROBLEM and "usb-FTDI" in finding.advice
+    assert finding.level is Severity.PROBLEM and "usb-FTDI" in finding.advice
 
 
 def test_a_port_that_is_a_file(tmp_path):
     (tmp_path / "base").touch()
     (finding,) = check_ports({"turtlebot_node": str(tmp_path / "base")})
-    assert finding.level is Level.PROBLEM and "no serial device" in finding.found
+    assert finding.level is Severity.PROBLEM and "not a serial device" in finding.found
 
 
 def test_a_port_that_is_not_allowed(terminal):
     (finding,) = check_ports({"hokuyo_node": terminal}, allowed=lambda path: False)
-    assert finding.level is Level.PROBLEM
+    assert finding.level is Severity.PROBLEM
     assert "dialout" in finding.advice and "99-florence.rules" in finding.advice
 
 
@@ -128,7 +129,7 @@ def test_a_port_in_use(tmp_path, terminal):
     (tmp_path / "99" / "fd").mkdir(parents=True)  # has ended meanwhile: nothing to read
     assert list(users_of(terminal, tmp_path)) == ["florence (4711)"]
     (finding,) = check_ports({"hokuyo_node": terminal}, processes=tmp_path)
-    assert finding.level is Level.NOTE and "florence (4711)" in finding.found
+    assert finding.level is Severity.NOTE and "florence (4711)" in finding.found
 
 
 def plug(sysfs, name, vendor, product, bus, device):
@@ -144,16 +145,16 @@ def test_usb_devices(tmp_path):
     (tmp_path / "1-2:1.0").mkdir()
     asked = []
     findings = by_item(check_usb(tmp_path, tmp_path, lambda path: asked.append(path)))
-    assert findings["cable of the Create"].level is Level.OK
-    assert findings["Hokuyo laser"].level is Level.NOTE
-    assert findings["Kinect camera"].level is Level.PROBLEM
+    assert findings["cable of the Create"].level is Severity.OK
+    assert findings["Hokuyo laser"].level is Severity.NOTE
+    assert findings["Kinect camera"].level is Severity.PROBLEM
     assert asked == [tmp_path / "001" / "017"]
     assert "12 V" in findings["Kinect motor"].advice
 
 
 def test_a_machine_without_usb(tmp_path):
     (finding,) = check_usb(tmp_path / "none")
-    assert finding.level is Level.NOTE
+    assert finding.level is Severity.NOTE
 
 
 def everything() -> tuple[str, ...]:
@@ -162,12 +163,12 @@ def everything() -> tuple[str, ...]:
 
 def test_a_graph_where_all_is_well():
     findings = list(check_graph(GraphView(everything(), 1, 0.8, {"turtlebot_node: Battery": (0, "ok")})))
-    assert all(f.level is Level.OK for f in findings) and len(findings) == 3
+    assert all(f.level is Severity.OK for f in findings) and len(findings) == 3
 
 
 def test_no_system():
     (finding,) = check_graph(GraphView(("/somebody_else",)))
-    assert finding.level is Level.NOTE and "florence up" in finding.advice
+    assert finding.level is Severity.NOTE and "florence up" in finding.advice
 
 
 @pytest.mark.parametrize(
@@ -191,17 +192,17 @@ def test_what_is_wrong_in_a_graph():
     findings = by_item(check_graph(view))
     assert "navigate" in findings["system"].found
     assert "2 nodes" in findings["/hokuyo_node"].found
-    assert findings["/clock"].level is Level.PROBLEM
-    assert findings["base"].level is Level.PROBLEM and "10%" in findings["base"].found
-    assert findings["hokuyo_node: Connection"].level is Level.PROBLEM
+    assert findings["/clock"].level is Severity.PROBLEM
+    assert findings["base"].level is Severity.PROBLEM and "10%" in findings["base"].found
+    assert findings["hokuyo_node: Connection"].level is Severity.PROBLEM
 
 
 @pytest.mark.parametrize(
     ("environment", "levels"),
     [
-        ({}, [Level.OK, Level.OK]),
-        ({"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, [Level.OK, Level.NOTE]),
-        ({"ROS_DOMAIN_ID": "seven"}, [Level.PROBLEM, Level.OK]),
+        ({}, [Severity.OK, Severity.OK]),
+        ({"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, [Severity.OK, Severity.NOTE]),
+        ({"ROS_DOMAIN_ID": "seven"}, [Severity.PROBLEM, Severity.OK]),
     ],
 )
 def test_settings_of_ros(environment, levels):
@@ -225,7 +226,7 @@ def test_a_wrong_configuration_is_a_finding(monkeypatch, tmp_path):
     file = tmp_path / "robot.yaml"
     file.write_text("hokuyo_nod: {port: x}\n")
     findings = [f for f in examination.examine(file, tmp_path, hardware=False) if f.group == "configuration"]
-    assert findings[0].level is Level.PROBLEM and "hokuyo_node" in findings[0].found
+    assert findings[0].level is Severity.PROBLEM and "hokuyo_node" in findings[0].found
 
 
 def test_table_and_json():

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 from florence_bt.behaviours.why import Why
 from florence_bt.cli.application import app
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import Journal
-from florence_bt.runtime.run import MissionRun, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
 
 @pytest.fixture
@@ -24,11 +24,11 @@ def florence():
 
 def record(folder, number, mission="goto_user", status=RunStatus.SUCCEEDED, why=None, outputs=None):
     journal = Journal(folder, date=lambda: f"2024-05-0{number}T10:00:00.000Z")
-    run = MissionRun(f"T-{number:03d}-{mission}", Request(mission, {}, "Anna"), {})
+    run = MissionRun(f"T-{number:03d}-{mission}", MissionRequest(mission, {}, "Anna"), {})
     path = f"{mission}/navigate to"
 
     def happen(time, kind, **data):
-        journal.write(run, Event(time, run.run_id, kind, data, 1))
+        journal.write(run, RunEvent(time, run.run_id, kind, data, 1))
 
     run.status, run.started = RunStatus.RUNNING, 100.0
     happen(100.0, EventKind.STARTED)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -85,8 +86,12 @@ def test_a_full_disk_is_told_in_one_line(tmp_path, capsys):
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
-def test_nothing_was_drawn():
-    Drawer("raise SystemExit(1)").close()
+def test_nothing_was_drawn(tmp_path, capfd):
+    started = tmp_path / "started"
+    drawer = Drawer(f"open({str(started)!r}, 'w')")
+    drawer.close()
+    assert not started.exists() and capfd.readouterr() == ("", "")
+    assert all(thread.name != "pictures" for thread in threading.enumerate())
 
 
 def test_the_real_command_names_the_folder(tmp_path):

@@ -8,9 +8,8 @@ import pytest
 
 pytest.importorskip("rclpy")
 
-from florence_bt.app.runs import run_watch
-from florence_bt.app.runs.client import SystemNotThere
-from florence_bt.app.runs.run_watch import RunWatch
+from florence_bt.app.runs import client as run_watch
+from florence_bt.app.runs.client import RunWatch, SystemNotThere
 from florence_bt.core.errors import DeviceTimeout
 
 
@@ -76,7 +75,7 @@ def test_without_a_run_only_the_server_is_watched(client):
 def test_the_last_word_is_told_when_the_result_cannot_be_asked_for(client):
     client.state = SimpleNamespace(run_id="T-1", state="PREEMPTED", reason="it is shutting down")
     client.answers = [DeviceTimeout("late")]
-    with pytest.raises(SystemNotThere, match=r"went away.*its last word was: it is shutting down"):
+    with pytest.raises(SystemNotThere, match=r"went away.*its last reason was: it is shutting down"):
         RunWatch(client, "T-1").result()
 
 

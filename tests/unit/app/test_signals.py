@@ -10,7 +10,7 @@ from contextlib import nullcontext
 
 import pytest
 
-from florence_bt.app.bringup.signals import all_like_ctrl_c, deaf, held_back, once
+from florence_bt.app.bringup.signals import as_keyboard_interrupt, held_back, ignored, once
 
 
 @pytest.fixture(autouse=True)
@@ -25,7 +25,7 @@ def test_every_signal_that_asks_for_the_end_is_like_ctrl_c(number):
     # The tests themselves may run under nohup.
     before = signal.signal(number, signal.default_int_handler)
     try:
-        with pytest.raises(KeyboardInterrupt), all_like_ctrl_c():
+        with pytest.raises(KeyboardInterrupt), as_keyboard_interrupt():
             signal.raise_signal(number)
     finally:
         signal.signal(number, before)
@@ -46,7 +46,7 @@ def own_handlers():
 
 def test_the_impatient_interrupt_a_block_once(own_handlers):
     done = []
-    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c(), once():
+    with pytest.raises(KeyboardInterrupt), as_keyboard_interrupt(), once():
         try:
             signal.raise_signal(signal.SIGINT)
         finally:
@@ -57,7 +57,7 @@ def test_the_impatient_interrupt_a_block_once(own_handlers):
                 assert came()
             done.append("all of the end")
     assert done
-    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c():
+    with pytest.raises(KeyboardInterrupt), as_keyboard_interrupt():
         with once():
             done.append("nothing came")
         signal.raise_signal(signal.SIGINT)
@@ -66,7 +66,7 @@ def test_the_impatient_interrupt_a_block_once(own_handlers):
 @pytest.mark.parametrize("block", [nullcontext, once])
 def test_a_signal_is_not_lost_where_python_lets_no_exception_out(own_handlers, block):
     hook = sys.unraisablehook
-    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c(), block():
+    with pytest.raises(KeyboardInterrupt), as_keyboard_interrupt(), block():
         thing = Thing()
         watcher = weakref.ref(thing, lambda _: os.kill(os.getpid(), signal.SIGINT))
         del thing
@@ -80,7 +80,7 @@ def test_a_signal_is_not_lost_where_python_lets_no_exception_out(own_handlers, b
 def test_other_lost_exceptions_are_told_as_before(monkeypatch):
     told = []
     monkeypatch.setattr(sys, "unraisablehook", told.append)
-    with all_like_ctrl_c():
+    with as_keyboard_interrupt():
         thing = Thing()
         watcher = weakref.ref(thing, lambda _: 1 / 0)
         del thing
@@ -91,7 +91,7 @@ def test_other_lost_exceptions_are_told_as_before(monkeypatch):
 def test_what_nohup_ignores_stays_ignored():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with all_like_ctrl_c(), held_back() as came:
+        with as_keyboard_interrupt(), held_back() as came:
             signal.raise_signal(signal.SIGHUP)
             assert not came()
     finally:
@@ -100,7 +100,7 @@ def test_what_nohup_ignores_stays_ignored():
 
 def test_a_signal_that_was_held_back_comes_when_the_block_is_over():
     done = []
-    with pytest.raises(KeyboardInterrupt), all_like_ctrl_c(), held_back() as came:
+    with pytest.raises(KeyboardInterrupt), as_keyboard_interrupt(), held_back() as came:
         assert not came()
         signal.raise_signal(signal.SIGTERM)
         assert came()
@@ -124,8 +124,8 @@ def test_a_signal_goes_before_an_error_that_it_met():
         raise ValueError("on the way")
 
 
-def test_deaf_is_deaf():
-    with deaf():
+def test_deaf_is_ignored():
+    with ignored():
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.raise_signal(number)
 
@@ -134,7 +134,7 @@ def test_on_other_threads_nothing_happens():
     seen = []
 
     def work():
-        with all_like_ctrl_c(), held_back() as came, deaf():
+        with as_keyboard_interrupt(), held_back() as came, ignored():
             seen.append(came())
 
     thread = threading.Thread(target=work)

@@ -127,7 +127,7 @@ def test_what_has_to_be_done_after_a_death_is_done_at_once_and_once(tmp_path, su
 
     def after_death(name):
         dead.append(name)
-        return f"{name} is mourned"
+        return f"{name} is reaped"
 
     scripts = {"hardware": OBEDIENT, "bad": STUBBORN}
     supervisor = supervisor_of(scripts, after_death=after_death, stop_budget_s=0.3)
@@ -135,13 +135,13 @@ def test_what_has_to_be_done_after_a_death_is_done_at_once_and_once(tmp_path, su
     os.kill(supervisor.pids()["hardware"], signal.SIGKILL)
     for _ in range(2):
         message = str(death_in(supervisor))
-        assert "'hardware' was killed by SIGKILL; hardware is mourned" in message
+        assert "'hardware' was killed by SIGKILL; hardware is reaped" in message
     assert dead == ["hardware"]
     supervisor.stop()
     assert dead == ["hardware", "bad"]
 
 
-def test_a_child_that_died_unseen_before_the_end_is_mourned_too(tmp_path, supervisor_of):
+def test_a_child_that_died_unseen_before_the_end_is_reaped_too(tmp_path, supervisor_of):
     dead = []
     supervisor = supervisor_of({"hardware": OBEDIENT}, after_death=lambda name: dead.append(name) or "")
     wait_up(tmp_path, "hardware")

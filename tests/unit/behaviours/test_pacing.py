@@ -1,9 +1,10 @@
 import pytest
+from py_trees.behaviours import Success as Succeed
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from florence_bt.behaviours.keys import KeyReference
-from florence_bt.behaviours.leaves import Fail, Succeed
+from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import explain

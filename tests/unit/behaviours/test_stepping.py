@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from py_trees import behaviours
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from florence_bt.behaviours.stepping import Stepping, Steps
@@ -26,9 +23,6 @@ class Backwards(Stepping):
             if child.status is not Status.SUCCESS:
                 return child.status
         return Status.SUCCESS
-
-    def active(self) -> Iterable[Behaviour]:
-        return () if self.current_child is None else (self.current_child,)
 
 
 def tree() -> Backwards:
@@ -65,15 +59,3 @@ def test_stops_of_children_are_recorded():
         ("b", "INVALID"),
         ("backwards", "INVALID"),
     ]
-
-
-def test_an_incremental_ticker_passes_over_it_while_its_active_child_is_settled():
-    root = Backwards("backwards", [behaviours.Success("a"), behaviours.Running("b")])
-    visited: list[str] = []
-    ticker = Ticker(root, incremental=True, visit=lambda node: visited.append(node.name))
-    for _ in range(3):
-        assert ticker.tick() is Status.RUNNING
-    assert visited == ["b", "backwards"]
-    ticker.touch(root)
-    ticker.tick()
-    assert visited == ["b", "backwards", "backwards"]

@@ -1,13 +1,15 @@
+from py_trees.behaviours import Success as Succeed
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 from py_trees.decorators import Inverter
 
+from florence_bt.behaviours.annotations import annotations_of
 from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import ForceSuccess, Invert
 from florence_bt.behaviours.keys import KeyReference, KeyStore, TextTemplate
-from florence_bt.behaviours.leaves import Fail, Succeed
+from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Retry
-from florence_bt.behaviours.why import Because, Why, explain, give_reason
+from florence_bt.behaviours.why import Because, Why, explain
 from florence_bt.mission_testing.ticking import make_context, tick_until
 
 
@@ -83,17 +85,17 @@ def test_because_replaces_the_reason_and_keeps_the_rest(clock):
     keys = KeyStore({"n": 3})
     template = TextTemplate(("failed ", KeyReference("n"), " times"))
     root = run(clock, lambda c: Sequence("root", True, [Fail("a", c, "no", "code_a")]))
-    give_reason(root, Because(keys, always=template))
+    annotations_of(root).because = Because(keys, always=template)
     assert explain(root) == Why("root/a", "code_a", "failed 3 times")
-    give_reason(root, Because(keys, by_code={"other": template}))
+    annotations_of(root).because = Because(keys, by_code={"other": template})
     assert explain(root).reason == "no"
-    give_reason(root, Because(keys, by_code={"code_a": template}))
+    annotations_of(root).because = Because(keys, by_code={"code_a": template})
     assert explain(root).reason == "failed 3 times"
 
 
 def test_because_with_a_missing_key_keeps_the_reason(clock):
     root = run(clock, lambda c: Fail("a", c, "no"))
-    give_reason(root, Because(KeyStore(), always=TextTemplate((KeyReference("gone"),))))
+    annotations_of(root).because = Because(KeyStore(), always=TextTemplate((KeyReference("gone"),)))
     assert explain(root).reason == "no"
 
 

@@ -169,7 +169,7 @@ def test_version_3(exchange, told):
       <BehaviorTree ID="Move2"><Drive speed="slow"/></BehaviorTree>
     </root>"""
     library = exchange.library_of(xml)
-    calls = [n for n in library.get("main").nodes() if type(n).__name__ == "Call"]
+    calls = [n for n in library.get("main").nodes() if type(n).__name__ == "CallMission"]
     assert [call.mission.text for call in calls] == ["move", "move2"]
     assert [(o.text, k.text) for o, k in calls[0].outputs] == [("answer", "answer")]
     assert [(k.text, v.text) for k, v in calls[0].inputs] == [("speed", "fast")]

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from florence_bt.core._encodings import encoding_of, readable
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.plain_yaml import decode
+from florence_bt.core.text_files import decode, encoding_of, readable
 
 GERMAN = "mission: fahrt\ndescription: In die Küche fahren, „gleich“ 3 € zahlen.\n"
 FRENCH = "mission: visite\ndescription: à côté du café, là\n"

@@ -12,16 +12,12 @@ from florence_bt.core.errors import ChecksumError, ConfigError, FrameError
 from florence_bt.drivers.hokuyo.codec import (
     LONGEST_FRAME,
     Measurement,
-    Reply,
     ReplyParser,
+    ScipReply,
     check_sum,
-    debug_mode,
     decode_values,
-    motor_speed,
     parse_frame,
     request,
-    scan_command,
-    sensitivity,
     serial_speed,
     time_mode,
 )
@@ -42,19 +38,19 @@ def test_status_sums(status: str, letter: str) -> None:
 
 def test_requests() -> None:
     assert request("VV") == b"VV\n"
-    assert request(scan_command("MD", 44, 725, 1)) == b"MD0044072501000\n"
-    assert request(scan_command("GD", 44, 725, 1)) == b"GD0044072501\n"
-    assert scan_command("MD", 0, 768, 3, 2, 10) == "MD0000076803210"
+    assert request(Measurement("MD", 44, 725, 1).command) == b"MD0044072501000\n"
+    assert request(Measurement("GD", 44, 725, 1).command) == b"GD0044072501\n"
+    assert Measurement("MD", 0, 768, 3, 2, 10).command == "MD0000076803210"
 
 
 def test_time_vector() -> None:
     (reply,) = ReplyParser().feed(b"TM1\n00P\nm2@0?\n\n")
-    assert reply == Reply("TM1", "00", (b"m2@0",))
+    assert reply == ScipReply("TM1", "00", (b"m2@0",))
     assert decode_values(reply.lines[0], 4)[0] == 16_000_000
 
 
 def test_measurement_acceptance_vector() -> None:
-    assert ReplyParser().feed(b"MD0044072501000\n00P\n\n") == [Reply("MD0044072501000", "00")]
+    assert ReplyParser().feed(b"MD0044072501000\n00P\n\n") == [ScipReply("MD0044072501000", "00")]
 
 
 def test_information_sums_cover_the_text_before_the_semicolon() -> None:
@@ -107,15 +103,15 @@ def test_the_sum_of_a_remark_may_be_missing() -> None:
 
 def test_the_switch_to_scip_2_is_answered_in_scip_1() -> None:
     parser = ReplyParser()
-    assert parser.feed(b"SCIP2.0\n0\n\n") == [Reply("SCIP2.0", "00")]
-    assert parser.feed(b"SCIP2.0\n0Ee\n\n") == [Reply("SCIP2.0", "0E")]
+    assert parser.feed(b"SCIP2.0\n0\n\n") == [ScipReply("SCIP2.0", "00")]
+    assert parser.feed(b"SCIP2.0\n0Ee\n\n") == [ScipReply("SCIP2.0", "0E")]
     assert parser.corrupted == 0
     assert parser.feed(b"QT\n0\n\nSCIP2.0\nE\n\n") == []
     assert parser.corrupted == 2
 
 
 def test_the_user_string_is_no_part_of_the_echo() -> None:
-    assert ReplyParser().feed(b"BM;Robot 1\n02R\n\n") == [Reply("BM", "02")]
+    assert ReplyParser().feed(b"BM;Robot 1\n02R\n\n") == [ScipReply("BM", "02")]
 
 
 def test_frames_are_checked() -> None:
@@ -195,11 +191,8 @@ def test_statuses_in_words() -> None:
 def test_every_command_has_its_text() -> None:
     assert [time_mode(action) for action in (0, 1, 2)] == ["TM0", "TM1", "TM2"]
     assert serial_speed(19200) == "SS019200"
-    assert (motor_speed(5), motor_speed(99)) == ("CR05", "CR99")
-    assert (sensitivity(False), sensitivity(True)) == ("HS0", "HS1")
-    assert debug_mode(10) == "DB10"
-    assert scan_command("ME", 0, 1080, 0, 0, 1) == "ME0000108000001"
-    assert scan_command("GE", 0, 1080, 1) == "GE0000108001"
+    assert Measurement("ME", 0, 1080, 0, 0, 1).command == "ME0000108000001"
+    assert Measurement("GE", 0, 1080, 1).command == "GE0000108001"
     assert request("BM", "Robot 1") == b"BM;Robot 1\n"
 
 
@@ -208,8 +201,6 @@ def test_every_command_has_its_text() -> None:
     [
         lambda: time_mode(3),
         lambda: serial_speed(9600),
-        lambda: motor_speed(11),
-        lambda: debug_mode(100),
         lambda: request("BM", "seventeen letters"),
         lambda: request("BM", "a/b"),
         lambda: Measurement("XX", 0, 1),
@@ -254,9 +245,6 @@ def test_random_lines_pass_with_the_probability_of_a_six_bit_sum() -> None:
 
 def test_more_statuses_in_words() -> None:
     assert "bit rate" in describe_status("SS019200", "02")
-    assert "speed" in describe_status("CR05", "04")
-    assert "sensitivity" in describe_status("HS1", "02")
-    assert "malfunction" in describe_status("DB01", "05")
     assert "once more" in describe_status("RB", "01")
     assert "laser is off" in describe_status("GE0000108001", "10")
     for letters in ("MD", "GD", "BM", "TM", "SS", "CR", "HS", "DB", "VV", "%SL"):

@@ -3,10 +3,10 @@
 import pytest
 
 from florence_bt.core.errors import DeviceError
-from florence_bt.drivers.hokuyo.codec import Measurement, Reply
+from florence_bt.drivers.hokuyo.codec import Measurement, ScipReply
 from florence_bt.drivers.hokuyo.conversation import Answer, Ask, Listen
-from florence_bt.drivers.hokuyo.latency import measure_latency
 from florence_bt.drivers.hokuyo.scan_clock import TIMER_MS
+from florence_bt.drivers.hokuyo.stream import measure_latency
 
 
 def encode(value: int) -> bytes:
@@ -31,11 +31,11 @@ def converse(latency_s: float, fail_at: int | None = None) -> float:
                 now += latency_s
                 lines = (encode(timer(started)), b"00P"[:3])
                 status = "50" if scans == fail_at else "99"
-                step = script.send(Answer(Reply("MD0044004401000", status, lines), started, now))
+                step = script.send(Answer(ScipReply("MD0044004401000", status, lines), started, now))
                 continue
             assert isinstance(step, Ask)
             lines = (encode(timer(now)),) if step.command == "TM1" else ()
-            step = script.send(Answer(Reply(step.command, "00", lines), now - 0.002, now + 0.002))
+            step = script.send(Answer(ScipReply(step.command, "00", lines), now - 0.002, now + 0.002))
         except StopIteration as end:
             assert scans == 10
             return float(end.value)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from florence_bt.drivers.hokuyo.range_errors import (
+from florence_bt.drivers.hokuyo.geometry import (
     URG_ERRORS,
     UTM_ERRORS,
     range_errors,

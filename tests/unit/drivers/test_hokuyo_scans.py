@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import FrameError
 from florence_bt.drivers.hokuyo.codec import (
     Measurement,
-    Reply,
     ReplyParser,
+    ScipReply,
     decode_scan,
     decode_time,
     decode_values,
@@ -69,17 +69,17 @@ def test_a_clustered_polled_scan_of_two_characters() -> None:
 @pytest.mark.parametrize(
     "reply",
     [
-        Reply("BM", "00"),
-        Reply("MD0044004501000", "00"),
-        Reply("MD0044004501000", "99", (b"0000",)),
-        Reply("MD0044004501000", "99", (b"000", b"000000")),
-        Reply("MD0044004501000", "99", (b"0000", b"000")),
-        Reply("MD0044004501000", "99", (b"0000", b"000000000")),
-        Reply("MD0044004501000", "99", (b"0000", b"000", b"000")),
-        Reply("MD0044004501000", "99", (b"0000", b"00000p")),
+        ScipReply("BM", "00"),
+        ScipReply("MD0044004501000", "00"),
+        ScipReply("MD0044004501000", "99", (b"0000",)),
+        ScipReply("MD0044004501000", "99", (b"000", b"000000")),
+        ScipReply("MD0044004501000", "99", (b"0000", b"000")),
+        ScipReply("MD0044004501000", "99", (b"0000", b"000000000")),
+        ScipReply("MD0044004501000", "99", (b"0000", b"000", b"000")),
+        ScipReply("MD0044004501000", "99", (b"0000", b"00000p")),
     ],
 )
-def test_half_scans_are_refused(reply: Reply) -> None:
+def test_half_scans_are_refused(reply: ScipReply) -> None:
     with pytest.raises(FrameError):
         decode_scan(reply)
 
@@ -165,14 +165,14 @@ def test_a_value_may_lie_across_two_lines() -> None:
 
 
 def test_times() -> None:
-    assert decode_time(Reply("TM1", "00", (b"m2@0",))) == 16_000_000
-    for reply in (Reply("TM0", "00"), Reply("TM1", "04"), Reply("TM1", "00", (b"m2@",))):
+    assert decode_time(ScipReply("TM1", "00", (b"m2@0",))) == 16_000_000
+    for reply in (ScipReply("TM0", "00"), ScipReply("TM1", "04"), ScipReply("TM1", "00", (b"m2@",))):
         with pytest.raises(FrameError):
             decode_time(reply)
 
 
-def echo_reply(kind: str, last: int, data: bytes) -> Reply:
-    return Reply(f"{kind}0000{last:04d}01000", "99", (encode(5, 4), data))
+def echo_reply(kind: str, last: int, data: bytes) -> ScipReply:
+    return ScipReply(f"{kind}0000{last:04d}01000", "99", (encode(5, 4), data))
 
 
 def test_every_echo_of_a_beam() -> None:

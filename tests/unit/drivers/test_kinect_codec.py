@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from florence_bt.core.errors import FrameError
 from florence_bt.drivers.kinect.codec import (
     METRES_OF_RAW,
-    metres_from_millimetres,
     metres_from_raw,
     millimetres_from_metres,
     pack_11_bit,
@@ -14,6 +14,7 @@ from florence_bt.drivers.kinect.codec import (
     raw_from_metres,
     unpack_11_bit,
 )
+from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame
 
 RAW = st.lists(st.integers(0, 2047), max_size=40)
 
@@ -85,6 +86,11 @@ def test_quantisation_grows_with_the_square_of_the_distance(metres: float, step:
     raw = int(raw_from_metres(np.array([metres], np.float32))[0])
     assert METRES_OF_RAW[raw + 1] - METRES_OF_RAW[raw] == pytest.approx(step, rel=0.15)
     assert abs(METRES_OF_RAW[raw] - metres) <= 0.51 * step * 1.15
+
+
+def metres_from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
+    frame = DepthFrame(len(millimetres), 1, 0.0, millimetres, DepthEncoding.MILLIMETRES)
+    return frame.metres()[0]
 
 
 def test_millimetres() -> None:

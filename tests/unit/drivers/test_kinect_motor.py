@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
-from florence_bt.drivers.diagnosis import Level
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.kinect.motor.codec import (
+    MotorRequest,
     MotorState,
-    Request,
     TiltStatus,
     decode_state,
     led_request,
@@ -38,7 +38,7 @@ from florence_bt.simulation.emulators.kinect_motor import KinectMotorBackend
     ],
 )
 def test_tilt_on_the_wire(degrees: float, value: int) -> None:
-    assert tilt_request(degrees) == Request(0x31, value)
+    assert tilt_request(degrees) == MotorRequest(0x31, value)
 
 
 @pytest.mark.parametrize("degrees", [math.nan, math.inf, -math.inf])
@@ -48,7 +48,7 @@ def test_no_number_never_moves_the_head(degrees: float) -> None:
 
 
 def test_light_on_the_wire() -> None:
-    assert [led_request(option) for option in range(8)] == [Request(0x06, option) for option in range(8)]
+    assert [led_request(option) for option in range(8)] == [MotorRequest(0x06, option) for option in range(8)]
     for option in (-1, 8, 65535):
         with pytest.raises(ConfigError, match=r"0\.\.7"):
             led_request(option)
@@ -164,11 +164,11 @@ def test_warnings_about_angles() -> None:
 
 def test_diagnosis() -> None:
     rest = MotorState((0, 819, 0), 4, TiltStatus.STOPPED)
-    assert diagnose(rest, "", 0).level is Level.OK
+    assert diagnose(rest, "", 0).level is Severity.OK
     assert diagnose(rest, "", 0).values["Tilt"] == "2 degrees"
-    assert diagnose(None, "", 0).level is Level.WARN
-    assert diagnose(rest, "gone", 1).level is Level.ERROR
-    assert diagnose(MotorState((0, 0, 0), 62, TiltStatus.LIMIT), "", 0).level is Level.WARN
+    assert diagnose(None, "", 0).level is Severity.WARN
+    assert diagnose(rest, "gone", 1).level is Severity.ERROR
+    assert diagnose(MotorState((0, 0, 0), 62, TiltStatus.LIMIT), "", 0).level is Severity.WARN
     assert "9" in diagnose(MotorState((0, 0, 0), None, 9), "", 0).values["Status"]
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.kinect.camera import BASELINE_M, View, camera_model
-from florence_bt.drivers.kinect.codec import METRES_OF_RAW, METRES_TABLES, Formula, pack_11_bit
+from florence_bt.drivers.kinect.codec import METRES_OF_RAW, METRES_TABLES, DepthFormula, pack_11_bit
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters
 from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, VideoFrame
 
@@ -48,11 +48,11 @@ def test_millimetres() -> None:
 @pytest.mark.parametrize(
     ("formula", "metres"),
     [
-        (Formula.A, [0.557, 0.672, 0.847, 1.144, 1.764, 3.848, 9.408]),
-        (Formula.B, [0.584, 0.706, 0.888, 1.195, 1.818, 3.779, 8.183]),
+        (DepthFormula.A, [0.557, 0.672, 0.847, 1.144, 1.764, 3.848, 9.408]),
+        (DepthFormula.B, [0.584, 0.706, 0.888, 1.195, 1.818, 3.779, 8.183]),
     ],
 )
-def test_the_table_of_the_reference(formula: Formula, metres: list[float]) -> None:
+def test_the_table_of_the_reference(formula: DepthFormula, metres: list[float]) -> None:
     raw = np.array([[500, 600, 700, 800, 900, 1000, 1050]], np.uint16)
     driver = KinectDriver(KinectParameters(formula=formula))
     picture = driver.depth(DepthFrame(7, 1, 0.0, raw, DepthEncoding.RAW), 0.0)
@@ -61,9 +61,9 @@ def test_the_table_of_the_reference(formula: Formula, metres: list[float]) -> No
 
 
 def test_the_ends_of_the_formulas() -> None:
-    assert METRES_TABLES[Formula.A][1083] == pytest.approx(202, rel=0.01)
-    assert METRES_TABLES[Formula.B][1083] == pytest.approx(35.4, rel=0.01)
-    for table, last in ((METRES_TABLES[Formula.A], 1084), (METRES_TABLES[Formula.B], 1092)):
+    assert METRES_TABLES[DepthFormula.A][1083] == pytest.approx(202, rel=0.01)
+    assert METRES_TABLES[DepthFormula.B][1083] == pytest.approx(35.4, rel=0.01)
+    for table, last in ((METRES_TABLES[DepthFormula.A], 1084), (METRES_TABLES[DepthFormula.B], 1092)):
         assert np.isfinite(table[: last + 1]).all() and (np.diff(table[: last + 1]) > 0).all()
         assert np.isnan(table[last + 1 :]).all()
 

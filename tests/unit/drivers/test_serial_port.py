@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import DeviceError, DeviceLost, DeviceTimeout
-from florence_bt.drivers.device_reader import DeviceReader
+from florence_bt.drivers.connection import DeviceReader
 from florence_bt.drivers.serial_port import SerialPort, _explain_open
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
 
@@ -94,7 +94,7 @@ def test_only_one_client(device: PseudoTerminal, port: SerialPort) -> None:
 
 def test_the_advice_fits_the_error() -> None:
     # Root may open everything, so the error itself is made here.
-    with pytest.raises(DeviceLost, match="no serial port"):
+    with pytest.raises(DeviceLost, match="not a serial port"):
         SerialPort("/dev/null", 57600)
     assert "group dialout" in _explain_open("/dev/x", PermissionError(errno.EACCES, "no"))
     assert "correct the parameter 'port'" in _explain_open("/dev/x", OSError(errno.EIO, "broken"))

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.diagnosis import Level
-from florence_bt.drivers.turtlebot import codec
+from florence_bt.drivers.diagnosis import Severity
+from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, rate_from_adc
 from florence_bt.drivers.turtlebot.hazards import StopReason, contact, hold_forward, lost_mode
 from florence_bt.drivers.turtlebot.odometry import (
@@ -31,7 +31,6 @@ from florence_bt.drivers.turtlebot.wheels import (
     WheelParameters,
     WheelSpeeds,
     limit_yaw_rate,
-    twist_from_wheels,
     wheels_from_twist,
 )
 
@@ -44,10 +43,10 @@ PLAIN = WheelParameters()
 def test_vectors_of_the_reference() -> None:
     slow = wheels_from_twist(Twist2(0.2, 0.5), PLAIN)
     assert slow == WheelSpeeds(left_mmps=135, right_mmps=265)
-    assert codec.drive_direct(slow.right_mmps, slow.left_mmps) == bytes([145, 1, 9, 0, 135])
+    assert commands.drive_direct(slow.right_mmps, slow.left_mmps) == bytes([145, 1, 9, 0, 135])
     fast = wheels_from_twist(Twist2(0.5, 1.5), PLAIN)
     assert fast == WheelSpeeds(left_mmps=110, right_mmps=500)
-    assert codec.drive_direct(fast.right_mmps, fast.left_mmps) == bytes([145, 1, 244, 0, 110])
+    assert commands.drive_direct(fast.right_mmps, fast.left_mmps) == bytes([145, 1, 244, 0, 110])
 
 
 def test_too_fast_a_turn_does_not_flip_the_advance() -> None:
@@ -71,8 +70,8 @@ def test_wheels_stay_within_the_motors(linear: float, angular: float) -> None:
 
 @given(st.integers(-500, 500), st.integers(-500, 500))
 def test_there_and_back(left: int, right: int) -> None:
-    wheels = WheelSpeeds(left, right)
-    assert wheels_from_twist(twist_from_wheels(wheels, PLAIN), PLAIN) == wheels
+    twist = Twist2((left + right) / 2000.0, (right - left) / 1000.0 / PLAIN.wheel_separation)
+    assert wheels_from_twist(twist, PLAIN) == WheelSpeeds(left, right)
 
 
 def test_yaw_limits() -> None:
@@ -96,7 +95,7 @@ def test_bump_rule() -> None:
 
 def test_contacts() -> None:
     def seen(bumps: bool = True, cliffs: bool = True, **fields: int | bool) -> StopReason | None:
-        return contact(SensorState(**fields), heed_bumps=bumps, heed_cliffs=cliffs)  # type: ignore[arg-type]
+        return contact(SensorState(**fields), use_bumpers=bumps, use_cliffs=cliffs)  # type: ignore[arg-type]
 
     assert seen() is None
     assert seen(bumps_wheeldrops=1) is StopReason.BUMPER
@@ -120,8 +119,8 @@ def test_lost_mode() -> None:
 def test_drive_control_forgets_a_held_command_and_an_old_one() -> None:
     control = DriveControl(PLAIN, timeout_s=0.6)
     control.command(Twist2(0.1, 0.0), 0.0)
-    go = codec.drive_direct(100, 100)
-    stop = codec.drive_direct(0, 0)
+    go = commands.drive_direct(100, 100)
+    stop = commands.drive_direct(0, 0)
     assert control.take(0.0, None, enabled=True) == go
     assert control.take(0.01, None, enabled=True) == b""  # nothing new, not yet due
     assert control.take(0.04, None, enabled=True) == go  # repeated
@@ -145,7 +144,7 @@ def test_a_flood_of_commands_does_not_fill_the_line() -> None:
     assert sent[0] == 0.0
     assert 60 <= len(sent) <= 70
     control.command(Twist2(0.0, 0.0), 0.9995)
-    assert control.take(0.9995, None, enabled=True) == codec.drive_direct(0, 0)  # a stop does not wait
+    assert control.take(0.9995, None, enabled=True) == commands.drive_direct(0, 0)  # a stop does not wait
     assert data == b""
 
 
@@ -156,14 +155,14 @@ def test_the_newest_command_waits_for_its_turn() -> None:
     control.command(Twist2(0.2, 0.0), 0.005)
     assert control.take(0.005, None, enabled=True) == b""
     assert control.due == pytest.approx(0.015)
-    assert control.take(control.due, None, enabled=True) == codec.drive_direct(200, 200)
+    assert control.take(control.due, None, enabled=True) == commands.drive_direct(200, 200)
 
 
 def test_a_clock_that_is_set_back_stops_the_base() -> None:
     control = DriveControl(PLAIN, timeout_s=0.6)
     control.command(Twist2(0.1, 0.0), 1000.0)
     control.take(1000.0, None, enabled=True)
-    assert control.take(400.0, None, enabled=True) == codec.drive_direct(0, 0)
+    assert control.take(400.0, None, enabled=True) == commands.drive_direct(0, 0)
     assert control.due == pytest.approx(400.0, abs=0.04)
 
 
@@ -172,7 +171,7 @@ def test_a_command_that_is_no_number_stops(wrong: float) -> None:
     control = DriveControl(PLAIN, timeout_s=0.6)
     control.command(Twist2(0.1, 0.0), 0.0)
     control.command(Twist2(0.1, wrong), 0.1)
-    assert control.take(0.1, None, enabled=True) == codec.drive_direct(0, 0)
+    assert control.take(0.1, None, enabled=True) == commands.drive_direct(0, 0)
     assert control.refused == 1
 
 
@@ -201,14 +200,6 @@ def test_offset_needs_settled_rest() -> None:
         reading = gyro.update(stamp, 512, True)
     assert reading is not None
     assert reading.offset == 512.0  # only the newest three
-
-
-def test_integer_offset_as_in_the_old_node() -> None:
-    gyro = Gyro(GyroParameters(first_offset_after=2, settle_s=0.0, integer_offset=True))
-    gyro.update(0.0, 511, True)
-    reading = gyro.update(0.1, 512, True)
-    assert reading is not None
-    assert reading.offset == 511.0
 
 
 def test_a_dead_gyro_has_no_offset() -> None:
@@ -345,14 +336,14 @@ def test_reports_add_up() -> None:
     assert report.take(SensorState()).distance == 0.0
 
 
-def reading(stop_reason: StopReason | None = None, **fields: int) -> Reading:
-    return Reading(0.0, SensorState(**fields), Odometry(0.0, Pose2()), None, True, stop_reason)  # type: ignore[arg-type]
+def reading(stop_reason: StopReason | None = None, **fields: int) -> BaseReading:
+    return BaseReading(0.0, SensorState(**fields), Odometry(0.0, Pose2()), None, True, stop_reason)  # type: ignore[arg-type]
 
 
 def test_diagnoses() -> None:
     driver = TurtlebotDriver()
 
-    def judged(newest: Reading | None, problem: str = "") -> list[tuple[Level, str]]:
+    def judged(newest: BaseReading | None, problem: str = "") -> list[tuple[Severity, str]]:
         found = diagnose(driver, newest, "/dev/ttyUSB0", problem)
         assert list(found) == [
             "TurtleBot Node",
@@ -366,15 +357,19 @@ def test_diagnoses() -> None:
         ]
         return [(diagnosis.level, diagnosis.message) for diagnosis in found.values()][:3]
 
-    assert judged(reading(oi_mode=3)) == [(Level.OK, "RUNNING"), (Level.OK, "Full"), (Level.OK, "OK")]
-    assert judged(None)[0] == (Level.WARN, "STARTING")
-    assert judged(None, "no such port")[0] == (Level.ERROR, "no such port")
-    assert judged(None)[2][0] is Level.STALE
+    assert judged(reading(oi_mode=3)) == [
+        (Severity.OK, "RUNNING"),
+        (Severity.OK, "Full"),
+        (Severity.OK, "OK"),
+    ]
+    assert judged(None)[0] == (Severity.WARN, "STARTING")
+    assert judged(None, "no such port")[0] == (Severity.ERROR, "no such port")
+    assert judged(None)[2][0] is Severity.STALE
     for code in (0, 4, 32):
-        assert judged(reading(oi_mode=code))[1] == (Level.ERROR, f"unknown mode {code}")
+        assert judged(reading(oi_mode=code))[1] == (Severity.ERROR, f"unknown mode {code}")
     held = judged(reading(StopReason.BUMPER, oi_mode=2))[1]
-    assert held == (Level.WARN, "Safe: a bumper is pressed: forward motion is held")
-    assert judged(reading(oi_mode=3, charging_state=5))[2][0] is Level.ERROR
+    assert held == (Severity.WARN, "Safe: a bumper is pressed: forward motion is held")
+    assert judged(reading(oi_mode=3, charging_state=5))[2][0] is Severity.ERROR
 
 
 @pytest.mark.parametrize(

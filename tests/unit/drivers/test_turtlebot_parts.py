@@ -9,25 +9,26 @@ from hypothesis import strategies as st
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.diagnosis import Level
-from florence_bt.drivers.turtlebot._script import Script, Step
-from florence_bt.drivers.turtlebot.charging import PATIENCE_S, PAUSE_S, ChargeWatch, needs_reset
+from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
-from florence_bt.drivers.turtlebot.driver import Reading, TurtlebotDriver
-from florence_bt.drivers.turtlebot.encoders import EncoderTravel, ticks_between
-from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters
-from florence_bt.drivers.turtlebot.gyro_watch import GyroWatch
+from florence_bt.drivers.turtlebot.drive_control import CommandAcknowledgement
+from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver
+from florence_bt.drivers.turtlebot.gyro import Gyro, GyroParameters, GyroWatch
 from florence_bt.drivers.turtlebot.hazards import (
+    CHARGING_TIMEOUT_S,
+    RESET_PAUSE_S,
+    ChargeWatch,
     OvercurrentWatch,
     StopReason,
     contact,
     describe,
     hold_forward,
+    needs_reset,
 )
-from florence_bt.drivers.turtlebot.obedience import Obedience
+from florence_bt.drivers.turtlebot.odometry import JOINT_NAMES, EncoderTravel, WheelJoints, ticks_between
 from florence_bt.drivers.turtlebot.parameters import TurtlebotParameters
-from florence_bt.drivers.turtlebot.wheel_joints import NAMES, WheelJoints
+from florence_bt.drivers.turtlebot.sequences import CommandSequence, SequenceStep
 from florence_bt.drivers.turtlebot.wheels import (
     STOPPED,
     WheelParameters,
@@ -68,8 +69,8 @@ def test_counters_that_begin_anew_are_no_motion() -> None:
 
 
 def test_a_clock_that_is_set_back_does_not_stretch_a_wait() -> None:
-    script = Script()
-    script.begin([Step(b"a", 0.5), Step(b"b", 0.5), Step(b"c")], 1000.0)
+    script = CommandSequence()
+    script.begin([SequenceStep(b"a", 0.5), SequenceStep(b"b", 0.5), SequenceStep(b"c")], 1000.0)
     assert script.take(1000.0) == b"a"
     assert script.take(10.0) == b""
     assert script.due == pytest.approx(10.5)
@@ -78,32 +79,32 @@ def test_a_clock_that_is_set_back_does_not_stretch_a_wait() -> None:
     assert not script.busy
 
 
-def test_obedience() -> None:
+def test_command_acknowledgement() -> None:
     def said(left: int, right: int) -> SensorState:
         return SensorState(requested_left_velocity=left * 1e-3, requested_right_velocity=right * 1e-3)
 
-    watch = Obedience()
+    watch = CommandAcknowledgement()
     watch.look(said(7, 7), 0.0)  # nothing was sent: somebody else may have driven it
     for step in range(100):
         watch.sent(WheelSpeeds(step, -step), step / 50.0)
         watch.look(said(max(0, step - 3), -max(0, step - 3)), step / 50.0)  # it answers a little later
-        assert not watch.lost
+        assert not watch.unresponsive
     for step in range(100, 200):
         watch.sent(WheelSpeeds(0, 0), step / 50.0)
         watch.look(said(96, -96), step / 50.0)
-        assert not watch.lost or step > 190
+        assert not watch.unresponsive or step > 190
     watch.look(said(96, -96), 4.1)
-    assert watch.lost
+    assert watch.unresponsive
     watch.look(said(0, 0), 4.2)
-    assert not watch.lost
+    assert not watch.unresponsive
 
 
 def test_a_firmware_that_rounds_obeys() -> None:
-    watch = Obedience()
+    watch = CommandAcknowledgement()
     for step in range(200):
         watch.sent(WheelSpeeds(204, -13), step / 50.0)
         watch.look(SensorState(requested_left_velocity=0.200, requested_right_velocity=-0.010), step / 50.0)
-    assert not watch.lost
+    assert not watch.unresponsive
 
 
 # -- wheels --------------------------------------------------------------------------------------------------
@@ -135,7 +136,7 @@ def test_arcs() -> None:
 def test_charger_dock_and_battery() -> None:
     def seen(**fields: int | bool) -> StopReason | None:
         state = SensorState(capacity=2700, **{"charge": 2000, **fields})  # type: ignore[arg-type]
-        return contact(state, heed_bumps=True, heed_cliffs=True, lowest_charge=0.02)
+        return contact(state, use_bumpers=True, use_cliffs=True, lowest_charge=0.02)
 
     assert seen(charging_sources_available=1) is StopReason.CHARGER
     assert seen(charging_sources_available=2) is StopReason.DOCK
@@ -218,10 +219,10 @@ def test_the_charge_watch_is_patient_and_does_not_nag() -> None:
     assert not watch.is_due(low, 0.0, standing=True)
     assert not watch.is_due(low, 5.0, standing=False)
     assert not watch.is_due(low, 6.0, standing=True)
-    assert not watch.is_due(low, 5.9 + PATIENCE_S, standing=True)
-    assert watch.is_due(low, 6.0 + PATIENCE_S, standing=True)
+    assert not watch.is_due(low, 5.9 + CHARGING_TIMEOUT_S, standing=True)
+    assert watch.is_due(low, 6.0 + CHARGING_TIMEOUT_S, standing=True)
     assert not watch.is_due(low, 100.0, standing=True)
-    assert watch.is_due(low, 6.0 + PATIENCE_S + PAUSE_S, standing=True)
+    assert watch.is_due(low, 6.0 + CHARGING_TIMEOUT_S + RESET_PAUSE_S, standing=True)
 
 
 # -- gyro ----------------------------------------------------------------------------------------------------
@@ -290,40 +291,40 @@ def test_wheel_joints() -> None:
     joints.add(SensorState(distance=0.0, angle=0.1))
     assert joints.positions == pytest.approx([1.0 - 0.013 / 0.033, 1.0 + 0.013 / 0.033, 0.0, 0.0])
     assert joints.velocities(0.2, 0.5) == pytest.approx([0.135 / 0.033, 0.265 / 0.033, 0.0, 0.0])
-    assert len(NAMES) == 4
+    assert len(JOINT_NAMES) == 4
 
 
 # -- diagnostics ---------------------------------------------------------------------------------------------
 
 
-def judged(name: str, driver: TurtlebotDriver | None = None, **fields: int | bool) -> tuple[Level, str]:
+def judged(name: str, driver: TurtlebotDriver | None = None, **fields: int | bool) -> tuple[Severity, str]:
     state = SensorState(**{"oi_mode": 3, "charge": 2000, "capacity": 2700, **fields})  # type: ignore[arg-type]
-    reading = Reading(0.0, state, Odometry(0.0, Pose2()), None, True, None)
+    reading = BaseReading(0.0, state, Odometry(0.0, Pose2()), None, True, None)
     found = diagnose(driver or TurtlebotDriver(), reading, "/dev/ttyUSB0", "")[name]
     return found.level, found.message
 
 
 def test_every_line_of_the_reference() -> None:
-    ok = (Level.OK, "OK")
+    ok = (Severity.OK, "OK")
     assert [judged("Charging Sources", charging_sources_available=n) for n in range(3)] == [
-        (Level.OK, "None"),
-        (Level.OK, "Internal Charger"),
-        (Level.OK, "Base Dock"),
+        (Severity.OK, "None"),
+        (Severity.OK, "Internal Charger"),
+        (Severity.OK, "Base Dock"),
     ]
-    assert judged("Charging Sources", charging_sources_available=3)[0] is Level.ERROR
+    assert judged("Charging Sources", charging_sources_available=3)[0] is Severity.ERROR
     assert judged("Cliff Sensor") == ok
-    assert judged("Cliff Sensor", cliff_right=True) == (Level.WARN, "near a cliff")
-    assert judged("Cliff Sensor", cliff_right=True, current=500)[0] is Level.OK
+    assert judged("Cliff Sensor", cliff_right=True) == (Severity.WARN, "near a cliff")
+    assert judged("Cliff Sensor", cliff_right=True, current=500)[0] is Severity.OK
     assert judged("Wall Sensor") == ok
-    assert judged("Wall Sensor", wall=True)[0] is Level.ERROR
-    assert judged("Battery", charge=400)[0] is Level.WARN
+    assert judged("Wall Sensor", wall=True)[0] is Severity.ERROR
+    assert judged("Battery", charge=400)[0] is Severity.WARN
     assert judged("Battery", charge=400, current=1000) == ok
     assert judged("Digital Outputs", user_digital_outputs=5) == ok
 
 
 def test_values_stand_under_the_right_names() -> None:
     state = SensorState(cliff_right_signal=7, cliff_front_right_signal=8, user_digital_outputs=1)
-    reading = Reading(0.0, state, Odometry(0.0, Pose2()), None, True, None)
+    reading = BaseReading(0.0, state, Odometry(0.0, Pose2()), None, True, None)
     found = diagnose(TurtlebotDriver(), reading, "", "")
     assert found["Cliff Sensor"].values["Right Signal"] == "7"
     assert found["Cliff Sensor"].values["Front Right Signal"] == "8"
@@ -339,13 +340,13 @@ def test_values_stand_under_the_right_names() -> None:
 @pytest.mark.parametrize(
     ("counts", "level", "text"),
     [
-        (512, Level.OK, "OK"),
-        (40, Level.ERROR, "power"),
-        (600, Level.ERROR, "bad"),
-        (0, Level.ERROR, "no signal"),
+        (512, Severity.OK, "OK"),
+        (40, Severity.ERROR, "power"),
+        (600, Severity.ERROR, "bad"),
+        (0, Severity.ERROR, "no signal"),
     ],
 )
-def test_health_of_the_gyro(counts: int, level: Level, text: str) -> None:
+def test_health_of_the_gyro(counts: int, level: Severity, text: str) -> None:
     driver = TurtlebotDriver()
     assert driver.gyro is not None
     for number in range(100):
@@ -353,7 +354,7 @@ def test_health_of_the_gyro(counts: int, level: Level, text: str) -> None:
     found = judged("Gyro Sensor", driver)
     assert found[0] is level
     assert text in found[1]
-    assert judged("Gyro Sensor", TurtlebotDriver(TurtlebotParameters(has_gyro=False)))[0] is Level.WARN
+    assert judged("Gyro Sensor", TurtlebotDriver(TurtlebotParameters(has_gyro=False)))[0] is Severity.WARN
 
 
 @pytest.mark.parametrize(

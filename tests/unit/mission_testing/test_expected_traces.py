@@ -31,7 +31,7 @@ def test_a_line():
         ("3 s x: success", "no status 'success'"),
         ("3 s x: INVALID", "no status 'INVALID'"),
         *[(text, "needs a unit") for text in ("3 x: SUCCESS", "3 s: SUCCESS")],
-        ("3 m x: SUCCESS", "no unit"),
+        ("3 m x: SUCCESS", "not a unit"),
         ("-3 s x: SUCCESS", "cannot be"),
         ("3 s a//b: SUCCESS", "not a pattern"),
     ],
@@ -77,7 +77,7 @@ def test_values_are_held_against_their_kinds(play):
     for assertion in (play.assert_keys, play.assert_outputs):
         with pytest.raises(ConfigError, match="a pose is needed"):
             assertion({"pose": "3 m"})
-    with pytest.raises(ConfigError, match="'m' is no unit of a duration"):
+    with pytest.raises(ConfigError, match="'m' is not a unit of a duration"):
         play.assert_keys({"limit": "120 m"})
     with pytest.raises(AssertionError, match="the key limit is 120 s, not 60 s"):
         play.assert_keys({"limit": "1 min"})

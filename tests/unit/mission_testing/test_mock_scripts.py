@@ -123,7 +123,7 @@ def test_the_text_and_the_python_form_mean_the_same(text, reply):
         ("SUCESS", 0, "'SUCESS' is not a part", "SUCCESS"),
         ("running 3 s", 11, "stops before", "then SUCCESS"),
         ("running 3, SUCCESS", 8, "needs a unit", "3 s"),
-        ("running 3 sek, SUCCESS", 8, "'sek' is no unit", "3 s"),
+        ("running 3 sek, SUCCESS", 8, "'sek' is not a unit", "3 s"),
         ("FAILURE no_path SUCCESS", 16, "cannot follow", "then SUCCESS"),
         ("SUCCESS always, FAILURE", 16, "nothing can follow", ""),
         ("FAILURE 0 times", 8, "at least once", "once"),

@@ -5,11 +5,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from florence_bt.core.plain_yaml import parse_source, read_source
+from florence_bt.core.plain_yaml import parse_yaml, read_yaml
 from florence_bt.mission_testing.paths import all_declarations
 from florence_bt.mission_testing.scenarios.scenario_schema import scenario_schema
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.schema import as_data
+from tests.unit.trees.yaml_data import as_data
 
 FILES = sorted((Path(__file__).parents[3] / "scenarios").glob("*.yaml"))
 
@@ -23,7 +23,7 @@ def validator():
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_our_own_scenarios_fit(validator, file):
-    assert list(validator.iter_errors(as_data(read_source(file)))) == []
+    assert list(validator.iter_errors(as_data(read_yaml(file)))) == []
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_our_own_scenarios_fit(validator, file):
 )
 def test_broken_scenarios_do_not(validator, scenario):
     text = f"mission: goto_room\nscenarios:\n  - {scenario}\n"
-    assert list(validator.iter_errors(as_data(parse_source(text.encode(), Path("x")))))
+    assert list(validator.iter_errors(as_data(parse_yaml(text.encode(), Path("x")))))
 
 
 def test_the_schema_knows_skills_and_missions(validator):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.core.plain_yaml import parse_yaml
 from florence_bt.mission_testing.coverage import Coverage
 from florence_bt.mission_testing.mocks.scripts import parse_script
 from florence_bt.mission_testing.paths import all_declarations, map_mission
@@ -20,7 +21,6 @@ from florence_bt.mission_testing.scenarios.scenario_file import (
     read_scenarios,
 )
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.source import parse_source
 
 PAGE = (Path(__file__).parents[3] / "docs" / "testing.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```([a-z ]+)\n(.*?)```", PAGE, re.DOTALL)
@@ -52,7 +52,7 @@ def test_the_mocks_can_be_read(text):
     library = MissionLibrary.load()
     reader = SourceReader(Path("page"), library, None, all_declarations())
     places = map_mission(library.get("goto_room"), library, all_declarations())
-    assert read_mocks(reader, parse_source(text.encode(), Path("page")), places, default=False)
+    assert read_mocks(reader, parse_yaml(text.encode(), Path("page")), places, default=False)
     assert reader.findings == []
 
 

@@ -13,8 +13,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.skill import Phase
-from florence_bt.ros._action_run import ActionRun, Deadlines
-from florence_bt.ros._goal_stop import GIVE_UP_S, StopAnswer
+from florence_bt.ros._runs import GIVE_UP_S, ActionRun, Deadlines, StopAnswer
 
 DEADLINES = Deadlines(accept_s=2.0, result_s=10.0, cancel_s=3.0, lost_s=1.0)
 
@@ -37,13 +36,13 @@ class FakeServer:
     def servers(self) -> int:
         return self.twins
 
-    def send_goal(self) -> None:
+    def send(self) -> None:
         self.sent.append("goal")
 
     def feedback(self) -> str:
         return self.told
 
-    def send_cancel(self) -> None:
+    def stop(self) -> None:
         self.sent.append("cancel")
 
 
@@ -223,12 +222,12 @@ def test_nobody_is_asked_for_ever() -> None:
     assert len(server.sent) == 1 + GIVE_UP_S and not run.goal_open
 
 
-def test_a_server_that_was_started_anew_while_it_was_told_to_stop() -> None:
+def test_a_server_that_was_restarted_while_it_was_asked_to_stop() -> None:
     _, _, run = begin()
     run.accepted()
     run.cancel()
     run.stop_answered(StopAnswer.UNKNOWN)
-    assert ended(run).outcome is Outcome.CANCELLED and "started anew" in ended(run).reason
+    assert ended(run).outcome is Outcome.CANCELLED and "was it restarted" in ended(run).reason
 
 
 def test_a_goal_that_ended_meanwhile_keeps_its_result() -> None:

@@ -15,8 +15,7 @@ import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import cancelled, success
-from florence_bt.ros._action_run import ActionRun, Deadlines
-from florence_bt.ros._goal_stop import StopAnswer
+from florence_bt.ros._runs import ActionRun, Deadlines, StopAnswer
 
 DEADLINES = Deadlines(accept_s=2.0, result_s=10.0, cancel_s=3.0, lost_s=1.0)
 LEAVING_S = 2.0
@@ -52,13 +51,13 @@ class World:
     def servers(self) -> int:
         return int(self.server_is_there())
 
-    def send_goal(self) -> None:
+    def send(self) -> None:
         self.goal = "on its way"
 
     def feedback(self) -> str:
         return ""
 
-    def send_cancel(self) -> None:
+    def stop(self) -> None:
         if self.alive and self.in_sight:
             self.stops_waiting += 1
             if self.goal != "on its way":

@@ -6,7 +6,7 @@ import itertools
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import Outcome, Result, success
-from florence_bt.ros._service_run import ServiceRun
+from florence_bt.ros._runs import ServiceRun
 
 
 class FakeService:
@@ -17,10 +17,10 @@ class FakeService:
     def server_is_there(self) -> bool:
         return self.there
 
-    def send_request(self) -> None:
+    def send(self) -> None:
         self.log.append("sent")
 
-    def drop_request(self) -> None:
+    def stop(self) -> None:
         self.log.append("dropped")
 
 
@@ -40,7 +40,7 @@ def test_answer() -> None:
     changes: list[None] = []
     run.on_change(lambda: changes.append(None))
     assert run.feedback == "calling service /ask"
-    run.answered(success(y=2))
+    run.finished(success(y=2))
     assert run.poll() == success(y=2)
     assert service.log == ["sent"]
     assert changes == [None]
@@ -74,7 +74,7 @@ def test_cancel_ends_at_once_and_for_good() -> None:
         for _ in range(times):
             run.cancel()
         assert ended(run).outcome is Outcome.CANCELLED
-        run.answered(success())
+        run.finished(success())
         service.there = True
         clock.advance(5.0)
         assert ended(run).outcome is Outcome.CANCELLED

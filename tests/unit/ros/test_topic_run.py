@@ -6,8 +6,7 @@ import itertools
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import Outcome, success
-from florence_bt.ros._action_run import Deadlines
-from florence_bt.ros._topic_run import TopicRun
+from florence_bt.ros._runs import Deadlines, TopicRun
 
 DEADLINES = Deadlines(accept_s=2.0, result_s=10.0)
 
@@ -19,13 +18,13 @@ class Other:
         self.there = there
         self.sent: list[str] = []
 
-    def listener_is_there(self) -> bool:
+    def server_is_there(self) -> bool:
         return self.there
 
-    def send_command(self) -> None:
+    def send(self) -> None:
         self.sent.append("command")
 
-    def send_stop(self) -> None:
+    def stop(self) -> None:
         self.sent.append("stop")
 
 

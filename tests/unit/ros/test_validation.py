@@ -56,6 +56,7 @@ def changed(message_type: Any, field: str, value: Any, stamp: float = NOW) -> An
             math.inf,
             "translation of 'base_footprint'.x is inf",
         ),
+        (TFMessage, "transforms.0.header.frame_id", "base_footprint", "'base_footprint' is its own parent"),
     ],
 )
 def test_what_nobody_can_mean_is_refused_with_what_would_have_worked(

@@ -10,7 +10,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.runtime.events import Event
+from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRun, RunIds
 from florence_bt.trees.language.loader import MissionLibrary
@@ -74,7 +74,7 @@ class Bench:
             self.clock,
             RunIds("T"),
         )
-        self.events: list[Event] = []
+        self.events: list[RunEvent] = []
         self.executor.add_listener(self._on_event)
 
     def script(self, *steps: Step) -> None:
@@ -82,7 +82,7 @@ class Bench:
         self.drive = ScriptedSkill(DRIVE, self.clock, steps)
         self.executor._skills = {"drive": self.drive, "work": self.work}  # type: ignore[dict-item]
 
-    def _on_event(self, run: MissionRun, event: Event) -> None:
+    def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         self.events.append(event)
 
 

@@ -14,7 +14,7 @@ from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalReader
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
-from florence_bt.runtime.run import Request, RunIds
+from florence_bt.runtime.run import MissionRequest, RunIds
 
 DRIVE = SkillDeclaration(
     "drive",
@@ -83,7 +83,7 @@ THERE = {"there": "{x: 1 m, y: 2 m, yaw: 0 deg}"}
 
 
 def trip(**options):
-    return Request("round_trip", options.pop("inputs", THERE), **options)
+    return MissionRequest("round_trip", options.pop("inputs", THERE), **options)
 
 
 DATE = datetime(2024, 5, 1, 10, 15, tzinfo=UTC)
@@ -114,7 +114,17 @@ class Process:
     """A process with an executor; it dies when nobody drives its clock any more."""
 
     def __init__(
-        self, folder, *, start=0.0, name="A", make_safe=None, drive=None, late=None, missing=tuple, **options
+        self,
+        folder,
+        *,
+        start=0.0,
+        name="A",
+        make_safe=None,
+        drive=None,
+        speak=None,
+        late=None,
+        missing=tuple,
+        **options,
     ):
         self.clock = ManualClock(start)
         scripts = {
@@ -124,7 +134,7 @@ class Process:
                 Step(success(pose=Pose2(1.0, 2.0, 0.0)), after=3.0),
                 Step(success(pose=Pose2(0.5, 0.0, 0.0)), after=3.0),
             ],
-            "speak": [Step(after=0.5)],
+            "speak": speak or [Step(after=0.5)],
             "look": [Step(success(count=2), after=1.0)],
         }
         declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}

@@ -7,13 +7,13 @@ from florence_bt.core.outcome import failure
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import RequestRefused
-from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 
 
 def test_a_mission_runs_to_its_end_and_gives_its_outputs(bench):
-    run = bench.executor.trigger(Request("drive_and_work", caller="test"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work", caller="test"))
     assert run.status is RunStatus.RUNNING and not bench.drive.runs  # the first tick comes after the call
     bench.clock.advance(2.9)
     assert run.status is RunStatus.RUNNING
@@ -26,7 +26,7 @@ def test_a_mission_runs_to_its_end_and_gives_its_outputs(bench):
 
 def test_it_ticks_only_when_something_happened(bench):
     # Ticks: the start; drive's end (which also starts work); work's end.
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(0.0)
     ticks = run.ticks
     bench.clock.advance(1.9)
@@ -36,7 +36,7 @@ def test_it_ticks_only_when_something_happened(bench):
 
 
 def test_a_skill_starts_at_the_very_moment_the_one_before_ends(bench):
-    bench.executor.trigger(Request("drive_and_work"))
+    bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(10.0)
     ended = next(e for e in bench.events if e.kind is EventKind.SKILL_ENDED and e.data["skill"] == "drive")
     began = next(e for e in bench.events if e.kind is EventKind.SKILL_STARTED and e.data["skill"] == "work")
@@ -49,7 +49,7 @@ def test_the_next_skill_starts_before_the_end_of_the_last_one_is_told_and_the_or
     bench.executor.add_listener(
         lambda run, event: started.append((event.kind, event.data.get("skill"), len(bench.work.runs)))
     )
-    bench.executor.trigger(Request("drive_and_work"))
+    bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(2.5)
     assert (EventKind.SKILL_ENDED, "drive", 1) in started
     skills = [(kind, skill) for kind, skill, _ in started if skill is not None]
@@ -65,7 +65,7 @@ def test_what_a_tick_did_is_told_before_its_break_down(bench, monkeypatch):
         raise RuntimeError("broken")
 
     monkeypatch.setattr(bench.work, "start", explode)
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(2.5)
     kinds = [event.kind for event in bench.events if event.kind is not EventKind.NODE]
     ended, broken = kinds.index(EventKind.SKILL_ENDED), kinds.index(EventKind.BROKEN)
@@ -75,8 +75,8 @@ def test_what_a_tick_did_is_told_before_its_break_down(bench, monkeypatch):
 
 def test_the_processor_is_given_away_once_the_skills_of_a_tick_have_started(bench):
     seen = []
-    bench.executor._let_others_run = lambda: seen.append((len(bench.drive.runs), len(bench.events)))
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor._yield_cpu = lambda: seen.append((len(bench.drive.runs), len(bench.events)))
+    bench.executor.trigger(MissionRequest("drive_once"))
     told = len(bench.events)  # that the run has started
     bench.clock.advance(0.0)
     assert seen == [(1, told)] and len(bench.events) > told
@@ -84,7 +84,7 @@ def test_the_processor_is_given_away_once_the_skills_of_a_tick_have_started(benc
 
 def test_a_failure_carries_code_reason_and_leaf(bench):
     bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert run.status is RunStatus.FAILED
     assert (run.code, run.reason) == ("blocked", "a chair is in the way")
@@ -95,10 +95,10 @@ def test_a_failure_carries_code_reason_and_leaf(bench):
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        (Request("drive_ones"), "there is no mission 'drive_ones'.*drive_once"),
-        (Request("drive_once", {"way": "9 m"}), "way"),
-        (Request("drive_once", {"way": "9 s"}), "way"),
-        (Request("drive_once", {"weigh": "1 m"}), "no input 'weigh'.*way"),
+        (MissionRequest("drive_ones"), "there is no mission 'drive_ones'.*drive_once"),
+        (MissionRequest("drive_once", {"way": "9 m"}), "way"),
+        (MissionRequest("drive_once", {"way": "9 s"}), "way"),
+        (MissionRequest("drive_once", {"weigh": "1 m"}), "no input 'weigh'.*way"),
     ],
 )
 def test_a_bad_request_says_what_works_and_starts_nothing(bench, request_, message):
@@ -114,7 +114,7 @@ def test_a_stop_at_any_moment_ends_the_skill_before_the_run_is_over(
     bench, moment, accept_after, cancel_takes
 ):
     bench.script(Step(after=2.0, accept_after=accept_after, cancel_takes=cancel_takes))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(moment)
     assert bench.executor.stop("enough") is run
     while not run.status.final:
@@ -126,14 +126,14 @@ def test_a_stop_at_any_moment_ends_the_skill_before_the_run_is_over(
 
 
 def test_a_stop_before_the_first_tick_starts_no_skill(bench):
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.executor.stop("at once")
     bench.clock.advance(5.0)
     assert run.status is RunStatus.STOPPED and not bench.drive.runs
 
 
 def test_the_tree_of_a_stopped_run_shows_where_it_was(bench):
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(2.5)
     bench.executor.stop("enough")
     bench.clock.advance(1.0)
@@ -141,16 +141,16 @@ def test_the_tree_of_a_stopped_run_shows_where_it_was(bench):
 
 
 def test_a_second_trigger_is_refused_by_default(bench):
-    first = bench.executor.trigger(Request("drive_once"))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
     with pytest.raises(RequestRefused, match=f"drive_once is running.*{first.run_id}.*'queue' or 'preempt'"):
-        bench.executor.trigger(Request("drive_and_work"))
+        bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(5.0)
     assert first.status is RunStatus.SUCCEEDED
 
 
 def test_a_queued_run_starts_when_the_first_is_over(bench):
-    first = bench.executor.trigger(Request("drive_once"))
-    second = bench.executor.trigger(Request("drive_and_work", policy=Policy.QUEUE))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_and_work", policy=TriggerPolicy.QUEUE))
     assert second.status is RunStatus.QUEUED
     bench.clock.advance(2.5)
     assert first.status is RunStatus.SUCCEEDED and second.status is RunStatus.RUNNING
@@ -158,11 +158,11 @@ def test_a_queued_run_starts_when_the_first_is_over(bench):
 
 
 def test_the_queue_is_served_by_priority_and_then_in_order(bench):
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor.trigger(MissionRequest("drive_once"))
     names = [("low", 0), ("lower", 0), ("high", 5)]
     runs = {
         name: bench.executor.trigger(
-            Request("drive_once", policy=Policy.QUEUE, priority=priority, caller=name)
+            MissionRequest("drive_once", policy=TriggerPolicy.QUEUE, priority=priority, caller=name)
         )
         for name, priority in names
     }
@@ -172,9 +172,9 @@ def test_the_queue_is_served_by_priority_and_then_in_order(bench):
 
 def test_preempting_waits_until_the_old_run_has_let_go(bench):
     bench.script(Step(after=9.0, cancel_takes=0.5), Step(after=1.0))
-    first = bench.executor.trigger(Request("drive_once"))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
-    second = bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, caller="boss"))
+    second = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.PREEMPT, caller="boss"))
     bench.clock.advance(0.4)
     assert first.status is RunStatus.ENDING and second.status is RunStatus.QUEUED
     assert len(bench.drive.runs) == 1
@@ -184,14 +184,14 @@ def test_preempting_waits_until_the_old_run_has_let_go(bench):
 
 
 def test_a_lower_priority_cannot_preempt(bench):
-    bench.executor.trigger(Request("drive_once", priority=3))
+    bench.executor.trigger(MissionRequest("drive_once", priority=3))
     with pytest.raises(RequestRefused, match="priority 3"):
-        bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, priority=2))
+        bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.PREEMPT, priority=2))
 
 
 def test_stop_by_id_takes_a_queued_run_out(bench):
-    bench.executor.trigger(Request("drive_once"))
-    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    bench.executor.trigger(MissionRequest("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     assert bench.executor.stop("not needed", second.run_id) is second
     bench.clock.advance(30.0)
     assert second.status is RunStatus.STOPPED and len(bench.drive.runs) == 1
@@ -201,7 +201,7 @@ def test_stop_by_id_takes_a_queued_run_out(bench):
 
 def test_a_timeout_cancels_the_skill_and_waits_for_its_end(bench):
     bench.work._script = (Step(None, cancel_takes=0.5),)
-    run = bench.executor.trigger(Request("work_with_limit"))
+    run = bench.executor.trigger(MissionRequest("work_with_limit"))
     bench.clock.advance(3.2)
     assert run.status is RunStatus.ENDING and bench.work.active == 1
     bench.clock.advance(0.5)
@@ -211,19 +211,19 @@ def test_a_timeout_cancels_the_skill_and_waits_for_its_end(bench):
 def test_while_triggers_are_blocked_nothing_starts(bench):
     bench.executor.blocked_by = "the manual override is on"
     with pytest.raises(RequestRefused, match="manual override"):
-        bench.executor.trigger(Request("drive_once"))
+        bench.executor.trigger(MissionRequest("drive_once"))
 
 
 def test_stop_all_drops_the_queue_too(bench):
-    first = bench.executor.trigger(Request("drive_once"))
-    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     bench.executor.stop_all("shutting down")
     bench.clock.advance(30.0)
     assert (first.status, second.status) == (RunStatus.STOPPED, RunStatus.STOPPED)
 
 
 def test_a_tree_that_wakes_itself_for_ever_is_failed(bench):
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.executor.on_tick = lambda run: bench.executor.wake()
     bench.clock.advance(0.5)
     assert run.status is RunStatus.FAILED and run.code == "spinning" and bench.drive.active == 0
@@ -236,12 +236,12 @@ def test_a_skill_that_raises_fails_the_run_and_not_the_executor(bench):
 
     good = bench.executor._skills
     bench.executor._skills = {**good, "work": Broken()}
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(5.0)
     assert run.status is RunStatus.FAILED and run.code == "internal_error" and "a bug" in run.reason
     broken = next(event for event in bench.events if event.kind is EventKind.BROKEN)
     assert "RuntimeError" in broken.data["detail"]
     bench.executor._skills = good
-    again = bench.executor.trigger(Request("drive_and_work"))
+    again = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(5.0)
     assert again.status is RunStatus.SUCCEEDED

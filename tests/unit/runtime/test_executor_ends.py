@@ -11,7 +11,7 @@ from florence_bt.core.skill import RunState
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
-from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 
 
 class Stubborn:
@@ -46,9 +46,9 @@ def use(bench, **skills):
 def test_a_skill_that_never_ends_holds_the_run_up_only_so_long(bench):
     stubborn = Stubborn()
     use(bench, drive=stubborn)
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
-    queued = bench.executor.trigger(Request("work_with_limit", policy=Policy.QUEUE))
+    queued = bench.executor.trigger(MissionRequest("work_with_limit", policy=TriggerPolicy.QUEUE))
     bench.executor.stop("enough")
     bench.clock.advance(END_LIMIT_S - 0.1)
     assert run.status is RunStatus.ENDING and stubborn.cancels == 1
@@ -66,19 +66,19 @@ def test_a_skill_that_never_ends_holds_the_run_up_only_so_long(bench):
 
 def test_the_limit_of_one_run_does_not_end_the_next(bench):
     use(bench, drive=Stubborn())
-    first = bench.executor.trigger(Request("drive_once"))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
     bench.executor.stop("before it began")
     bench.clock.advance(1.0)
     assert first.status is RunStatus.STOPPED
-    second = bench.executor.trigger(Request("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(END_LIMIT_S + 5.0)
     assert second.status is RunStatus.RUNNING
 
 
 def test_abandoning_ends_everything_at_once_and_cancels_the_skill(bench):
     bench.script(Step(None, cancel_takes=1.0))
-    first = bench.executor.trigger(Request("drive_once"))
-    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     bench.clock.advance(1.0)
     bench.executor.abandon("shutting down")
     assert first.status is second.status is RunStatus.STOPPED
@@ -87,17 +87,17 @@ def test_abandoning_ends_everything_at_once_and_cancels_the_skill(bench):
     bench.executor.abandon("twice does no harm")
 
 
-@pytest.mark.parametrize("policy", list(Policy))
+@pytest.mark.parametrize("policy", list(TriggerPolicy))
 def test_a_mission_with_an_error_in_its_file_is_refused_and_blocks_nothing(bench, tmp_path, policy):
     file = tmp_path / "wrong.yaml"
     file.write_text("mission: wrong\ndescription: Wrong.\ntree:\n  sequence:\n    - driv: {way: 1 m}\n")
     bench.executor.library.add_file(file)
     with pytest.raises(ConfigError, match=r"wrong\.yaml:5"):
-        bench.executor.trigger(Request("wrong", policy=policy))
+        bench.executor.trigger(MissionRequest("wrong", policy=policy))
     assert bench.executor.current is None and not bench.events
-    running = bench.executor.trigger(Request("drive_once"))
+    running = bench.executor.trigger(MissionRequest("drive_once"))
     with pytest.raises((ConfigError, RequestRefused)):
-        bench.executor.trigger(Request("wrong", policy=policy))
+        bench.executor.trigger(MissionRequest("wrong", policy=policy))
     bench.clock.advance(5.0)
     assert running.status is RunStatus.SUCCEEDED
 
@@ -115,7 +115,7 @@ def test_a_skill_that_breaks_when_it_is_stopped_does_not_hold_the_run(bench, bro
                 raise RuntimeError("cannot say")
 
     use(bench, drive=Broken())
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     assert bench.executor.stop("enough") is run
     bench.clock.advance(END_LIMIT_S + 0.1)
@@ -129,7 +129,7 @@ def test_a_skill_that_answers_nonsense_fails_its_run_and_nothing_else(bench):
             return 5
 
     use(bench, drive=Nonsense())
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(END_LIMIT_S + 0.1)
     assert (run.status, run.code) == (RunStatus.FAILED, "internal_error")
     assert "'drive'" in run.reason and "5" in run.reason and "must be a Result" in run.reason
@@ -144,7 +144,7 @@ def test_a_clean_up_that_takes_long_is_waited_for(bench, tmp_path):
     )
     bench.executor.library.add_file(file)
     bench.script(Step(None))
-    run = bench.executor.trigger(Request("tidy"))
+    run = bench.executor.trigger(MissionRequest("tidy"))
     bench.clock.advance(1.0)
     bench.executor.stop("enough")
     bench.clock.advance(39.0)

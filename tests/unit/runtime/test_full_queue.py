@@ -6,27 +6,29 @@ import pytest
 
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import QUEUE_LIMIT, RequestRefused
-from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 
 
 @pytest.fixture
 def crowd(bench):
     """A run that takes 0.5 s to stop, and as many behind it as may wait."""
     bench.script(Step(after=9.0, cancel_takes=0.5), Step(after=1.0))
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     for _ in range(QUEUE_LIMIT):
-        bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+        bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     return bench
 
 
 def preempt(bench, priority=0):
-    return bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, priority=priority))
+    return bench.executor.trigger(
+        MissionRequest("drive_once", policy=TriggerPolicy.PREEMPT, priority=priority)
+    )
 
 
 def test_the_queue_is_bounded(crowd):
     with pytest.raises(RequestRefused, match=f"{QUEUE_LIMIT} runs wait already.*policy 'preempt'"):
-        crowd.executor.trigger(Request("drive_once", policy=Policy.QUEUE, priority=9))
+        crowd.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE, priority=9))
     assert len(crowd.executor.waiting) == QUEUE_LIMIT
 
 
@@ -43,9 +45,9 @@ def test_a_preempting_run_is_not_refused_because_others_wait(crowd):
 
 def test_only_one_run_at_a_time_goes_above_the_limit(crowd):
     first = preempt(crowd)
-    for policy in (Policy.QUEUE, Policy.PREEMPT):
+    for policy in (TriggerPolicy.QUEUE, TriggerPolicy.PREEMPT):
         with pytest.raises(RequestRefused, match=r"5[01] runs wait already"):
-            crowd.executor.trigger(Request("drive_once", policy=policy))
+            crowd.executor.trigger(MissionRequest("drive_once", policy=policy))
     crowd.clock.advance(0.6)
     assert crowd.executor.current is first
     second = preempt(crowd)
@@ -60,9 +62,9 @@ def test_a_lower_priority_is_told_so_whether_there_is_room_or_not(crowd):
 
 def test_a_preempting_run_waits_behind_higher_priorities_also_in_a_full_queue(bench):
     bench.script(Step(after=9.0, cancel_takes=0.5), Step(after=1.0))
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor.trigger(MissionRequest("drive_once"))
     for _ in range(QUEUE_LIMIT):
-        bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE, priority=5))
+        bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE, priority=5))
     low = preempt(bench, priority=1)
     assert bench.executor.waiting[-1] is low
     bench.clock.advance(0.6)

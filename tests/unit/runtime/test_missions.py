@@ -13,7 +13,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import READINGS, MissionFolders
-from florence_bt.runtime.run import Policy, Request, RunIds, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 
 SPEAK = SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})
@@ -45,7 +45,7 @@ class Home:
         os.utime(file, ns=(self.stamp, self.stamp))
 
     def run(self, mission="greet", **options):
-        run = self.executor.trigger(Request(mission, **options))
+        run = self.executor.trigger(MissionRequest(mission, **options))
         self.clock.advance(30.0)
         return run
 
@@ -67,7 +67,7 @@ def test_a_good_edit_counts_from_the_next_trigger_on(home):
 
 
 def test_a_running_run_keeps_its_version(home):
-    run = home.executor.trigger(Request("visit"))
+    run = home.executor.trigger(MissionRequest("visit"))
     home.clock.advance(0.5)
     home.write("visit", "speak: {text: never}")
     home.executor.reload()
@@ -119,7 +119,7 @@ def test_new_files_appear_and_deleted_ones_go(home):
     assert home.run("sing").status is RunStatus.SUCCEEDED
     (home.folder / "sing.yaml").unlink()
     with pytest.raises(ConfigError, match="no mission 'sing'"):
-        home.executor.trigger(Request("sing"))
+        home.executor.trigger(MissionRequest("sing"))
 
 
 def test_a_deleted_file_that_somebody_calls_stays_in_force(home):
@@ -129,7 +129,7 @@ def test_a_deleted_file_that_somebody_calls_stays_in_force(home):
     (home.folder / "visit.yaml").unlink()
     home.executor.reload()
     with pytest.raises(ConfigError, match="no mission 'visit'"):
-        home.executor.trigger(Request("visit"))
+        home.executor.trigger(MissionRequest("visit"))
 
 
 @pytest.mark.parametrize(
@@ -140,15 +140,15 @@ def test_a_new_file_with_errors_is_refused_and_disturbs_nobody(home, tree, told)
     report = home.executor.reload()
     assert not report.ok and re.search(told, report.broken["wrong"]) and "cannot run" in report.text()
     with pytest.raises(ConfigError, match=told):
-        home.executor.trigger(Request("wrong"))
+        home.executor.trigger(MissionRequest("wrong"))
     assert home.run().status is RunStatus.SUCCEEDED
 
 
 def test_a_queued_run_whose_mission_goes_meanwhile_fails_and_lets_the_next_one_start(home):
     home.write("sing", "speak: {text: la}")
-    home.executor.trigger(Request("greet"))
-    gone = home.executor.trigger(Request("sing", policy=Policy.QUEUE))
-    after = home.executor.trigger(Request("greet", policy=Policy.QUEUE))
+    home.executor.trigger(MissionRequest("greet"))
+    gone = home.executor.trigger(MissionRequest("sing", policy=TriggerPolicy.QUEUE))
+    after = home.executor.trigger(MissionRequest("greet", policy=TriggerPolicy.QUEUE))
     (home.folder / "sing.yaml").unlink()
     home.executor.reload()
     home.clock.advance(30.0)

@@ -7,12 +7,12 @@ import pytest
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import RequestRefused
-from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 
 
 def test_the_override_stops_all_and_blocks_until_it_is_released(bench):
-    first = bench.executor.trigger(Request("drive_once"))
-    second = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     bench.clock.advance(1.0)
     bench.executor.override("Anna took the joystick")
     assert bench.drive.active == 0
@@ -20,9 +20,9 @@ def test_the_override_stops_all_and_blocks_until_it_is_released(bench):
     assert (first.status, second.status) == (RunStatus.STOPPED, RunStatus.STOPPED)
     assert "manual override: Anna" in first.reason and "manual override" in second.reason
     with pytest.raises(RequestRefused, match=r"manual override is on \(Anna took the joystick\).*release"):
-        bench.executor.trigger(Request("drive_once"))
+        bench.executor.trigger(MissionRequest("drive_once"))
     assert bench.executor.release() and not bench.executor.release()
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor.trigger(MissionRequest("drive_once"))
 
 
 TIDY = """
@@ -51,7 +51,7 @@ def test_nothing_drives_after_an_override_though_the_rest_of_the_clean_up_is_don
     file = tmp_path / "tidy.yaml"
     file.write_text(TIDY)
     bench.executor.library.add_file(file)
-    run = bench.executor.trigger(Request("tidy"))
+    run = bench.executor.trigger(MissionRequest("tidy"))
     bench.clock.advance(1.0)
     if cleaning_for is not None:
         bench.executor.stop("enough")
@@ -64,14 +64,14 @@ def test_nothing_drives_after_an_override_though_the_rest_of_the_clean_up_is_don
     assert run.status is RunStatus.STOPPED
     assert len(bench.drive.runs) == drives, "also after the release: nothing resumes"
     assert len(bench.work.runs) == 1
-    later = bench.executor.trigger(Request("drive_once"))
+    later = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(30.0)
     assert later.status is RunStatus.SUCCEEDED
 
 
 def test_a_skill_that_breaks_when_it_is_cancelled_does_not_keep_the_override_away(bench):
-    run = bench.executor.trigger(Request("drive_once"))
-    waiting = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
+    waiting = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     bench.clock.advance(1.0)
 
     def break_down():
@@ -90,4 +90,4 @@ def test_releasing_the_override_lifts_no_other_block(bench):
     bench.executor.block("shutdown", "shutting down")
     bench.executor.release()
     with pytest.raises(RequestRefused, match="shutting down"):
-        bench.executor.trigger(Request("drive_once"))
+        bench.executor.trigger(MissionRequest("drive_once"))

@@ -9,7 +9,7 @@ from florence_bt.core.skill import Event, RunState
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
-from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 
@@ -52,7 +52,7 @@ def kinds(bench):
 
 
 def test_a_paused_skill_is_cancelled_and_started_again_with_the_same_inputs(bench):
-    run = bench.executor.trigger(Request("drive_once", {"way": "3 m"}))
+    run = bench.executor.trigger(MissionRequest("drive_once", {"way": "3 m"}))
     bench.clock.advance(1.5)
     assert bench.executor.pause("a child is in the way") is run
     assert run.status is RunStatus.PAUSED and bench.drive.active == 0 and bench.drive.runs[0].cancelled
@@ -77,7 +77,7 @@ def test_a_paused_skill_is_cancelled_and_started_again_with_the_same_inputs(benc
 
 def test_no_timeout_runs_on_during_a_pause(bench):
     bench.work._script = (Step(success(pay=1), after=2.0),)
-    run = bench.executor.trigger(Request("work_with_limit"))
+    run = bench.executor.trigger(MissionRequest("work_with_limit"))
     bench.clock.advance(0.5)
     bench.executor.pause("wait")
     bench.clock.advance(500.0)
@@ -91,7 +91,7 @@ def test_no_timeout_runs_on_during_a_pause(bench):
 
 def test_the_rest_of_a_timeout_counts_after_a_pause(bench):
     bench.work._script = (Step(None),)
-    run = bench.executor.trigger(Request("work_with_limit"))
+    run = bench.executor.trigger(MissionRequest("work_with_limit"))
     bench.clock.advance(2.0)
     bench.executor.pause("wait")
     bench.clock.advance(500.0)
@@ -104,7 +104,7 @@ def test_the_rest_of_a_timeout_counts_after_a_pause(bench):
 
 def test_a_wait_does_not_run_on(bench, tmp_path):
     add(bench, tmp_path, "rest", "  sequence:\n    - wait: 10 s\n    - work:\n")
-    run = bench.executor.trigger(Request("rest"))
+    run = bench.executor.trigger(MissionRequest("rest"))
     bench.clock.advance(4.0)
     bench.executor.pause("wait")
     bench.clock.advance(100.0)
@@ -118,7 +118,7 @@ def test_a_wait_does_not_run_on(bench, tmp_path):
 def test_a_skill_that_had_finished_keeps_its_result(bench, tmp_path):
     add(bench, tmp_path, "both", "  parallel:\n    - drive: {way: 1 m}\n    - work:\n")
     bench.script(Step(after=5.0))
-    run = bench.executor.trigger(Request("both"))
+    run = bench.executor.trigger(MissionRequest("both"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     assert (len(bench.work.runs), len(bench.drive.runs)) == (1, 1)
@@ -144,7 +144,7 @@ def test_a_skill_that_ends_at_the_moment_of_the_pause_keeps_its_result(bench):
 
     eager = Eager()
     use(bench, drive=eager)
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.clock.advance(5.0)
@@ -157,7 +157,7 @@ def test_a_skill_that_ends_at_the_moment_of_the_pause_keeps_its_result(bench):
 @pytest.mark.parametrize(("accept_after", "cancel_takes"), [(0.0, 0.0), (0.5, 0.0), (0.0, 0.7), (0.5, 0.7)])
 def test_resume_waits_until_the_cancelled_skill_has_let_go(bench, moment, accept_after, cancel_takes):
     bench.script(Step(after=2.0, accept_after=accept_after, cancel_takes=cancel_takes))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(moment)
     bench.executor.pause("wait")
     bench.executor.resume()
@@ -170,7 +170,7 @@ def test_resume_waits_until_the_cancelled_skill_has_let_go(bench, moment, accept
 
 def test_a_skill_that_never_lets_go_fails_the_resumed_run(bench):
     use(bench, drive=Stubborn())
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.executor.resume()
@@ -183,7 +183,7 @@ def test_a_skill_that_never_lets_go_fails_the_resumed_run(bench):
 
 def test_a_second_pause_takes_back_a_resume_that_has_not_come_into_effect(bench):
     bench.script(Step(after=2.0, cancel_takes=1.0))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(0.5)
     bench.executor.pause("wait")
     bench.executor.resume()
@@ -197,7 +197,7 @@ def test_a_second_pause_takes_back_a_resume_that_has_not_come_into_effect(bench)
 
 
 def test_a_run_that_is_paused_twice_keeps_its_first_reason(bench):
-    run = bench.executor.trigger(Request("drive_once", {"way": "3 m"}))
+    run = bench.executor.trigger(MissionRequest("drive_once", {"way": "3 m"}))
     bench.clock.advance(0.5)
     bench.executor.pause("a visitor")
     assert bench.executor.pause("florence pause") is run
@@ -211,7 +211,7 @@ def test_a_run_that_is_paused_twice_keeps_its_first_reason(bench):
 @pytest.mark.parametrize("wait", [0.0, 0.3, 5.0])
 def test_a_paused_run_can_be_stopped(bench, cancel_takes, wait):
     bench.script(Step(after=2.0, cancel_takes=cancel_takes))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.clock.advance(wait)
@@ -223,7 +223,7 @@ def test_a_paused_run_can_be_stopped(bench, cancel_takes, wait):
 
 def test_a_clean_up_runs_when_a_paused_run_is_stopped(bench, tmp_path):
     add(bench, tmp_path, "tidy", "  sequence:\n    - drive: {way: 1 m}\n  finally:\n    wait: 4 s\n")
-    run = bench.executor.trigger(Request("tidy"))
+    run = bench.executor.trigger(MissionRequest("tidy"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.clock.advance(50.0)
@@ -248,7 +248,7 @@ def test_a_clean_up_beside_the_tree_is_paused_too(bench, tmp_path):
     )
     add(bench, tmp_path, "inner", tree)
     bench.work._script = (Step(success(pay=1), after=6.0),)
-    run = bench.executor.trigger(Request("inner"))
+    run = bench.executor.trigger(MissionRequest("inner"))
     bench.clock.advance(2.0)
     assert (bench.drive.active, bench.work.active) == (1, 1)
     bench.executor.pause("wait")
@@ -264,8 +264,8 @@ def test_a_clean_up_beside_the_tree_is_paused_too(bench, tmp_path):
 def test_what_cannot_be_paused_or_resumed_is_refused_with_the_reason(bench):
     with pytest.raises(RequestRefused, match="no mission is running"):
         bench.executor.pause("wait")
-    run = bench.executor.trigger(Request("drive_once"))
-    queued = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
+    queued = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     with pytest.raises(RequestRefused, match="waits for its turn"):
         bench.executor.pause("wait", queued.run_id)
     with pytest.raises(RequestRefused, match=f"no run 'T-9' is running; drive_once .run {run.run_id}"):
@@ -285,7 +285,7 @@ def test_what_cannot_be_paused_or_resumed_is_refused_with_the_reason(bench):
 
 
 def test_a_pause_before_the_first_tick_starts_nothing(bench):
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.executor.pause("at once")
     bench.clock.advance(10.0)
     assert not bench.drive.runs
@@ -295,17 +295,17 @@ def test_a_pause_before_the_first_tick_starts_nothing(bench):
 
 
 def test_a_paused_run_is_preempted_like_a_running_one(bench):
-    first = bench.executor.trigger(Request("drive_once"))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
-    second = bench.executor.trigger(Request("drive_and_work", policy=Policy.PREEMPT))
+    second = bench.executor.trigger(MissionRequest("drive_and_work", policy=TriggerPolicy.PREEMPT))
     bench.clock.advance(10.0)
     assert (first.status, second.status) == (RunStatus.STOPPED, RunStatus.SUCCEEDED)
 
 
 def test_a_failing_restart_of_a_skill_fails_the_run(bench):
     bench.script(Step(after=2.0), Step(failure("blocked", "a chair")))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.executor.resume()
@@ -314,7 +314,7 @@ def test_a_failing_restart_of_a_skill_fails_the_run(bench):
 
 
 def test_a_skill_that_breaks_at_the_restart_fails_the_run(bench):
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.drive.start = None
@@ -325,10 +325,10 @@ def test_a_skill_that_breaks_at_the_restart_fails_the_run(bench):
 
 def test_a_preempting_run_does_not_overtake_a_higher_priority(bench):
     bench.script(Step(after=9.0, cancel_takes=0.5), Step(after=1.0))
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
-    high = bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, priority=5))
-    low = bench.executor.trigger(Request("drive_once", policy=Policy.PREEMPT, priority=0))
+    high = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.PREEMPT, priority=5))
+    low = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.PREEMPT, priority=0))
     bench.clock.advance(20.0)
     assert high.started < low.started
 
@@ -339,7 +339,7 @@ def test_a_listener_that_breaks_takes_no_run_down_and_is_told_once(bench):
 
     bench.executor.add_listener(broken)
     bench.executor.on_tick = lambda run: broken(run, None)
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(10.0)
     assert run.status is RunStatus.SUCCEEDED
     told = [event for event in bench.events if event.kind is EventKind.BROKEN]

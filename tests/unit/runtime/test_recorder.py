@@ -14,7 +14,7 @@ from florence_bt.runtime import recorder as recorder_module
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecorder, read_record
-from florence_bt.runtime.run import Policy, Request
+from florence_bt.runtime.run import MissionRequest, TriggerPolicy
 from florence_bt.runtime.status import status_text
 
 DRIVE = SkillDeclaration("drive", "Drive some way", inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)})
@@ -25,7 +25,7 @@ def record(bench, folder, mission="drive_and_work"):
     recorder = RunRecorder(
         bench.executor, folder, bench.clock, lambda: Pose2(bench.clock.now(), 2.0, 0.5), done.append
     )
-    run = bench.executor.trigger(Request(mission, caller="test"))
+    run = bench.executor.trigger(MissionRequest(mission, caller="test"))
     bench.clock.advance(10.0)
     return run, recorder.folder_of(run.run_id), done
 
@@ -42,8 +42,8 @@ def test_a_run_leaves_tree_and_result(bench, tmp_path):
 def test_a_run_that_only_waited_leaves_its_end_and_nothing_to_draw(bench, tmp_path):
     done = []
     recorder = RunRecorder(bench.executor, tmp_path, bench.clock, lambda: None, done.append)
-    bench.executor.trigger(Request("drive_once"))
-    waiting = bench.executor.trigger(Request("drive_once", policy=Policy.QUEUE))
+    bench.executor.trigger(MissionRequest("drive_once"))
+    waiting = bench.executor.trigger(MissionRequest("drive_once", policy=TriggerPolicy.QUEUE))
     bench.executor.stop_all("enough")
     bench.clock.advance(10.0)
     result = json.loads((recorder.folder_of(waiting.run_id) / "result.json").read_text())
@@ -60,7 +60,7 @@ def test_the_path_is_noted_from_start_to_end_and_no_longer(bench, tmp_path):
 
 def test_nothing_is_recorded_after_the_close(bench, tmp_path):
     recorder = RunRecorder(bench.executor, tmp_path, bench.clock, lambda: Pose2(0.0, 0.0, 0.0))
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     recorder.close()
     bench.clock.advance(10.0)
@@ -74,7 +74,7 @@ def test_the_path_of_a_long_run_takes_no_more_room_than_that_of_a_short_one(benc
     done = []
     RunRecorder(bench.executor, tmp_path, bench.clock, lambda: Pose2(0.0, 0.0, 0.0), done.append)
     bench.executor._declarations = {**bench.executor._declarations, "drive": replace(DRIVE, deadline_s=900.0)}
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(500.0)
     path = done[0].path
     assert 40 <= len(path) <= 101 and path[0][0] == run.started and path[-1][0] == run.ended
@@ -89,7 +89,7 @@ def test_the_final_tree_tells_why(bench, tmp_path):
 
 
 def test_the_status_tells_the_outputs_and_only_of_a_success(bench):
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     assert "outputs" not in status_text(run, run.tree, bench.clock.now())
     bench.clock.advance(10.0)
     assert run.outputs == {"pay": 7} and run.output_texts == {"pay": "7"}
@@ -102,8 +102,8 @@ def test_the_status_of_nothing_is_said_in_words(bench):
 
 def test_the_status_tells_that_the_journal_is_in_trouble_and_missions_run_on(bench, tmp_path):
     (tmp_path / "runs").write_text("a file where the folder should be")
-    bench.executor._announcer.log = Journal(tmp_path / "runs")
-    run = bench.executor.trigger(Request("drive_once"))
+    bench.executor._event_bus.log = Journal(tmp_path / "runs")
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert run.status.value == "SUCCEEDED"
     text = status_text(run, run.tree, bench.clock.now(), bench.executor.warnings())
@@ -114,7 +114,7 @@ def test_a_folder_that_cannot_be_written_to_stops_no_mission_and_is_told_once(be
     (tmp_path / "runs").write_text("a file where the folder should be")
     told = []
     RunRecorder(bench.executor, tmp_path / "runs", bench.clock, lambda: None, on_trouble=told.append)
-    run = bench.executor.trigger(Request("drive_and_work"))
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(10.0)
     assert run.status.value == "SUCCEEDED"
     assert len(told) == 1 and run.run_id in told[0] and "not recorded" in told[0]
@@ -124,11 +124,11 @@ def test_a_folder_that_cannot_be_written_to_stops_no_mission_and_is_told_once(be
 def test_a_folder_out_of_reach_for_a_while_costs_only_the_run_of_that_time(bench, tmp_path):
     told = []
     RunRecorder(bench.executor, tmp_path, bench.clock, lambda: None, on_trouble=told.append)
-    first = bench.executor.trigger(Request("drive_once"))
+    first = bench.executor.trigger(MissionRequest("drive_once"))
     (tmp_path / first.run_id).write_text("a file where the folder of the run should be")
     bench.clock.advance(5.0)
     assert first.status.value == "SUCCEEDED" and len(told) == 1 and first.run_id in told[0]
-    second = bench.executor.trigger(Request("drive_once"))
+    second = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert read_record(tmp_path, second.run_id).status == "SUCCEEDED"
     assert len(told) == 1
@@ -137,7 +137,7 @@ def test_a_folder_out_of_reach_for_a_while_costs_only_the_run_of_that_time(bench
 def test_without_anybody_to_tell_the_trouble_is_an_event(bench, tmp_path):
     (tmp_path / "runs").write_text("")
     RunRecorder(bench.executor, tmp_path / "runs", bench.clock, lambda: None)
-    run = bench.executor.trigger(Request("drive_once"))
+    run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert run.status.value == "SUCCEEDED"
     assert any(event.kind is EventKind.BROKEN and "runs" in event.data["detail"] for event in bench.events)
@@ -161,8 +161,8 @@ def test_what_is_no_record_is_not_found(tmp_path, run_id):
 
 
 def test_a_record_without_a_folder_is_read_from_the_journal(bench, tmp_path):
-    bench.executor._announcer.log = Journal(tmp_path)
-    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.executor._event_bus.log = Journal(tmp_path)
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(1.0)
     past = read_record(tmp_path, run.run_id)
     assert past.status == "RUNNING" and "[>] drive" in past.text

@@ -10,7 +10,7 @@ from florence_bt.core.skill import Event, RunState
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW, SAFE_LIMIT_S
-from florence_bt.runtime.run import Policy, RunStatus
+from florence_bt.runtime.run import RunStatus, TriggerPolicy
 from tests.unit.runtime.recovery_bench import (
     Process,
     crash,
@@ -85,7 +85,7 @@ def test_queued_runs_survive_in_their_order(tmp_path):
     first = Process(tmp_path)
     first.executor.trigger(trip())
     waiting = [
-        first.executor.trigger(trip(policy=Policy.QUEUE, priority=p, caller=str(p))) for p in (0, 0, 3)
+        first.executor.trigger(trip(policy=TriggerPolicy.QUEUE, priority=p, caller=str(p))) for p in (0, 0, 3)
     ]
     first.clock.advance(1.0)
     second = Process(tmp_path, name="B")

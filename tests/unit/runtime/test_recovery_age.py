@@ -6,15 +6,15 @@ from math import inf
 
 import pytest
 
-from florence_bt.app.runs.journal_view import left_runs, what_became_of
+from florence_bt.app.runs.journal_view import left_runs, outcomes_of
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
 from florence_bt.core.skill import FinishedRun
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.runtime.past_requests import same_again
 from florence_bt.runtime.recovery.recovery import BOOT_LIMIT_S, FRESH_S
-from florence_bt.runtime.run import Policy, Request, RunStatus
+from florence_bt.runtime.requests import same_again
+from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 from tests.unit.runtime.recovery_bench import Process, after, crash, trip
 
 HOME = [Step(success(pose=Pose2(0.5, 0.0, 0.0)), after=3.0)]
@@ -33,7 +33,7 @@ def test_nothing_drives_off_after_a_power_cut(tmp_path, policy, age):
 def test_runs_that_wait_do_not_drive_off_either(tmp_path):
     crash(tmp_path, policy="restart")
     first = Process(tmp_path, name="B")
-    waiting = first.executor.trigger(trip(policy=Policy.QUEUE))
+    waiting = first.executor.trigger(trip(policy=TriggerPolicy.QUEUE))
     second = Process(tmp_path, name="C", date=after(1000.0))
     assert second.executor.current is None and second.past(waiting.run_id).state == "ABORTED"
 
@@ -52,18 +52,18 @@ def test_what_was_given_up_is_shown_and_starts_again_with_the_same_inputs(tmp_pa
     runs = tmp_path / "runs"
     assert left_runs(runs) == [run_id] and left_runs(tmp_path) == []
     second = Process(tmp_path, name="20240501T101500Z", date=after(1000.0))
-    (line,) = what_became_of(runs, [run_id])
+    (line,) = outcomes_of(runs, [run_id])
     assert run_id in line and "ABORTED" in line and "limit is 60 s" in line
     run = second.executor.trigger(trip(inputs={"there": "{x: 5 m, y: 4 m, yaw: 0 deg}"}))
     second.executor.stop("enough")
     second.clock.advance(1.0)
-    again = same_again(Request(run.run_id, {}, "Anna"), second.executor.library, runs)
-    assert again == Request("round_trip", {"there": Pose2(5.0, 4.0, 0.0)}, "Anna")
+    again = same_again(MissionRequest(run.run_id, {}, "Anna"), second.executor.library, runs)
+    assert again == MissionRequest("round_trip", {"there": Pose2(5.0, 4.0, 0.0)}, "Anna")
     assert second.executor.trigger(again).inputs == run.inputs
     with pytest.raises(ConfigError, match="inputs that it had"):
-        same_again(Request(run.run_id, {"there": "1"}, "Anna"), second.executor.library, runs)
+        same_again(MissionRequest(run.run_id, {"there": "1"}, "Anna"), second.executor.library, runs)
     with pytest.raises(ConfigError, match="no run"):
-        same_again(Request("20240501T101500Z-077-round_trip"), second.executor.library, runs)
+        same_again(MissionRequest("20240501T101500Z-077-round_trip"), second.executor.library, runs)
 
 
 class Boot:

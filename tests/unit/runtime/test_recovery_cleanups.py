@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus
 from tests.unit.runtime.recovery_bench import THERE, Process
 
 HEAD = "mission: NAME\ninputs:\n  there: {type: pose}\non_restart: resume\n"
@@ -46,7 +46,7 @@ def begun(folder, name, cleans, brakes_s, *, seconds, late=None):
     folder.mkdir(exist_ok=True)
     write(folder, name, cleans)
     process = Process(folder, drive=[Step(None, cancel_takes=brakes_s), ARRIVES], late=late)
-    run = process.executor.trigger(Request(name, THERE))
+    run = process.executor.trigger(MissionRequest(name, THERE))
     process.clock.advance(seconds)
     return process, run
 
@@ -68,6 +68,10 @@ def test_it_goes_on_where_its_process_died(tmp_path, name, cleans, brakes_s, ten
     whole, undisturbed = begun(tmp_path / "whole", name, cleans, brakes_s, seconds=60.0)
     first, run = begun(tmp_path / "died", name, cleans, brakes_s, seconds=tenth / 10.0 + 0.05)
     if run.status.final:
+        second = Process(tmp_path / "died", start=5000.0, name="B")
+        assert second.executor.current is None and not second.told
+        assert second.past(run.run_id).state == undisturbed.status.value
+        assert not any(mock.runs for mock in second.skills.values())
         return
     done = over_and_done_with(first)
     drives = [ARRIVES] if done["drive"] else [Step(None), ARRIVES]
@@ -86,7 +90,7 @@ def test_it_goes_on_where_its_process_died(tmp_path, name, cleans, brakes_s, ten
 def test_timers_that_ring_late_do_not_keep_it_from_going_on(tmp_path, name, seed):
     _, run = begun(tmp_path, name, SPEAKS, 0.3, seconds=2.3 + 0.15 * seed, late=seed)
     second = Process(tmp_path, start=70.0, name="B", late=seed + 100)
-    assert run.status.final or second.executor.current is not None, second.told
+    assert (second.executor.current is None) is run.status.final, second.told
 
 
 @pytest.mark.parametrize("name", ["beside", "ends"])
@@ -117,8 +121,7 @@ def test_a_run_that_had_failed_cleans_up_and_drives_no_more(tmp_path):
 
 def test_a_clean_up_that_never_ends_after_a_crash_does_not_keep_the_robot(tmp_path):
     _, run = begun(tmp_path, "ends", SPEAKS, 0.3, seconds=2.4)
-    second = Process(tmp_path, start=5000.0, name="B")
-    second.skills["speak"]._script = [Step(None)]
-    second.skills["speak"].runs[0]._step = Step(None)
+    second = Process(tmp_path, start=5000.0, name="B", speak=[Step(None)])
+    assert len(second.skills["speak"].runs) == 1
     second.clock.advance(3600.0)
     assert second.past(run.run_id).state == "FAILED" and second.executor.current is None

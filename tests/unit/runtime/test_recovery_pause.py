@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
-from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus
 from tests.unit.runtime.recovery_bench import Process
 
 MISSION = """
@@ -47,7 +47,7 @@ def paused(first, seconds=1.0):
 @pytest.mark.parametrize("later_s", [0.0, 0.1, 0.5])
 def test_a_skill_that_answered_at_once_after_a_pause(tmp_path, later_s):
     first = process(tmp_path, Step(None), arrives(after=0.0))
-    run = first.executor.trigger(Request("m"))
+    run = first.executor.trigger(MissionRequest("m"))
     first.clock.advance(1.0)
     paused(first)
     first.clock.advance(later_s)
@@ -57,7 +57,7 @@ def test_a_skill_that_answered_at_once_after_a_pause(tmp_path, later_s):
 
 def test_a_skill_that_answered_at_once_after_a_crash(tmp_path):
     first = process(tmp_path, Step(None))
-    run = first.executor.trigger(Request("m"))
+    run = first.executor.trigger(MissionRequest("m"))
     first.clock.advance(1.0)
     second = process(tmp_path, arrives(after=0.0), name="B", start=5000.0)
     second.clock.advance(0.5)
@@ -68,7 +68,7 @@ def test_a_skill_that_answered_at_once_after_a_crash(tmp_path):
 @pytest.mark.parametrize("later_s", [0.5, 2.5])
 def test_a_tick_that_changed_nothing_came_before_the_pause(tmp_path, later_s):
     first = process(tmp_path, Step(None), arrives(after=2.0))
-    run = first.executor.trigger(Request("m"))
+    run = first.executor.trigger(MissionRequest("m"))
     first.clock.advance(1.0)
     ticks = run.ticks
     first.executor.wake()  # as the feedback of a skill does
@@ -87,7 +87,7 @@ def test_a_tick_that_changed_nothing_came_before_the_pause(tmp_path, later_s):
 
 def test_a_skill_that_succeeded_although_it_was_cancelled_for_a_pause(tmp_path):
     first = process(tmp_path, arrives(after=1.0, cancel_takes=9.0))
-    run = first.executor.trigger(Request("m"))
+    run = first.executor.trigger(MissionRequest("m"))
     first.clock.advance(0.5)
     paused(first, seconds=2.0)
     first.clock.advance(0.5)

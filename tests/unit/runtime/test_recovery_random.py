@@ -13,7 +13,7 @@ from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
-from florence_bt.runtime.run import Request, RunIds
+from florence_bt.runtime.run import MissionRequest, RunIds
 from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
 
 SEEDS = (
@@ -56,7 +56,7 @@ def test_a_random_run_is_taken_up(tmp_path, seed):
     text = Author(seed).file()
     (tmp_path / "m.yaml").write_text(text.replace("mission: m\n", "mission: m\non_restart: resume\n"))
     clock, executor, _ = process(tmp_path, seed, start=0.0, name="A")
-    run = executor.trigger(Request("m"))
+    run = executor.trigger(MissionRequest("m"))
     clock.advance(random.Random(seed).uniform(0.01, 4.0))
     assert not run.status.final, "it would show nothing"
     _, executor, told = process(tmp_path, seed, start=5000.0, name="B")

@@ -11,7 +11,7 @@ from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.recovery import recovery, replay
 from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW
-from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus
 from tests.unit.runtime.recovery_bench import (
     THERE,
     Process,
@@ -186,7 +186,7 @@ def test_a_run_in_which_a_skill_waited_for_its_turn_is_resumed(tmp_path, died_at
     brakes = Step(None, cancel_takes=3.0)
     arrives = Step(success(pose=Pose2(1.0, 2.0, 0.0)), after=2.0)
     first = Process(tmp_path, drive=[brakes, arrives])
-    run = first.executor.trigger(Request("brakes", THERE))
+    run = first.executor.trigger(MissionRequest("brakes", THERE))
     first.clock.advance(died_at)
     # Nothing brakes any more after a crash, so who waited drives at once.
     second = Process(tmp_path, start=5000.0, name="B", drive=[brakes] * (died_at < 2.0) + [arrives])
@@ -215,7 +215,7 @@ tree:
 def test_the_work_of_a_resume_grows_with_the_journal_and_no_faster(tmp_path, monkeypatch):
     (tmp_path / "long.yaml").write_text(LONG.strip())
     first = Process(tmp_path)
-    run = first.executor.trigger(Request("long"))
+    run = first.executor.trigger(MissionRequest("long"))
     first.clock.advance(200.0)
     asked = []
     release = replay._RecordedRun.release

@@ -13,7 +13,7 @@ from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
-from florence_bt.runtime.run import Request, RunIds, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
 from tests.unit.runtime.recovery_bench import Late
 from tests.unit.runtime.test_recovery_random import process
 from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author
@@ -54,7 +54,7 @@ def test_a_watched_run_is_taken_up_and_watched_on(tmp_path, seed, slow):
     clock, skills, first, _ = guarded(
         tmp_path, start=0.0, name="A", late=seed, answers=[Step(success(), after=slow)]
     )
-    run = first.trigger(Request("m"))
+    run = first.trigger(MissionRequest("m"))
     clock.advance(20.0 + seed * 0.11)
     assert len(skills["ask"].runs) > 15
     answers = [Step(), Step(), Step(), Step(failure("broken", "the battery is low"))]
@@ -73,7 +73,7 @@ def test_a_random_run_with_watched_skills_is_taken_up(tmp_path, seed):
     text = Author(seed, asks=True).file()
     (tmp_path / "m.yaml").write_text(text.replace("mission: m\n", "mission: m\non_restart: resume\n"))
     clock, executor, _ = process(tmp_path, seed, start=0.0, name="A")
-    run = executor.trigger(Request("m"))
+    run = executor.trigger(MissionRequest("m"))
     clock.advance(random.Random(seed).uniform(0.01, 4.0))
     assert not run.status.final, "it would show nothing"
     _, executor, told = process(tmp_path, seed, start=5000.0, name="B")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.requests import MAX_INPUTS, MAX_NAME, MAX_VALUE, checked_text, request_from_texts
-from florence_bt.runtime.run import Policy
+from florence_bt.runtime.run import TriggerPolicy
 
 
 def test_a_request_of_texts() -> None:
@@ -16,8 +16,8 @@ def test_a_request_of_texts() -> None:
         "goto_room", ["room", "text"], ["kitchen", "two\nlines"], caller="me", policy="queue", priority=3
     )
     assert (request.mission, request.inputs) == ("goto_room", {"room": "kitchen", "text": "two\nlines"})
-    assert (request.caller, request.policy, request.priority) == ("me", Policy.QUEUE, 3)
-    assert request_from_texts("m", caller="me").policy is Policy.REJECT
+    assert (request.caller, request.policy, request.priority) == ("me", TriggerPolicy.QUEUE, 3)
+    assert request_from_texts("m", caller="me").policy is TriggerPolicy.REJECT
 
 
 @pytest.mark.parametrize(

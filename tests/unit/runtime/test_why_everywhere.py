@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.journal import Journal, JournalReader
-from florence_bt.runtime.run import Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, RunStatus
 
 BLOCKED = Step(failure("blocked", "a chair is in the way"), after=0.5)
 
@@ -77,10 +77,10 @@ def test_the_cause_is_told_through_whatever_stands_above(bench, tmp_path, case):
     file = tmp_path / "explained.yaml"
     file.write_text(f"mission: explained\ndescription: Fails.\ntree:\n  {tree}\n")
     bench.executor.library.add_file(file)
-    bench.executor._announcer.log = Journal(tmp_path / "runs")
+    bench.executor._event_bus.log = Journal(tmp_path / "runs")
     bench.script(BLOCKED)
     bench.work._script = (Step(success(pay=1), after=0.2),)
-    run = bench.executor.trigger(Request("explained"))
+    run = bench.executor.trigger(MissionRequest("explained"))
     bench.clock.advance(30.0)
     assert run.status is RunStatus.FAILED
     assert (run.code, run.reason) == (code, reason)

@@ -69,7 +69,7 @@ def test_small_flat_is_read(tmp_path):
         ("cylinder: 0.2", "box: [1, 1], cylinder: 0.2", 19, "either"),
         ("cylinder: 0.2", "cylinder: .nan", 19, "cylinder"),
         ("cylinder: 0.2", "radius: 0.2", 19, "Extra"),
-        ("floor:", "start: {x: 2, y: 1}\nfloor:", 3, "stands here twice (first in line 2)"),
+        ("floor:", "start: {x: 2, y: 1}\nfloor:", 3, "is duplicated (first in line 2)"),
         ("name: stool,", "name: south,", 21, "given twice"),
         ("walls:", "wals:", 4, "wals"),
         ("[0, 4]", "[0, 4", 12, "not YAML: the [ before is not closed"),

@@ -8,13 +8,7 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
-from florence_bt.simulation.rig.skills import (
-    ComponentRun,
-    ExclusiveComponent,
-    StartingSkill,
-    approach_skills,
-    locator_skills,
-)
+from florence_bt.simulation.rig.skills import ComponentRun, ComponentSkill, ExclusiveComponent, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
 
@@ -106,13 +100,17 @@ def test_a_skill_is_the_function_that_starts_it():
         started.append(inputs)
         return ComponentRun("working", lambda: None)
 
-    run = StartingSkill(start).start({"way": 1.0})
+    run = ComponentSkill(start).start({"way": 1.0})
     assert started == [{"way": 1.0}] and run.poll() is None
+
+
+def skills_of(**components):
+    return rig_skills({"base": None, "people": None, "locator": None, "cost_at": None} | components)
 
 
 def test_the_locator_as_skills():
     locator = Locator(Hotspots([Hotspot("kitchen", Pose2(1.0, 2.0, 0.5))]), "kitchen")
-    skills = locator_skills(locator)
+    skills = skills_of(locator=locator)
 
     def call(name, **inputs):
         return skills[name].start(inputs).poll()
@@ -127,7 +125,7 @@ def test_the_locator_as_skills():
 
 def test_proposals_look_at_the_costmap():
     inputs = {"user": Pose2(2.0, 0.0), "robot": Pose2(), "trial": 1, "safe_distance": 0.5}
-    free = approach_skills(lambda x, y: 0)["propose_approach_pose"].start(inputs).poll()
+    free = skills_of(cost_at=lambda x, y: 0)["propose_approach_pose"].start(inputs).poll()
     assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
-    full = approach_skills(lambda x, y: 100)["propose_approach_pose"].start(inputs).poll()
+    full = skills_of(cost_at=lambda x, y: 100)["propose_approach_pose"].start(inputs).poll()
     assert full.code == "pose_occupied"

@@ -8,8 +8,8 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.people import PersonSpec
-from florence_bt.simulation.home.world import World
-from florence_bt.simulation.sensors.kinect_sensor import KinectParameters, KinectSensor
+from florence_bt.simulation.home.world import SimulatedWorld
+from florence_bt.simulation.sensors.kinect_sensor import KinectNoiseParameters, KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserParameters, LaserSensor
 
 UPSIDE_DOWN = Transform3.from_xyz_rpy((0.0573, 0.0, 0.13), (math.pi, 0.0, 0.0))
@@ -39,7 +39,7 @@ def metres(raw):
 
 
 def test_laser_ranges_are_the_distances_to_the_walls(flat):
-    laser = LaserSensor(World(flat, start=Pose2(6.7, 2.975, 0.0)), UPSIDE_DOWN, parameters=QUIET)
+    laser = LaserSensor(SimulatedWorld(flat, start=Pose2(6.7, 2.975, 0.0)), UPSIDE_DOWN, parameters=QUIET)
     scan = laser.measure()
     assert scan.dtype == np.int32 and scan.shape == (682,)
     front = 384 - 44
@@ -51,7 +51,7 @@ def test_laser_ranges_are_the_distances_to_the_walls(flat):
 
 
 def test_upside_down_mirrors_the_scan(flat, people):
-    world = World(flat, people=people, start=Pose2(3.3, 5.2, 1.0))
+    world = SimulatedWorld(flat, people=people, start=Pose2(3.3, 5.2, 1.0))
     hanging = LaserSensor(world, UPSIDE_DOWN).true_ranges(44, 724)
     upright = LaserSensor(world, UPRIGHT).true_ranges(44, 724)
     assert not np.allclose(hanging, upright)
@@ -64,7 +64,7 @@ def test_upside_down_mirrors_the_scan(flat, people):
 )
 def test_laser_agrees_with_general_ray_casting(flat, people, yaw, mount):
     pose = Pose2(3.3, 5.2, yaw)
-    world = World(flat, people=people, start=pose)
+    world = SimulatedWorld(flat, people=people, start=pose)
     ranges = LaserSensor(world, mount).true_ranges(0, 768)
     angles = (np.arange(769) - 384) * STEP_RAD
     place = Transform3.from_pose2(pose) @ mount
@@ -76,7 +76,7 @@ def test_laser_agrees_with_general_ray_casting(flat, people, yaw, mount):
 
 
 def test_far_echoes_become_error_codes(flat):
-    world = World(flat, start=Pose2(4.6, 2.9, 0.0))
+    world = SimulatedWorld(flat, start=Pose2(4.6, 2.9, 0.0))
     scan = LaserSensor(world, UPSIDE_DOWN).measure()
     true = LaserSensor(world, UPSIDE_DOWN).true_ranges()
     assert np.isin(scan[np.isinf(true)], (0, 6, 7, 9)).all()
@@ -89,7 +89,7 @@ def test_far_echoes_become_error_codes(flat):
 
 
 def test_laser_noise_has_the_stated_size(flat):
-    laser = LaserSensor(World(flat, start=Pose2(6.7, 2.975, 0.0)), UPSIDE_DOWN, seed=5)
+    laser = LaserSensor(SimulatedWorld(flat, start=Pose2(6.7, 2.975, 0.0)), UPSIDE_DOWN, seed=5)
     scans = np.array([laser.measure(384, 384 + 256) for _ in range(400)], float)
     scans[scans < 20] = np.nan
     assert np.nanstd(scans[:, 0]) == pytest.approx(31.6, rel=0.15)
@@ -101,13 +101,13 @@ def test_laser_noise_has_the_stated_size(flat):
 @pytest.mark.parametrize(("first", "last"), [(-1, 10), (10, 9), (0, 769)])
 def test_steps_outside_of_the_scanner_are_refused(flat, first, last):
     with pytest.raises(ValueError, match="768"):
-        LaserSensor(World(flat), UPSIDE_DOWN).measure(first, last)
+        LaserSensor(SimulatedWorld(flat), UPSIDE_DOWN).measure(first, last)
 
 
 @pytest.mark.parametrize("size", [(160, 120), (320, 240)])
 @pytest.mark.parametrize("pose", [Pose2(3.3, 5.2, 0.4), Pose2(3.15, 2.95, -2.6), Pose2(8.4, 1.35, -2.3)])
 def test_depth_agrees_with_general_ray_casting(flat, people, size, pose):
-    world = World(flat, people=people, start=pose)
+    world = SimulatedWorld(flat, people=people, start=pose)
     kinect = KinectSensor(world, CAMERA, *size)
     camera = kinect.camera
     u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
@@ -125,7 +125,7 @@ def test_depth_agrees_with_general_ray_casting(flat, people, size, pose):
 
 
 def test_depth_of_a_wall(flat):
-    world = World(flat, start=Pose2(2.3, 4.9, math.pi / 2 + math.pi))
+    world = SimulatedWorld(flat, start=Pose2(2.3, 4.9, math.pi / 2 + math.pi))
     raw, _ = KinectSensor(world, CAMERA).measure()
     assert raw.dtype == np.uint16 and raw.shape == (240, 320) and raw.max() <= 2047
     expected = 4.9 + 0.087 - 3.8
@@ -138,7 +138,7 @@ def test_depth_of_a_wall(flat):
 
 def test_the_table_top_is_seen_where_the_laser_sees_nothing(flat):
     pose = Pose2(1.9, 3.3, -math.pi / 2)
-    world = World(flat, start=pose)
+    world = SimulatedWorld(flat, start=pose)
     ranges = LaserSensor(world, UPSIDE_DOWN).true_ranges()
     assert ranges[384 - 44] > 2.0
     depth = KinectSensor(world, CAMERA).true_depth()
@@ -148,7 +148,7 @@ def test_the_table_top_is_seen_where_the_laser_sees_nothing(flat):
 
 def test_a_person_is_seen_in_depth_and_colour(flat, people):
     pose = Pose2(3.0, 5.5, 0.0)
-    with_people, alone = (World(flat, people=who, start=pose) for who in (people, []))
+    with_people, alone = (SimulatedWorld(flat, people=who, start=pose) for who in (people, []))
     raw, rgb = KinectSensor(with_people, CAMERA).measure()
     empty, _ = KinectSensor(alone, CAMERA).measure()
     changed = np.abs(raw.astype(int) - empty.astype(int)) > 20
@@ -159,28 +159,28 @@ def test_a_person_is_seen_in_depth_and_colour(flat, people):
 
 
 def test_depth_outside_of_the_working_range_is_no_value(flat):
-    world = World(flat, start=Pose2(4.6, 2.975, 0.0))
+    world = SimulatedWorld(flat, start=Pose2(4.6, 2.975, 0.0))
     kinect = KinectSensor(world, CAMERA)
     raw, true = kinect.measure()[0], kinect.true_depth()
     assert (raw[true > 4.8] == 2047).mean() > 0.99
     assert (raw[(true > 0.6) & (true < 4.5)] != 2047).mean() > 0.97
-    close = KinectSensor(World(flat, start=Pose2(7.2, 3.4, math.pi / 2)), CAMERA)
+    close = KinectSensor(SimulatedWorld(flat, start=Pose2(7.2, 3.4, math.pi / 2)), CAMERA)
     assert (close.measure_depth()[:120] == 2047).mean() > 0.99
 
 
 @pytest.mark.parametrize("size", [(160, 120), (320, 240), (640, 480)])
 def test_camera_model_scales_with_the_picture(flat, size):
-    camera = KinectSensor(World(flat), CAMERA, *size).camera
+    camera = KinectSensor(SimulatedWorld(flat), CAMERA, *size).camera
     assert camera.fx == 525 * size[0] / 640
     assert (camera.cx, camera.cy) == (size[0] / 2 - 0.5, size[1] / 2 - 0.5)
 
 
 def test_wrong_parameters_are_refused(flat):
     with pytest.raises(ConfigError, match="320 x 240"):
-        KinectSensor(World(flat), CAMERA, 320, 200)
+        KinectSensor(SimulatedWorld(flat), CAMERA, 320, 200)
     for wrong in ({"min_depth_m": 5.0}, {"raw_noise": -1.0}, {"colour_noise": 200}):
         with pytest.raises(ConfigError):
-            KinectParameters(**wrong)
+            KinectNoiseParameters(**wrong)
     for wrong in ({"noise_mm": -1.0}, {"sure_range_m": 9.0}, {"drop_out": 2.0}):
         with pytest.raises(ConfigError):
             LaserParameters(**wrong)
@@ -188,7 +188,7 @@ def test_wrong_parameters_are_refused(flat):
 
 def test_same_seed_same_measurements(flat, people):
     def measure(seed):
-        world = World(flat, people=people, start=Pose2(3.3, 5.2, 0.5))
+        world = SimulatedWorld(flat, people=people, start=Pose2(3.3, 5.2, 0.5))
         laser, kinect = LaserSensor(world, UPSIDE_DOWN, seed), KinectSensor(world, CAMERA, 160, 120, seed)
         return [laser.measure(), *kinect.measure(), laser.measure(), kinect.measure_depth()]
 
@@ -200,7 +200,7 @@ def test_same_seed_same_measurements(flat, people):
 
 def test_sensors_follow_walking_people_and_the_robot(flat):
     walker = PersonSpec("bob", Pose2(5.5, 2.6), "walking", ((7.5, 2.6),), speed=0.5)
-    world = World(flat, people=[walker], start=Pose2(8.8, 2.6, math.pi))
+    world = SimulatedWorld(flat, people=[walker], start=Pose2(8.8, 2.6, math.pi))
     laser = LaserSensor(world, UPSIDE_DOWN)
     world.step_to(2.0)
     # The legs stand beside the middle beam.

@@ -23,18 +23,18 @@ def test_nobody_is_waited_for_before_the_first_word():
 )
 def test_behind(time, wall, behind):
     reader = SlowestReader(0.4, 2.0)
-    reader.heard(10.0, 50.0)
+    reader.received(10.0, 50.0)
     assert reader.is_behind(time, wall) is behind
 
 
 def test_it_is_waited_for_again_when_it_comes_back():
     reader = SlowestReader(0.4, 2.0)
-    reader.heard(10.0, 50.0)
+    reader.received(10.0, 50.0)
     assert not reader.is_behind(20.0, 60.0)
-    reader.heard(19.9, 61.0)
+    reader.received(19.9, 61.0)
     assert not reader.is_behind(20.0, 61.0)
     assert reader.is_behind(20.6, 61.0)
-    reader.heard(20.5, 61.5)
+    reader.received(20.5, 61.5)
     assert not reader.is_behind(20.6, 61.5)
 
 
@@ -43,7 +43,7 @@ def test_stamps_that_are_always_late_do_not_make_time_crawl():
     time = wall = waited = 0.0
     while time < 60.0:
         if round(time * 100) % 10 == 0:
-            reader.heard(time - 0.7, wall)
+            reader.received(time - 0.7, wall)
         if reader.is_behind(time, wall):
             waited += 0.01
         else:
@@ -54,7 +54,7 @@ def test_stamps_that_are_always_late_do_not_make_time_crawl():
 
 def test_a_reader_that_is_gone_holds_up_once():
     reader = SlowestReader(0.4, 1.0)
-    reader.heard(0.0, 0.0)
+    reader.received(0.0, 0.0)
     time = wall = 0.0
     while time < 60.0:
         if not reader.is_behind(time, wall):

@@ -7,7 +7,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.people import PersonSpec
-from florence_bt.simulation.home.world import World
+from florence_bt.simulation.home.world import SimulatedWorld
 
 HALL = Pose2(8.9, 2.95, math.pi)
 
@@ -18,7 +18,7 @@ def flat():
 
 
 def test_the_robot_stands_still_without_a_command(flat):
-    world = World(flat)
+    world = SimulatedWorld(flat)
     world.step_to(5.0)
     assert world.time == pytest.approx(5.0)
     assert world.robot_pose.distance_to(flat.start) < 1e-6
@@ -28,7 +28,7 @@ def test_the_robot_stands_still_without_a_command(flat):
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_it_drives_straight(flat, seed):
-    world = World(flat, seed=seed)
+    world = SimulatedWorld(flat, seed=seed)
     world.set_wheels(0.3, 0.3)
     world.step_to(8.0)
     left, right = world.travel()
@@ -45,7 +45,7 @@ def test_it_drives_straight(flat, seed):
 
 @pytest.mark.parametrize("rate", [0.5, -1.2])
 def test_it_turns_on_the_spot(flat, rate):
-    world = World(flat, start=Pose2(3.3, 5.2, 0.3))
+    world = SimulatedWorld(flat, start=Pose2(3.3, 5.2, 0.3))
     world.set_wheels(-rate * 0.13, rate * 0.13)
     world.step_to(2.0)
     assert world.yaw_rate() == pytest.approx(rate, rel=0.03)
@@ -55,7 +55,7 @@ def test_it_turns_on_the_spot(flat, rate):
 
 
 def test_wheels_have_a_highest_speed(flat):
-    world = World(flat)
+    world = SimulatedWorld(flat)
     world.set_wheels(2.0, 2.0)
     world.step_to(1.0)
     fast = world.travel()[0]
@@ -68,7 +68,7 @@ def test_wheels_have_a_highest_speed(flat):
     [(math.pi / 2, (True, True)), (math.pi / 2 - 0.7, (True, False)), (math.pi / 2 + 0.7, (False, True))],
 )
 def test_a_wall_is_a_contact_and_presses_the_bumper(flat, yaw, pressed):
-    world = World(flat, start=Pose2(7.15, 3.3, yaw))
+    world = SimulatedWorld(flat, start=Pose2(7.15, 3.3, yaw))
     world.set_wheels(0.3, 0.3)
     seen = (False, False)
     for step in range(1, 400):
@@ -90,14 +90,14 @@ def test_a_wall_is_a_contact_and_presses_the_bumper(flat, yaw, pressed):
 
 
 def test_driving_backwards_into_a_wall_presses_no_bumper(flat):
-    world = World(flat, start=Pose2(5.6, 2.8, -math.pi / 2))
+    world = SimulatedWorld(flat, start=Pose2(5.6, 2.8, -math.pi / 2))
     world.set_wheels(-0.3, -0.3)
     world.step_to(4.0)
     assert world.contacts and world.bumpers() == (False, False)
 
 
 def test_the_body_hits_the_table_top_above_the_laser(flat):
-    world = World(flat, start=Pose2(1.9, 3.3, -math.pi / 2))
+    world = SimulatedWorld(flat, start=Pose2(1.9, 3.3, -math.pi / 2))
     world.set_wheels(0.3, 0.3)
     world.step_to(4.0)
     assert world.contacts[0].name == "dining_table"
@@ -106,7 +106,7 @@ def test_the_body_hits_the_table_top_above_the_laser(flat):
 
 
 def test_driving_into_a_person_is_a_contact_with_that_name(flat):
-    world = World(flat, people=[PersonSpec("ann", Pose2(7.0, 2.95))])
+    world = SimulatedWorld(flat, people=[PersonSpec("ann", Pose2(7.0, 2.95))])
     world.set_wheels(0.3, 0.3)
     world.step_to(8.0)
     assert world.contacts[0].name == "ann"
@@ -115,7 +115,7 @@ def test_driving_into_a_person_is_a_contact_with_that_name(flat):
 
 def test_a_walking_person_stops_for_the_robot(flat):
     walker = PersonSpec("bob", Pose2(5.5, 2.95), "walking", ((9.0, 2.95),), speed=0.6)
-    world = World(flat, people=[walker])
+    world = SimulatedWorld(flat, people=[walker])
     world.step_to(2.0)
     assert world.person_pose("bob").x == pytest.approx(6.7, abs=0.03)
     world.step_to(12.0)
@@ -127,18 +127,18 @@ def test_a_walking_person_stops_for_the_robot(flat):
 
 def test_unknown_and_double_names_are_refused(flat):
     ann = PersonSpec("ann", Pose2(7.0, 2.95))
-    world = World(flat, people=[ann])
+    world = SimulatedWorld(flat, people=[ann])
     assert world.person_pose("ann") == ann.pose
     with pytest.raises(ConfigError, match="ann"):
         world.person_pose("anna")
     with pytest.raises(ConfigError, match="taken"):
-        World(flat, people=[ann, ann])
+        SimulatedWorld(flat, people=[ann, ann])
     with pytest.raises(ConfigError, match="taken"):
-        World(flat, people=[PersonSpec("sofa", Pose2(7.0, 2.95))])
+        SimulatedWorld(flat, people=[PersonSpec("sofa", Pose2(7.0, 2.95))])
 
 
 def test_cast_meets_walls_but_never_the_robot(flat):
-    world = World(flat)
+    world = SimulatedWorld(flat)
     directions = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
     origin = np.array([8.9, 2.95, 0.5])
     ranges, rows = world.cast(origin, directions, 3.0)
@@ -149,7 +149,7 @@ def test_cast_meets_walls_but_never_the_robot(flat):
 
 
 def test_the_past_changes_nothing(flat):
-    world = World(flat)
+    world = SimulatedWorld(flat)
     world.set_wheels(0.3, 0.3)
     world.step_to(1.0)
     pose = world.robot_pose
@@ -158,7 +158,9 @@ def test_the_past_changes_nothing(flat):
 
 
 def drive_around(flat, seed, chunks):
-    world = World(flat, people=[PersonSpec("bob", Pose2(5.5, 2.6), "walking", ((7.0, 2.6),))], seed=seed)
+    world = SimulatedWorld(
+        flat, people=[PersonSpec("bob", Pose2(5.5, 2.6), "walking", ((7.0, 2.6),))], seed=seed
+    )
     for index, (left, right) in enumerate([(0.3, 0.3), (0.1, 0.3), (0.5, 0.2), (-0.2, 0.2)]):
         world.set_wheels(left, right)
         for part in range(1, chunks + 1):
@@ -175,7 +177,7 @@ def test_same_seed_same_numbers_bit_for_bit(flat):
 
 
 def test_a_world_at_rest_stands_still_until_the_wheels_are_driven(flat):
-    world = World(flat)
+    world = SimulatedWorld(flat)
     assert not world.resting  # it has yet to settle on its wheels
     world.step_to(2.0)
     assert world.resting
@@ -194,6 +196,6 @@ def test_a_world_at_rest_stands_still_until_the_wheels_are_driven(flat):
 
 def test_nothing_rests_while_somebody_walks(flat):
     walker = PersonSpec("Ada", Pose2(2.0, 2.0), "walking", route=((3.0, 2.0),))
-    world = World(flat, people=[walker])
+    world = SimulatedWorld(flat, people=[walker])
     world.step_to(3.0)
     assert not world.resting

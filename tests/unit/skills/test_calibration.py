@@ -11,10 +11,19 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import normalize_angle
 from florence_bt.core.sensing import LaserScan
-from florence_bt.skills.calibration.calibration import STEP_PERIOD_S, Calibration, State
-from florence_bt.skills.calibration.factors import factors_from_turns, measure_turn
-from florence_bt.skills.calibration.parameters import CalibrationParameters
-from florence_bt.skills.calibration.readings import Reading, Readings, Source
+from florence_bt.skills.calibration.calibration import (
+    STEP_PERIOD_S,
+    Calibration,
+    CalibrationParameters,
+    State,
+)
+from florence_bt.skills.calibration.factors import (
+    Direction,
+    Readings,
+    Source,
+    factors_from_turns,
+    measure_turn,
+)
 from florence_bt.skills.calibration.wall_angle import Wall, WallParameters, find_wall
 
 
@@ -48,7 +57,7 @@ def test_no_wall_says_why():
     corner = scan_of_wall(0.0)
     bent = np.where(corner.angles() > 0.0, 1.0, 2.0).astype(np.float32)
     scan = LaserScan(0.0, "laser", -1.5, 0.01, 0.1, 5.0, bent)
-    assert "no straight wall" in str(find_wall(scan))
+    assert "not a straight wall" in str(find_wall(scan))
 
 
 @pytest.mark.parametrize(
@@ -166,11 +175,11 @@ def test_a_silent_sensor_is_named(source):
 
 def test_numbers_of_the_document():
     # Document, section 7.2: 1.171401 and 1.015922, from one noise-free turn.
-    start = {source: Reading(0.0, 0.0) for source in Source}
+    start = {source: Direction(0.0, 0.0) for source in Source}
     end = {
-        Source.WALL: Reading(10.0, 0.0),
-        Source.ODOMETRY: Reading(10.0, math.tau / 1.015922 - math.tau),
-        Source.GYRO: Reading(10.0, math.tau / 1.171401 - math.tau + 0.05),
+        Source.WALL: Direction(10.0, 0.0),
+        Source.ODOMETRY: Direction(10.0, math.tau / 1.015922 - math.tau),
+        Source.GYRO: Direction(10.0, math.tau / 1.171401 - math.tau + 0.05),
     }
     factors = factors_from_turns([measure_turn(0.7, start, end, drift=0.005)])
     assert factors.by_parameter() == {

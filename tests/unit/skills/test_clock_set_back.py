@@ -9,7 +9,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import LaserScan, Odometry
 from florence_bt.core.transforms import Transform3, TransformBuffer, TransformUnavailable
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
-from florence_bt.skills.navigation.navigate.freshness import Freshness
+from florence_bt.skills.navigation.navigate.navigator import Freshness
 
 
 def scan_at(stamp: float) -> LaserScan:

@@ -14,8 +14,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.merge import merge_scans
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters, merge_scans
 
 NAN, INF = math.nan, math.inf
 DEGREE = math.pi / 180
@@ -309,7 +308,7 @@ def test_partial_kinect_alone_on_the_lasers_grid():
     [
         ({"range_max_source": "kinekt"}, "kinect"),
         ({"stamp_source": ""}, "kinect, laser"),
-        ({"max_ang": 0.0}, "1.570"),
+        ({"max_ang": 0.0}, "1.57 "),
         ({"freshness": NAN}, "1.0"),
     ],
 )

@@ -13,11 +13,10 @@ from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._rollout_kernels import distance_at
 from florence_bt.skills.navigation.navigate.clearance import Clearance
-from florence_bt.skills.navigation.navigate.controller import Control, Controller
-from florence_bt.skills.navigation.navigate.controller_parameters import ControllerParameters
+from florence_bt.skills.navigation.navigate.controller import Control, Controller, ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
-from florence_bt.skills.navigation.navigate.recovery import BackUp, ProgressWatch, RecoveryParameters
-from florence_bt.skills.navigation.navigate.turning import Turn, TurnParameters
+from florence_bt.skills.navigation.navigate.drive import BackUp, ProgressWatch, RecoveryParameters
+from florence_bt.skills.navigation.navigate.spin import Spin, SpinParameters
 
 COSTMAP = CostmapParameters()
 ORIGIN = Pose2()
@@ -155,7 +154,7 @@ def test_distances_between_cells() -> None:
     assert distance_at(holed, 1.5, 0.5, 100.0) == 100.0
 
 
-def turn_to_its_end(turn: Turn, *, delay: int = 3) -> tuple[float, float, str]:
+def turn_to_its_end(turn: Spin, *, delay: int = 3) -> tuple[float, float, str]:
     """Turn a base with the velocity filter's inertia and a delay; total angle, seconds, code."""
     yaw, speed, now, waiting = 0.0, 0.0, 0.0, [0.0] * delay
     costmap = local()
@@ -175,13 +174,13 @@ def turn_to_its_end(turn: Turn, *, delay: int = 3) -> tuple[float, float, str]:
 
 @pytest.mark.parametrize("angle", [math.pi / 4, -math.pi / 2, 2 * math.pi, 0.02, -0.3])
 def test_turns_are_precise(angle: float) -> None:
-    total, _, code = turn_to_its_end(Turn(angle, TurnParameters(), 0.0, 30.0))
+    total, _, code = turn_to_its_end(Spin(angle, SpinParameters(), 0.0, 30.0))
     assert code == "ok"
     assert abs(total - angle) <= 0.05
 
 
 def test_a_turn_has_a_time_allowance() -> None:
-    _, now, code = turn_to_its_end(Turn(6.0, TurnParameters(), 0.0, 2.0))
+    _, now, code = turn_to_its_end(Spin(6.0, SpinParameters(), 0.0, 2.0))
     assert code == "time_allowance"
     assert now == pytest.approx(2.0, abs=0.15)
 
@@ -189,11 +188,11 @@ def test_a_turn_has_a_time_allowance() -> None:
 def test_a_turn_that_would_hit_does_not_begin() -> None:
     costmap = local((0.18, 0.22), (0.14, 0.26))
     clearance = Clearance(costmap, Pose2(), None, None)
-    command, result = Turn(2.0, TurnParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
+    command, result = Spin(2.0, SpinParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
     assert command == STANDSTILL
     assert result is not None
     assert (result.code, result.server_code) == ("collision_ahead", 703)
-    command, result = Turn(-0.3, TurnParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
+    command, result = Spin(-0.3, SpinParameters(), 0.0, 10.0).step(0.0, Pose2(), STANDSTILL, clearance)
     assert result is None
     assert command.angular < 0.0
 
@@ -229,8 +228,8 @@ def test_progress() -> None:
         (ControllerParameters, {"max_vel_x": math.nan}),
         (ControllerParameters, {"vx_samples": 1}),
         (ControllerParameters, {"min_vel_x": 0.6}),
-        (TurnParameters, {"spin_min_speed": 0.0}),
-        (TurnParameters, {"spin_precision": 0.0}),
+        (SpinParameters, {"spin_min_speed": 0.0}),
+        (SpinParameters, {"spin_precision": 0.0}),
         (RecoveryParameters, {"planner_patience": 0.0}),
     ],
 )

@@ -17,7 +17,7 @@ from florence_bt.skills.navigation.navigate.costmap import (
     cost_at_distance,
     rays_of,
 )
-from florence_bt.skills.navigation.navigate.footprint import Footprint, corners_from_flat
+from florence_bt.skills.robot_description.footprint import Footprint, corners_from_flat
 
 PARAMETERS = CostmapParameters()
 ORIGIN = Pose2()
@@ -65,7 +65,7 @@ def test_bad_footprints(corners: list[tuple[float, float]]) -> None:
 
 @pytest.mark.parametrize("numbers", [[0.1, 0.2, 0.3], [0.1, math.nan]])
 def test_bad_footprint_lists(numbers: list[float]) -> None:
-    with pytest.raises(ConfigError, match="no list of x, y"):
+    with pytest.raises(ConfigError, match="not a list of x, y"):
         corners_from_flat(numbers)
 
 

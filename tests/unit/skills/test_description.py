@@ -19,13 +19,7 @@ from florence_bt.skills.robot_description.description import (
     default_file,
     load_description,
 )
-from florence_bt.skills.robot_description.footprint import (
-    FOOTPRINT,
-    circumscribed_radius,
-    inscribed_radius,
-    numbers_from_polygon,
-    polygon_from_numbers,
-)
+from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 from florence_bt.skills.robot_description.frames import static_frames, turning_joints
 
 
@@ -214,10 +208,10 @@ def test_a_missing_file_names_its_neighbours(tmp_path: Path):
 
 
 def test_footprint_of_the_document():
-    assert inscribed_radius(FOOTPRINT) == pytest.approx(0.16)
-    assert circumscribed_radius(FOOTPRINT) == pytest.approx(0.2484, abs=1e-4)
-    assert DescriptionParameters().footprint_polygon == FOOTPRINT
-    assert polygon_from_numbers(numbers_from_polygon(FOOTPRINT)) == FOOTPRINT
+    footprint = Footprint.from_corners(corners_from_flat(FLORENCE_FOOTPRINT))
+    assert footprint.inscribed_radius == pytest.approx(0.16)
+    assert footprint.circumscribed_radius == pytest.approx(0.2484, abs=1e-4)
+    assert DescriptionParameters().footprint == FLORENCE_FOOTPRINT
 
 
 @pytest.mark.parametrize(
@@ -230,6 +224,7 @@ def test_wrong_footprints_are_refused(numbers):
 
 
 def test_the_robots_configuration_fits_its_description(buffer):
+    footprint = Footprint.from_corners(corners_from_flat(FLORENCE_FOOTPRINT))
     file = default_file().parents[1] / "config" / "robot.yaml"
     config = yaml.safe_load(file.read_text(encoding="utf-8"))
     camera_height = buffer.lookup("base_footprint", "camera_depth_frame").translation[2]
@@ -239,7 +234,7 @@ def test_the_robots_configuration_fits_its_description(buffer):
         DescriptionParameters(footprint=tuple(config["robot_description"]["footprint"]))
         == DescriptionParameters()
     )
-    assert config["laser_filter"]["robot_radius"] >= circumscribed_radius(FOOTPRINT)
+    assert config["laser_filter"]["robot_radius"] >= footprint.circumscribed_radius
 
 
 def test_wheels_turn_about_the_axle(robot):
@@ -258,5 +253,5 @@ def test_a_joint_without_a_direction_is_refused():
         "<robot><link name='a'/><link name='b'/><joint name='j' type='continuous'>"
         "<parent link='a'/><child link='b'/><axis xyz='0 0 0'/></joint></robot>"
     )
-    with pytest.raises(ConfigError, match="'j' is no direction"):
+    with pytest.raises(ConfigError, match="'j' has no direction"):
         turning_joints(text)

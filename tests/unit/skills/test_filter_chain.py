@@ -13,7 +13,7 @@ from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter
 from florence_bt.skills.robot_description.description import default_file, load_description
 

@@ -189,7 +189,7 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
         check(declaration.ROBOT_IN_ROOM, locator.robot_in_room("hall"))
         check(declaration.GET_HOTSPOT, locator.get_hotspot("hall" if known else "hull"))
         check(declaration.SET_USER_POSITION, locator.set_user_position(Pose2(1.0, 2.0)))
-    assert len({each.name for each in declaration.DECLARATIONS}) == 5
+    assert len({served.skill.name for served in declaration.SERVED}) == 5
 
 
 # ---- answers that come later --------------------------------------------------------------------------

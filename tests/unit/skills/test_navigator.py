@@ -11,24 +11,23 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.skills.navigation.navigate.base_stop import BaseStop
 from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
-from florence_bt.skills.navigation.navigate.goal_check import problem_with_quaternion
-from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.drive import (
+    CycleParameters,
+    NavigatorParameters,
+    RecoveryParameters,
+)
+from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.results import (
     HELD_FAILURES,
     SERVER_CODES,
     SPIN_SERVER_CODES,
     TOUCH_FAILURES,
+    BaseStop,
     navigate_error_code,
     result_from_navigate,
     result_from_spin,
     spin_error_code,
-)
-from florence_bt.skills.navigation.navigate.step import (
-    CycleParameters,
-    NavigatorParameters,
-    RecoveryParameters,
 )
 from tests.unit.skills.navigation_world import CAMERA, UPSIDE_DOWN_LASER, WALLS, Box, World, make_map
 

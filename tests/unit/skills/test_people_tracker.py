@@ -15,7 +15,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, ColourImage, TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, colour_histogram, histogram_distance
-from florence_bt.skills.people.user_tracker.declaration import DECLARATIONS, LOOK_FOR_USER
+from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, SERVED
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.look import LookForUser
@@ -365,7 +365,7 @@ def test_senseless_parameters_are_refused(make: object) -> None:
 
 
 def test_the_declarations_are_whole() -> None:
-    assert [declaration.name for declaration in DECLARATIONS] == [
+    assert [served.skill.name for served in SERVED] == [
         "start_tracker",
         "stop_tracker",
         "look_for_user",

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import STANDSTILL, Twist2
-from florence_bt.skills.filters.velocity_filter.ticker import VelocityTicker
 from florence_bt.skills.filters.velocity_filter.velocity_filter import (
     HELD_UP_S,
     VelocityFilter,
     VelocityFilterParameters,
+    VelocityTicker,
 )
 
 PERIOD = 0.02

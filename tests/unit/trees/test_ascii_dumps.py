@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 
 import pytest
+from py_trees.behaviours import Success
 from py_trees.composites import Sequence
 
 from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.decorators import Invert
-from florence_bt.behaviours.leaves import Fail, Succeed
+from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.core.clock import ManualClock
 from florence_bt.mission_testing.ticking import make_context
@@ -25,9 +26,11 @@ def root():
         "all",
         True,
         [
-            Selector("find", True, [Invert("not there", Succeed("there")), Succeed("here")]),
+            Selector(
+                "find", True, [Invert("not there", SetKey("there", context, {})), SetKey("here", context, {})]
+            ),
             Selector("go", True, [Fail("drive", context, reason), Wait("rest", context, 3.0)]),
-            Succeed("never"),
+            SetKey("never", context, {}),
         ],
     )
     tree.tick_once()
@@ -86,7 +89,7 @@ def test_rows_can_be_drawn_after_the_tree_has_forgotten_everything(root):
 
 
 def test_a_deep_tree_is_drawn_without_recursion():
-    node = Succeed("leaf")
+    node = Success("leaf")
     for number in range(3000):
         node = Sequence(f"level {number}", True, [node])
     assert len(ascii_tree(node).splitlines()) == 3001

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from florence_bt.core.plain_yaml import MAX_DEPTH, MAX_PARTS, MAX_TEXT
+from florence_bt.core.text_files import MAX_BYTES
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.trees.checks.lint import check
+from florence_bt.trees.language.analysis import MAX_NODES, MAX_TREE_DEPTH
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.findings import MAX_FINDINGS
 from florence_bt.trees.language.loader import MissionLibrary
-from florence_bt.trees.language.size_limits import MAX_NODES, MAX_TREE_DEPTH
-from florence_bt.trees.language.source import MAX_BYTES, MAX_DEPTH, MAX_PARTS, MAX_TEXT
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "checking.md").read_text()

@@ -242,7 +242,7 @@ def test_two_runs_share_nothing(workshop):
     ("tree", "problem"),
     [
         ("sequence: [" + ", ".join(["{run: n8}"] * 4) + "]", "nodes with those of the missions"),
-        ("run: deep", "nodes stand one above the other"),
+        ("run: deep", "nodes are nested"),
     ],
 )
 def test_what_the_check_calls_too_large_is_not_built(workshop, tree, problem):

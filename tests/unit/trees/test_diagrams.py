@@ -11,8 +11,8 @@ from florence_bt.trees.drawings._box_text import MAX_CHARS, box_lines
 from florence_bt.trees.drawings._layout import Item, lay_out
 from florence_bt.trees.drawings.diagram import Box, diagram_of
 from florence_bt.trees.drawings.draw import FORMATS, SYMBOLS, draw
-from florence_bt.trees.language.kinds import NODE_KINDS
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.vocabulary import NODE_KINDS
 
 EVERYTHING = """
 inputs: {near: {type: length, default: 1 m}}

@@ -67,7 +67,7 @@ HOSTILE: dict[str, tuple[str | bytes, str]] = {
     "codes": (leaves(8_500, "{fail: x, because: {flyin: y}}"), "cannot fail with 'flyin'"),
     "tall": (HEAD + "  " + "{invert: " * 99 + "{wait: 1 s}" + "}" * 99, "nested more than"),
     "tall_enough": (HEAD + "  " + "{invert: " * 97 + "{wait: 1}" + "}" * 97, "a duration needs a unit"),
-    "twins": (HEAD + "  set: {" + "a: 1, " * 100_000 + "}\n", "the key 'a' stands here twice"),
+    "twins": (HEAD + "  set: {" + "a: 1, " * 100_000 + "}\n", "the key 'a' is duplicated"),
     "scalar": (HEAD + "  fail: " + "x" * 900_000 + "\n", "at most 10000 are read"),
     "key": (HEAD + "  " + "x" * 900_000 + ": 1\n", "at most 10000 are read"),
     "number": (HEAD + "  wait: " + "1" * 9000 + " x y\n", "a duration is needed"),
@@ -96,8 +96,8 @@ HOSTILE: dict[str, tuple[str | bytes, str]] = {
     "tabs": (HEAD + "\tfail: x\n", "a tab in the indentation"),
     "empty": ("", "the file is empty"),
     "null": ("~\n", "the file is empty"),
-    "word": ("hello\n", "a mission file must be a table"),
-    "list": ("- a\n", "a mission file must be a table"),
+    "word": ("hello\n", "a mission file must be a mapping"),
+    "list": ("- a\n", "a mission file must be a mapping"),
 }
 
 PROGRAM = """
@@ -162,7 +162,7 @@ def test_a_hostile_file_is_refused_with_little_work_and_clearly(checked, name):
         ("huge", "more than 1000000 bytes"),
         ("pipe", "it is a pipe"),
         ("device", "it is a device"),
-        ("folder", "a mission file must be a table"),
+        ("folder", "a mission file must be a mapping"),
     ],
 )
 def test_what_is_no_file_is_refused(checked, name, problem):

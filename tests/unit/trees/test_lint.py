@@ -2,9 +2,9 @@ import pytest
 
 from florence_bt.core.declaration import Kind
 from florence_bt.trees.checks.lint import check, check_files
-from florence_bt.trees.language._kinds import fits
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.values import fits
 
 
 def test_the_built_in_missions_are_without_findings():
@@ -26,12 +26,12 @@ def test_the_built_in_missions_are_without_findings():
         ("{m: {}}", "2:8 error there is no skill and no kind of node 'm' | run: m"),
         ("{turn: {angel: 5 deg}}", "2:15 error turn has no input 'angel' | angle"),
         ("{turn: }", "2:8 error turn needs the input 'angle' (how far) | "),
-        ("{turn: 5 deg}", "2:8 error the inputs of turn must be a table | turn: {angle: 5 deg}"),
+        ("{turn: 5 deg}", "2:8 error the inputs of turn must be a mapping | turn: {angle: 5 deg}"),
         ("{look_for_user: , out: {usr: u}}", "2:31 error look_for_user has no output 'usr' | user"),
         ("{run: detekt}", "2:13 error there is no mission 'detekt' | m"),
         # kinds, units and limits
         ("{turn: {angle: 45}}", "2:22 error angle: an angle needs a unit: '45' | 45 deg, 45 °, 45 rad"),
-        ("{turn: {angle: 5 m}}", "2:22 error angle: 'm' is no unit of an angle | 5 deg, 5 °, 5 rad"),
+        ("{turn: {angle: 5 m}}", "2:22 error angle: 'm' is not a unit of an angle | 5 deg, 5 °, 5 rad"),
         ("{look_for_user: {window: 1 min}}", "2:32 error window: 60 s is above the maximum of 15 s | "),
         (
             "{look_for_user: {window: {x: 1 m, y: 1 m, yaw: 0}}}",

@@ -123,10 +123,10 @@ def test_what_nobody_reads(workshop):
         (
             "{switch: $l, cases: {1 m: {wait: 1 s}, 100 cm: {wait: 2 s}}}",
             "100 cm",
-            "the case '100 cm' stands here twice",
+            "the case '100 cm' is duplicated",
         ),
         ("{switch: $l, cases: {fast: {wait: 1 s}}}", "fast", "case: a length is needed, not 'fast'"),
-        ("{delay: 3 m, do: {wait: 1 s}}", "3 m", "delay: 'm' is no unit of a duration"),
+        ("{delay: 3 m, do: {wait: 1 s}}", "3 m", "delay: 'm' is not a unit of a duration"),
         ("{cooldown: $l, do: {wait: 1 s}}", "$l", "cooldown: a duration is needed, but $l is a length"),
         (
             "{look_for_user: {window: $long}}",

@@ -2,10 +2,10 @@
 
 import pytest
 
-from florence_bt.trees.checks.lint import Places
+from florence_bt.trees.checks.lint import KnownPlaces
 from florence_bt.trees.language.findings import WARNING
 
-PLACES = Places(labels=("kitchen", "hall", "tv"), rooms=("kitchen", "hall"), file="flat.yaml")
+PLACES = KnownPlaces(labels=("kitchen", "hall", "tv"), rooms=("kitchen", "hall"), file="flat.yaml")
 GOTO = "inputs: {room: {type: text}}\ntree: {get_hotspot: {label: $room}}\n"
 
 
@@ -49,7 +49,7 @@ def test_defaults(workshop):
 def test_a_room_is_a_hotspot_but_not_every_hotspot_is_a_room(workshop):
     assert lines(workshop, "tree: {in_room: {room: kitchen}}\n") == []
     assert lines(workshop, "tree: {in_room: {room: tv}}\n") == [
-        "2:24 error the hotspot 'tv' is no room in flat.yaml | hall, kitchen"
+        "2:24 error the hotspot 'tv' is not a room in flat.yaml | hall, kitchen"
     ]
     assert lines(workshop, "tree: {in_room: {room: hal}}\n") == [
         "2:24 error there is no room 'hal' in flat.yaml | hall"
@@ -59,18 +59,18 @@ def test_a_room_is_a_hotspot_but_not_every_hotspot_is_a_room(workshop):
 def test_what_cannot_be_known_is_not_judged(workshop):
     tree = 'tree: {get_hotspot: {label: "$room no. 5"}}\ninputs: {room: {type: text, default: kichen}}\n'
     assert lines(workshop, tree) == []
-    assert lines(workshop, "tree: {get_hotspot: {label: kichen}}\n", Places(labels=None)) == []
+    assert lines(workshop, "tree: {get_hotspot: {label: kichen}}\n", KnownPlaces(labels=None)) == []
 
 
 def test_how_bad_it_is_depends_on_how_sure_the_places_are(workshop):
-    places = Places(labels=("kitchen",), severity=WARNING)
+    places = KnownPlaces(labels=("kitchen",), severity=WARNING)
     assert lines(workshop, "tree: {get_hotspot: {label: kichen}}\n", places) == [
         "2:29 warning there is no hotspot 'kichen' | kitchen"
     ]
 
 
 def test_poses_must_be_on_the_map(workshop):
-    places = Places(labels=None, problem_at=lambda x, y: "outside the map" if x > 10.0 else None)
+    places = KnownPlaces(labels=None, problem_at=lambda x, y: "outside the map" if x > 10.0 else None)
     bad, good = "{x: 11 m, y: 0, yaw: 0}", "{x: 900 cm, y: 0, yaw: 0}"
     for tree, count in (
         (f"{{navigate_to: {{goal: {bad}}}}}", 1),

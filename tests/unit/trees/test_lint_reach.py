@@ -170,7 +170,7 @@ def test_a_condition_cannot_need_what_a_later_node_uses(workshop, kind):
         ("0 s", "every: at least 10 ms are needed"),
         ("$t", "every: "),
         ("[1 s]", "every: at least 10 ms are needed"),
-        ("2 m", "every: 'm' is no unit of a duration"),
+        ("2 m", "every: 'm' is not a unit of a duration"),
     ],
 )
 def test_every_is_a_duration_that_is_written_out(workshop, every, problem):
@@ -231,7 +231,7 @@ def test_a_chain_of_a_thousand_missions_and_a_tree_that_doubles_itself(workshop)
     workshop.write("tree: {wait: 1 s}\n", "d60")
     library = workshop.library()
     (deep,) = check(library.get("c0"), library, workshop.declarations)
-    assert "1001 nodes stand one above the other" in deep.message
+    assert "1001 nodes are nested" in deep.message
     (wide,) = check(library.get("d0"), library, workshop.declarations)
     assert "the mission has more than a billion nodes" in wide.message
     assert check(library.get("d50"), library, workshop.declarations) == []

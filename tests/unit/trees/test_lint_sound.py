@@ -21,7 +21,7 @@ from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.mission_testing.ticking import make_context, tick_until
 from florence_bt.trees.checks.lint import check
-from florence_bt.trees.language._facts import Facts
+from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.compile import compile_mission, origin_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
@@ -115,7 +115,7 @@ def test_nothing_happens_that_the_check_excludes(tree, steps):
     library.put(mission)
     assume(not mission.findings)
     findings = check(mission, library, SKILLS)
-    known = Facts(library, SKILLS).of(mission)
+    known = Analysis(library, SKILLS).of(mission)
     keys_in_order = not any("the key" in f.message or "no node writes" in f.message for f in findings)
     unreached = {
         (f.line, f.column) for f in findings if "is never reached" in f.message or "never tried" in f.message
@@ -134,7 +134,7 @@ def test_nothing_happens_that_the_check_excludes(tree, steps):
             origin = origin_of(behaviour)
             if origin is None or behaviour.status is Status.INVALID:
                 continue
-            ends = known.of(origin.node).ends
+            ends = known.of(origin.node).outcomes
             place = (origin.node.position.line, origin.node.position.column)
             assert place not in unreached, f"{behaviour.name} was reached"
             assert behaviour.status is not Status.SUCCESS or ends.can_succeed, f"{behaviour.name} succeeded"

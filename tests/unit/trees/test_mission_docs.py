@@ -18,9 +18,9 @@ from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.expressions.parser import FUNCTIONS
 from florence_bt.trees.language.inputs import parse_inputs
-from florence_bt.trees.language.kinds import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.quantities import UNITS
+from florence_bt.trees.language.vocabulary import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
 from tools.skills_page import skills_page
 
 DOCS = Path(__file__).parents[3] / "docs"

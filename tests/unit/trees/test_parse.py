@@ -56,7 +56,7 @@ tree: {fail: x}
 @pytest.mark.parametrize(
     ("head", "problem"),
     [
-        ("[]", "1:1 a mission file must be a table"),
+        ("[]", "1:1 a mission file must be a mapping"),
         ("tree: {fail: x}", "1:1 the mission has no name | mission: m"),
         ("mission: other\ntree: {fail: x}", "1:10 the mission is called 'other' but its file is m.yaml | m"),
         ("mission: Big Name\ntree: {fail: x}", "1:10 mission must be a name of lower-case letters"),
@@ -66,10 +66,10 @@ tree: {fail: x}
             "mission: m\non_restart: maybe\ntree: {fail: x}",
             "2:13 on_restart cannot be 'maybe' | abort, restart",
         ),
-        ("mission: m\ninputs: 5\ntree: {fail: x}", "2:9 inputs must be a table"),
+        ("mission: m\ninputs: 5\ntree: {fail: x}", "2:9 inputs must be a mapping"),
         (
             "mission: m\ninputs: {a: }\ntree: {fail: x}",
-            "2:10 an input is a table with its type | a: {type: text|boolean|",
+            "2:10 an input is a mapping with its type | a: {type: text|boolean|",
         ),
         ("mission: m\ninputs: {a: {}}\ntree: {fail: x}", "2:13 'a' needs a type | text, boolean"),
         (
@@ -151,14 +151,14 @@ sequence:
     )
     selector, parallel, retry, repeat, timeout, invert, set_, run, go = tree.children
     assert (selector.memory, selector.children[0].code.text) == (False, "nope")
-    assert parallel.any_is_enough
+    assert parallel.policy.kind is model.PolicyKind.ANY
     assert ([code.text for code in retry.on], retry.attempt_key.text) == (["a", "b"], "n")
     assert repeat.rounds.key == "n"
     assert isinstance(timeout, model.Timeout)
     assert isinstance(invert.child, model.Succeed)
     assert [key.text for key, _ in set_.values] == ["a", "b"]
     assert [(output.text, key.text) for output, key in run.outputs] == [("y", "z")]
-    assert (go.skill, go.inputs, go.table_given) == ("go", (), True)
+    assert (go.skill, go.inputs, go.mapping_given) == ("go", (), True)
     assert [part.title for part in tree.children] == [
         *["selector", "parallel", "retry up to 3 times", "repeat $n times", "within 1 s"],
         *["not try wait 1 s", "set a, b", "run other", "go"],
@@ -175,12 +175,12 @@ def test_modifiers_of_every_node():
 @pytest.mark.parametrize(
     ("tree", "problem"),
     [
-        ("tree: stop", "2:7 'stop' is no node: a node is a name, a colon and a space | stop:"),
+        ("tree: stop", "2:7 'stop' is not a node: a node is a name, a colon and a space | stop:"),
         ("tree: []", "2:7 one node is needed here, not a list | sequence: with the list below it"),
-        ("tree: wait 1 s", "2:7 'wait 1 s' is no node: a node is a name, a colon and a space | wait: 1 s"),
+        ("tree: wait 1 s", "2:7 'wait 1 s' is not a node: a node is a name, a colon and a space | wait: 1 s"),
         (
             "tree: {sequence: [wait:1 s]}",
-            "2:19 'wait:1 s' is no node: a node is a name, a colon and a space | wait: 1 s",
+            "2:19 'wait:1 s' is not a node: a node is a name, a colon and a space | wait: 1 s",
         ),
         ("tree: {name: x}", "2:7 this node has no kind | sequence, selector"),
         ("tree: {go: {}, stop: {}}", "2:16 a node has exactly one kind, not 'go' and 'stop'"),
@@ -207,9 +207,9 @@ def test_modifiers_of_every_node():
         ("tree: {go: {a: {x: 1 m, y: 1 m}}}", "2:16 'a': the pose lacks yaw"),
         ("tree: {go: {a: {x: 1 m, y: 1 m, yaw: 0, z: 1}}}", "2:41 unknown part of a pose 'z'"),
         ("tree: {set: {}}", "2:13 set needs keys and values"),
-        ("tree: {set: 5}", "2:13 set must be a table"),
+        ("tree: {set: 5}", "2:13 set must be a mapping"),
         ("tree: {run: Other}", "2:13 run must be a name of lower-case"),
-        ("tree: {go: {}, out: [a]}", "2:21 out must be a table"),
+        ("tree: {go: {}, out: [a]}", "2:21 out must be a mapping"),
         ("tree: {go: {}, name: }", "2:22 name must be a text"),
         ("tree: {fail: {a: b}}", "2:14 fail must be a text"),
         ("tree: {go: {}, because: [a]}", "2:25 because must be a text, not a list"),

@@ -8,7 +8,7 @@ from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.trees.language.model import (
-    Call,
+    CallMission,
     Condition,
     Cooldown,
     Delay,
@@ -18,10 +18,10 @@ from florence_bt.trees.language.model import (
     Once,
     Parallel,
     PolicyKind,
+    RunSkill,
     Sequence,
     Switch,
     Template,
-    Use,
     references,
     show,
     walk,
@@ -50,13 +50,13 @@ def test_if_with_an_expression_and_with_a_node():
     assert (found.condition.text, found.memory, found.title) == ("$d < 1 m", False, "if $d < 1 m")
     assert [part.title for part in found.parts] == ["work", "other"]
     asked = node("{if: {is_home: }, then: {work: }}")
-    assert isinstance(asked.condition, Use) and asked.otherwise is None and asked.memory
+    assert isinstance(asked.condition, RunSkill) and asked.otherwise is None and asked.memory
     assert [part.title for part in walk(asked)] == ["if is home", "is home", "work"]
 
 
 def test_switch():
     found = node("{switch: $mode, cases: {fast: {work: }, '5': {other: }}, default: {run: called}}")
-    assert isinstance(found, Switch) and isinstance(found.default, Call)
+    assert isinstance(found, Switch) and isinstance(found.default, CallMission)
     assert [(literal.text, literal.quoted) for literal, _ in found.cases] == [("fast", False), ("5", True)]
     assert found.title == "switch $mode"
 
@@ -200,7 +200,7 @@ WRONG = """
     3:18 cooldown has no value | a value, quotes round it: "..."
 
 {once: work}
-    3:14 'work' is no node: a node is a name, a colon and a space | work:
+    3:14 'work' is not a node: a node is a name, a colon and a space | work:
 
 {condition: }
     3:19 condition needs an expression | $distance < 1 m, $found and not $done
@@ -251,7 +251,7 @@ keys: {n: {type: integer, default: x}}
     2:36 the default of 'n': a whole number is needed, not 'x' | 3
 
 keys: {n: integer}
-    2:8 a key is a table with its type | n: {type: integer}
+    2:8 a key is a mapping with its type | n: {type: integer}
 
 inputs: {n: {type: text}} // keys: {n: {type: text}}
     3:8 'n' is an input, which is a key already |

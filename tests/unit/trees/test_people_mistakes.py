@@ -81,7 +81,7 @@ MISTAKES = {
     ),
     "no colon behind wait": (
         HEAD + "  sequence:\n    - wait 1 s\n",
-        "4:7 'wait 1 s' is no node: a node is a name, a colon and a space | wait: 1 s",
+        "4:7 'wait 1 s' is not a node: a node is a name, a colon and a space | wait: 1 s",
     ),
     "no space behind a dash": (
         HEAD + "  sequence:\n    -wait: 1 s\n    -turn: {angle: 45 deg}\n",
@@ -102,7 +102,7 @@ MISTAKES = {
     "capitals": ("Mission: example\ntree: {wait: 1 s}\n", "1:1 unknown key of a mission 'Mission' | mission"),
     "an input without a table": (
         "mission: example\ninputs:\n  c: text\ntree: {fail: $c}\n",
-        "3:3 an input is a table with its type | c: {type: text}",
+        "3:3 an input is a mapping with its type | c: {type: text}",
     ),
     "a type of another language": (
         "mission: example\ninputs:\n  c: {type: string}\ntree: {fail: $c}\n",
@@ -135,7 +135,7 @@ MISTAKES = {
     ),
     "inputs below run": (
         HEAD + "  run: {goto_room: {room: kitchen}}\n",
-        "3:8 run needs the name of a mission, not a table | run: goto_room",
+        "3:8 run needs the name of a mission, not a mapping | run: goto_room",
     ),
     "a misspelt policy": (
         HEAD + "  parallel:\n    - wait: 1 s\n    - look_for_user: {}\n  policy: {success: 1}\n",
@@ -147,7 +147,7 @@ MISTAKES = {
     ),
     "a pose in parentheses": (
         HEAD + "  navigate_to: {goal: (1 m, 2 m, 90 deg)}\n",
-        "3:23 'goal': a text with commas needs quotes here, and a pose is a table"
+        "3:23 'goal': a text with commas needs quotes here, and a pose is a mapping"
         " | {x: 1 m, y: 2 m, yaw: 90 deg}",
     ),
     "a reason with a comma": (
@@ -164,7 +164,7 @@ MISTAKES = {
     ),
     "a program's way to set": (
         HEAD + "  set: tries = 3\n",
-        "3:8 set must be a table (key: value) | set: {tries: 3}",
+        "3:8 set must be a mapping (key: value) | set: {tries: 3}",
     ),
     "a dollar before the key that is set": (
         HEAD + "  set: {$tries: 3}\n",
@@ -191,11 +191,11 @@ MISTAKES = {
     ),
     "nothing to be done": (
         HEAD + "  if: 1 < 2\n  then: {wait: 1 s}\n  else: nothing\n",
-        "5:9 'nothing' is no node | wait: 0 s, which does nothing",
+        "5:9 'nothing' is not a node | wait: 0 s, which does nothing",
     ),
     "a clean-up as a step": (
         HEAD + "  sequence:\n    - wait: 1 s\n    - finally: {stop_tracker: }\n",
-        "5:7 'finally' is no node: it belongs to a node"
+        "5:7 'finally' is not a node: it belongs to a node"
         " | finally without a dash, indented like the node that it belongs to",
     ),
     "a key in capitals": (
@@ -234,7 +234,7 @@ MISTAKES = {
     ),
     "an input without its name": (
         HEAD + "  turn: 45 deg\n",
-        "3:3 the inputs of turn must be a table | turn: {angle: 45 deg}",
+        "3:3 the inputs of turn must be a mapping | turn: {angle: 45 deg}",
     ),
     "the word of another language": (
         HEAD + "  fallback:\n    - wait: 1 s\n",
@@ -286,7 +286,7 @@ MISTAKES = {
     ),
     "inputs with dashes": (
         "mission: example\ninputs:\n  - a: {type: length}\ntree: {wait: 1 s}\n",
-        "3:3 inputs must be a table (key: value) | inputs: {name: ...}, without dashes",
+        "3:3 inputs must be a mapping (key: value) | inputs: {name: ...}, without dashes",
     ),
     "braces of a template": (
         HEAD + "  wait: {{ pause }}\n",
@@ -343,9 +343,9 @@ def test_what_can_be_passed_over_hides_no_other_error(tmp_path: Path) -> None:
     ] == [
         "3:13: anchors and aliases are not ",
         "4:22: angle: an angle needs a unit",
-        "4:26: the key 'angle' stands here ",
+        "4:26: the key 'angle' is duplicate",
         "5:13: the tag !now is not allowed",
-        "6:13: wait: 'm' is no unit of a du",
+        "6:13: wait: 'm' is not a unit of a",
         "7:1: a second document begins her",
     ]
 

@@ -3,7 +3,7 @@
 from py_trees.composites import Sequence
 
 from florence_bt.behaviours.composites import Selector
-from florence_bt.behaviours.leaves import Fail, Succeed
+from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Retry, Wait
 from florence_bt.core.clock import ManualClock
 from florence_bt.mission_testing.ticking import make_context, tick_until
@@ -17,9 +17,9 @@ def ticked():
         "root",
         True,
         [
-            Succeed("first"),
+            SetKey("first", context, {}),
             Selector("choose", True, [Fail("no", context, "it is\nnot"), Wait("pause", context, 1.0)]),
-            Succeed("last"),
+            SetKey("last", context, {}),
         ],
     )
     root.tick_once()

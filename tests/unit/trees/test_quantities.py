@@ -54,8 +54,8 @@ def test_reading(text, kind, value):
     [
         ("30", Kind.DURATION, "a duration needs a unit: '30'", ("30 s", "30 ms", "30 min", "30 h")),
         ("45", Kind.ANGLE, "an angle needs a unit", ("45 deg", "45 °", "45 rad")),
-        ("45 degrees", Kind.ANGLE, "'degrees' is no unit of an angle", ("45 deg", "45 °", "45 rad")),
-        ("3 s", Kind.LENGTH, "'s' is no unit of a length", ("3 m", "3 cm", "3 mm", "3 km")),
+        ("45 degrees", Kind.ANGLE, "'degrees' is not a unit of an angle", ("45 deg", "45 °", "45 rad")),
+        ("3 s", Kind.LENGTH, "'s' is not a unit of a length", ("3 m", "3 cm", "3 mm", "3 km")),
         ("far", Kind.LENGTH, "a length is needed, not 'far'", ("0.5 m",)),
         ("nan m", Kind.LENGTH, "a length is needed", ("0.5 m",)),
         ("inf s", Kind.DURATION, "a duration is needed", ("30 s",)),

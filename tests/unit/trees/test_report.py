@@ -8,18 +8,20 @@ from pathlib import Path
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.checks._excerpt import MAX_WIDTH, marks_under, width
+from florence_bt.core.plain_yaml import read_yaml
 from florence_bt.trees.checks.report import (
     MAX_MESSAGE,
+    MAX_WIDTH,
     Excerpts,
+    marks_under,
     report_full,
     report_github,
     report_json,
     report_text,
     summary,
+    width,
 )
 from florence_bt.trees.language.findings import MAX_FINDINGS, Finding, finding_from_error, limit_findings
-from florence_bt.trees.language.source import read_source
 
 FINDINGS = [
     Finding("a.yaml", 3, 5, "error", "unknown skill 'trun', 100%", ("turn",)),
@@ -174,7 +176,7 @@ HEAD = "mission: m\ndescription: In die K\u00fcche fahren\n"
         ),
         (
             b"\x89PNG\r\n\x1a\n\x00\x00",
-            "m.yaml:1:1: error: the file is no text (byte 0x89 is not UTF-8)\n"
+            "m.yaml:1:1: error: the file is not text (byte 0x89 is not UTF-8)\n"
             "      = would have worked: a text file in UTF-8",
         ),
     ],
@@ -183,5 +185,5 @@ def test_people_can_read_the_line_of_a_file_that_is_no_utf_8(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     Path("m.yaml").write_bytes(data)
     with pytest.raises(ConfigError) as caught:
-        read_source(Path("m.yaml"))
+        read_yaml(Path("m.yaml"))
     assert report_full([finding_from_error(caught.value)], Excerpts()) == report

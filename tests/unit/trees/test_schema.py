@@ -9,13 +9,13 @@ import pytest
 from jsonschema import Draft7Validator
 
 from florence_bt.core.declaration import Kind
+from florence_bt.core.plain_yaml import parse_yaml
 from florence_bt.trees.language.declarations import collect_declarations
-from florence_bt.trees.language.kinds import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
 from florence_bt.trees.language.loader import BUILT_IN, MissionLibrary
 from florence_bt.trees.language.quantities import UNITS, example_of
-from florence_bt.trees.language.schema import as_data, make_schema
-from florence_bt.trees.language.schema._nodes import KIND_VALUES, MODIFIER_TEXTS
-from florence_bt.trees.language.source import parse_source
+from florence_bt.trees.language.schema import KIND_VALUES, MODIFIER_TEXTS, make_schema
+from florence_bt.trees.language.vocabulary import ANYWHERE, MISSION_KEYS, MODIFIERS, NODE_KINDS
+from tests.unit.trees.yaml_data import as_data
 
 DOCS = Path(__file__).parents[3] / "docs"
 LABELS = {"hotspot": ["kitchen", "tv"], "room": ["kitchen"]}
@@ -25,7 +25,7 @@ BLOCKS = re.findall(r"```yaml( node)?\n(.*?)```", (DOCS / "missions.md").read_te
 
 
 def problems(text: str, schema=SCHEMA) -> list[str]:
-    data = as_data(parse_source(text.encode(), Path("m.yaml")))
+    data = as_data(parse_yaml(text.encode(), Path("m.yaml")))
     return [error.message for error in Draft7Validator(schema).iter_errors(data)]
 
 
@@ -182,7 +182,7 @@ def test_editors_are_told_what_everything_is():
 
 def test_data_is_typed_as_yaml_1_2_types_it():
     text = "a: [no, on, yes, true, 12, 1.5, 1e3, '7', ~, null, 12:30, 0x1f, '']\nb: {on: 5}\n"
-    assert as_data(parse_source(text.encode(), Path("m.yaml"))) == {
+    assert as_data(parse_yaml(text.encode(), Path("m.yaml"))) == {
         "a": ["no", "on", "yes", True, 12, 1.5, 1000.0, "7", None, None, "12:30", "0x1f", ""],
         "b": {"on": 5},
     }
@@ -252,7 +252,7 @@ def test_an_editor_says_in_words_what_is_wrong(tree, words):
                 yield error.schema["errorMessage"]
             yield from told(error.context)
 
-    data = as_data(parse_source(in_mission(tree).encode(), Path("m.yaml")))
+    data = as_data(parse_yaml(in_mission(tree).encode(), Path("m.yaml")))
     assert any(words in message for message in told(Draft7Validator(SCHEMA).iter_errors(data)))
 
 

@@ -109,7 +109,7 @@ def test_two_packages_with_one_skill(install):
 
 @pytest.mark.parametrize(
     ("missions", "message"),
-    [("waver.gone", "is no package folder"), ("waver", None), ("nowhere.missions", "cannot be found")],
+    [("waver.gone", "is not a package folder"), ("waver", None), ("nowhere.missions", "cannot be found")],
 )
 def test_folders_of_missions(install, missions, message):
     install(

@@ -92,7 +92,7 @@ def test_conditions_are_watched_wherever_they_stand(tmp_path, tree, slow):
         is_home=answers,
         work=[takes(100.0)],
     )
-    ticker = Ticker(play.root, incremental=True)
+    ticker = Ticker(play.root)
     play.root.tick_once = ticker.tick
     play.at(20.0)
     assert play.root.status in (Status.FAILURE, Status.SUCCESS)
@@ -187,7 +187,7 @@ def test_each_round_asks_anew(tmp_path):
 
 
 def test_loops_below_a_condition_ask_when_they_mean_to(tmp_path):
-    # The retry is no condition that is watched: it asks twice at 0 s and no more.
+    # The retry is not a condition that is watched: it asks twice at 0 s and no more.
     tree = "tree: {sequence: [{retry: 3, do: {is_home: }}, work: ], memory: false}"
     play = Play(tmp_path, tree, is_home=[takes(0.0, AWAY), takes(0.0)], work=[ENDLESS])
     play.at(5.0)

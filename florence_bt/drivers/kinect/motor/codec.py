@@ -38,7 +38,7 @@ class TiltStatus(enum.IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class MotorRequest:
     """A control transfer without data.
 
     Attributes:
@@ -76,19 +76,19 @@ class MotorState:
         return None if self.half_degrees is None else self.half_degrees / 2.0
 
 
-def tilt_request(degrees: float) -> Request:
+def tilt_request(degrees: float) -> MotorRequest:
     """Tilt the head; beyond 31 degrees it is tilted by 31.
 
     Raises:
-        ConfigError: The angle is no number.
+        ConfigError: The angle is not a number.
     """
     if not math.isfinite(degrees):
         raise ConfigError(f"cannot tilt the Kinect to {degrees}", valid=["-31..31 degrees"])
     half = round(2.0 * max(-TILT_LIMIT_DEG, min(TILT_LIMIT_DEG, degrees)))
-    return Request(SET_TILT, half & 0xFFFF)
+    return MotorRequest(SET_TILT, half & 0xFFFF)
 
 
-def led_request(option: int) -> Request:
+def led_request(option: int) -> MotorRequest:
     """Set the light.
 
     Args:
@@ -99,7 +99,7 @@ def led_request(option: int) -> Request:
     """
     if not 0 <= option <= LARGEST_LED:
         raise ConfigError(f"the Kinect's light has no option {option}", valid=[f"0..{LARGEST_LED}"])
-    return Request(SET_LED, option)
+    return MotorRequest(SET_LED, option)
 
 
 def decode_state(data: bytes) -> MotorState:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
-from florence_bt.drivers.diagnosis import Diagnosis, Level
+from florence_bt.core.limits import Limits, check_limits
+from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.kinect.motor.codec import (
     RECOMMENDED_TILT_DEG,
     TILT_LIMIT_DEG,
@@ -31,15 +32,12 @@ class MotorParameters:
         reconnect_delay_s: Seconds before the device is opened again; doubled each time, up to ten times.
     """
 
-    device_index: int = 0
+    device_index: Annotated[int, Limits(0, MOST_DEVICES - 1)] = 0
     frame_id: str = "camera_accelerometer_frame"
-    reconnect_delay_s: float = 0.5
+    reconnect_delay_s: Annotated[float, Limits(0.05, 60.0)] = 0.5
 
     def __post_init__(self) -> None:
-        if not 0 <= self.device_index < MOST_DEVICES:
-            raise ConfigError(f"device_index is {self.device_index}", valid=[f"0..{MOST_DEVICES - 1}"])
-        if not 0.05 <= self.reconnect_delay_s <= 60.0:
-            raise ConfigError(f"reconnect_delay_s is {self.reconnect_delay_s}", valid=["0.05..60"])
+        check_limits(self)
 
 
 def tilt_warning(degrees: float) -> str:
@@ -61,11 +59,11 @@ def diagnose(state: MotorState | None, problem: str, lost: int) -> Diagnosis:
     """
     values = {"Times Lost": str(lost)}
     if problem:
-        return Diagnosis(Level.ERROR, problem, values)
+        return Diagnosis(Severity.ERROR, problem, values)
     if state is None:
-        return Diagnosis(Level.WARN, "the Kinect's motor has not answered yet", values)
+        return Diagnosis(Severity.WARN, "the Kinect's motor has not answered yet", values)
     values["Tilt"] = "unknown" if state.tilt_deg is None else f"{state.tilt_deg:g} degrees"
     values["Status"] = STATUS_NAMES.get(state.status, f"unknown ({state.status})")
     if state.status == TiltStatus.LIMIT:
-        return Diagnosis(Level.WARN, "the Kinect's motor is at its limit", values)
-    return Diagnosis(Level.OK, "the Kinect's motor answers", values)
+        return Diagnosis(Severity.WARN, "the Kinect's motor is at its limit", values)
+    return Diagnosis(Severity.OK, "the Kinect's motor answers", values)

@@ -57,7 +57,7 @@ class KinectMotorNode(FlorenceNode):
         super().__init__("kinect_aux", parameters=parameters, namespace=namespace, context=context)
         self._settings = self.read_parameters(MotorParameters)
         self._state: codec.MotorState | None = None
-        self._wishes: dict[int, codec.Request] = {}
+        self._requests_by_kind: dict[int, codec.MotorRequest] = {}
         self._imu = self.create_publisher(Imu, f"{NAMESPACE}/imu", SENSOR)
         self._angle = self.create_publisher(Float64, f"{NAMESPACE}/cur_tilt_angle", RELIABLE)
         self._status = self.create_publisher(UInt8, f"{NAMESPACE}/cur_tilt_status", RELIABLE)
@@ -85,7 +85,7 @@ class KinectMotorNode(FlorenceNode):
         self._connection.close()
 
     def _on_open(self, motor: UsbMotor) -> None:
-        for request in self._wishes.values():
+        for request in self._requests_by_kind.values():
             motor.send(request)
         self.get_logger().info("the Kinect's motor is open")
 
@@ -98,16 +98,16 @@ class KinectMotorNode(FlorenceNode):
         warning = tilt_warning(message.data)
         if warning:
             self.get_logger().warning(warning)
-        self._wish(request)
+        self._send(request)
 
     def _on_led(self, message: UInt16) -> None:
         try:
-            self._wish(codec.led_request(message.data))
+            self._send(codec.led_request(message.data))
         except ConfigError as error:
             self.get_logger().warning(str(error))
 
-    def _wish(self, request: codec.Request) -> None:
-        self._wishes[request.request] = request
+    def _send(self, request: codec.MotorRequest) -> None:
+        self._requests_by_kind[request.request] = request
         if self._connection.device is not None:
             self._connection.device.send(request)
 

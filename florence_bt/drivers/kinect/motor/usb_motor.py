@@ -37,7 +37,7 @@ class UsbMotor:
     """
 
     def __init__(self, index: int = 0, backend: Any = None) -> None:
-        self._requests: queue.SimpleQueue[codec.Request] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[codec.MotorRequest] = queue.SimpleQueue()
         self._usb = _pyusb()
         self._device: Any = _find(self._usb, index, backend)
         answer = self._transfer(codec.READ, codec.INITIALISE, 0, 1)
@@ -46,7 +46,7 @@ class UsbMotor:
                 f"the Kinect's motor is not ready: it answered {bytes(answer).hex() or 'nothing'}"
             )
 
-    def send(self, request: codec.Request) -> None:
+    def send(self, request: codec.MotorRequest) -> None:
         """Have a request sent soon."""
         self._requests.put(request)
 

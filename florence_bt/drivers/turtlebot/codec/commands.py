@@ -1,26 +1,16 @@
 """A function for each command of the Open Interface, in units that people use (REFERENCE 1.3).
 
 Speeds and radii are clamped to what the base can do; anything else outside its range is refused with a
-``ConfigError``.
+``ConfigError``. The number in each function is the command's opcode.
 """
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.drivers.turtlebot.codec.command_bytes import Command, encode
-from florence_bt.drivers.turtlebot.codec.layouts import (
-    ALSO_STRAIGHT,
-    MAX_PWM,
-    MAX_RADIUS_MM,
-    MAX_WHEEL_SPEED_MMPS,
-    SPIN_CLOCKWISE,
-    SPIN_COUNTER_CLOCKWISE,
-    STRAIGHT,
-    Opcode,
-)
-from florence_bt.drivers.turtlebot.codec.models import CREATE, CREATE_2, Model
+from florence_bt.drivers.turtlebot.codec.models import CREATE, Model
 from florence_bt.drivers.turtlebot.codec.packets import known_packets, packet_size
 
 BAUD_RATES = (300, 600, 1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 115200)
@@ -29,10 +19,22 @@ BAUD_RATES = (300, 600, 1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 5760
 STREAM_OVERHEAD_BYTES = 3
 """Header, length and checksum of a stream frame."""
 
+MAX_WHEEL_SPEED_MMPS = 500
+MAX_RADIUS_MM = 2000
+MAX_PWM = 255
+MAX_NOTES = 16
+MAX_SCRIPT_BYTES = 100
+MAX_DUTY = 128
+"""A low side driver that is wholly on."""
+
+STRAIGHT, ALSO_STRAIGHT = -0x8000, 0x7FFF
+SPIN_CLOCKWISE, SPIN_COUNTER_CLOCKWISE = -1, 1
+"""Radii of the Drive command with a meaning of their own."""
+
 
 def start() -> bytes:
     """Wake the interface; the base is in Passive mode after it, from any mode."""
-    return encode(Command(Opcode.START))
+    return bytes([128])
 
 
 def baud(rate: int) -> bytes:
@@ -46,7 +48,7 @@ def baud(rate: int) -> bytes:
     """
     if rate not in BAUD_RATES:
         raise ConfigError(f"there is no baud rate {rate}", valid=map(str, BAUD_RATES))
-    return encode(Command(Opcode.BAUD, (BAUD_RATES.index(rate),)))
+    return bytes([129, BAUD_RATES.index(rate)])
 
 
 def passive() -> bytes:
@@ -56,42 +58,42 @@ def passive() -> bytes:
 
 def safe() -> bytes:
     """Go to Safe mode: the firmware stops at cliffs, wheel drops and the charger."""
-    return encode(Command(Opcode.SAFE))
+    return bytes([131])
 
 
 def full() -> bytes:
     """Go to Full mode: no firmware protection."""
-    return encode(Command(Opcode.FULL))
+    return bytes([132])
 
 
 def soft_reset() -> bytes:
     """Reboot the controller; it is in mode Off afterwards and needs seconds."""
-    return encode(Command(Opcode.SOFT_RESET))
+    return bytes([7])
 
 
 def power_down() -> bytes:
     """Go to sleep (Create 2)."""
-    return encode(Command(Opcode.POWER), CREATE_2)
+    return bytes([133])
 
 
 def stop_interface() -> bytes:
-    """Leave the interface (Create 2): mode Off, deaf to all but Start."""
-    return encode(Command(Opcode.STOP), CREATE_2)
+    """Leave the interface (Create 2): mode Off, in which only Start is accepted."""
+    return bytes([173])
 
 
 def spot() -> bytes:
     """Clean a spot; ends in Passive mode."""
-    return encode(Command(Opcode.SPOT))
+    return bytes([134])
 
 
 def cover() -> bytes:
     """Cover a room; ends in Passive mode."""
-    return encode(Command(Opcode.COVER))
+    return bytes([135])
 
 
 def cover_and_dock() -> bytes:
     """Cover until the home base is seen, then dock; ends in Passive mode."""
-    return encode(Command(Opcode.COVER_AND_DOCK))
+    return bytes([143])
 
 
 def demo(number: int) -> bytes:
@@ -100,7 +102,7 @@ def demo(number: int) -> bytes:
     Args:
         number: 0 to 9; -1 ends the demo that plays.
     """
-    return encode(Command(Opcode.DEMO, (number,)))
+    return struct.pack(">Bb", 136, _in_range("demo", number, -1, 9))
 
 
 def drive(velocity_mmps: int, radius_mm: int | None) -> bytes:
@@ -111,11 +113,10 @@ def drive(velocity_mmps: int, radius_mm: int | None) -> bytes:
         radius_mm: -2000 to 2000, positive to the left; None for straight on. 1 and -1 spin on the spot,
             counter-clockwise and clockwise.
     """
-    velocity = _clamp(velocity_mmps, MAX_WHEEL_SPEED_MMPS)
     radius = STRAIGHT if radius_mm is None else radius_mm
     if radius not in (STRAIGHT, ALSO_STRAIGHT):
         radius = _clamp(radius, MAX_RADIUS_MM)
-    return encode(Command(Opcode.DRIVE, (velocity, radius)))
+    return struct.pack(">Bhh", 137, _clamp(velocity_mmps, MAX_WHEEL_SPEED_MMPS), radius)
 
 
 def spin(velocity_mmps: int) -> bytes:
@@ -135,7 +136,7 @@ def drive_direct(right_mmps: int, left_mmps: int) -> bytes:
         left_mmps: Left wheel in mm/s.
     """
     speeds = (_clamp(right_mmps, MAX_WHEEL_SPEED_MMPS), _clamp(left_mmps, MAX_WHEEL_SPEED_MMPS))
-    return encode(Command(Opcode.DRIVE_DIRECT, speeds))
+    return struct.pack(">Bhh", 145, *speeds)
 
 
 def drive_pwm(right: int, left: int) -> bytes:
@@ -145,17 +146,17 @@ def drive_pwm(right: int, left: int) -> bytes:
         right: -255 to 255.
         left: -255 to 255.
     """
-    return encode(Command(Opcode.DRIVE_PWM, (_clamp(right, MAX_PWM), _clamp(left, MAX_PWM))), CREATE_2)
+    return struct.pack(">Bhh", 146, _clamp(right, MAX_PWM), _clamp(left, MAX_PWM))
 
 
 def low_side_drivers(bits: int) -> bytes:
     """Switch the three low side drivers; bit i is driver i (0 and 1 carry 0.5 A, 2 carries 1.5 A)."""
-    return encode(Command(Opcode.LOW_SIDE_DRIVERS, (bits,)))
+    return bytes([138, _in_range("bits", bits, 0, 7)])
 
 
 def pwm_low_side_drivers(driver2: int, driver1: int, driver0: int) -> bytes:
     """Set the duty of the low side drivers, 0 to 128 each; driver 2 first, as on the wire."""
-    return encode(Command(Opcode.PWM_LOW_SIDE_DRIVERS, (driver2, driver1, driver0)))
+    return bytes([144, *(_in_range("duty", duty, 0, MAX_DUTY) for duty in (driver2, driver1, driver0))])
 
 
 def digital_outputs(bits: int) -> bytes:
@@ -164,7 +165,7 @@ def digital_outputs(bits: int) -> bytes:
     Args:
         bits: 0 to 7; bit i is output i.
     """
-    return encode(Command(Opcode.DIGITAL_OUTPUTS, (bits,)))
+    return bytes([147, _in_range("bits", bits, 0, 7)])
 
 
 def leds(bits: int, *, power_colour: int, power_intensity: int) -> bytes:
@@ -175,7 +176,8 @@ def leds(bits: int, *, power_colour: int, power_intensity: int) -> bytes:
         power_colour: 0 green to 255 red.
         power_intensity: 0 to 255.
     """
-    return encode(Command(Opcode.LEDS, (bits, power_colour, power_intensity)))
+    lights = {"bits": bits, "colour": power_colour, "intensity": power_intensity}
+    return bytes([139, *(_in_range(name, value, 0, 255) for name, value in lights.items())])
 
 
 def song(number: int, notes: Sequence[tuple[int, int]], model: Model = CREATE) -> bytes:
@@ -186,25 +188,26 @@ def song(number: int, notes: Sequence[tuple[int, int]], model: Model = CREATE) -
         notes: 1 to 16 pairs of a MIDI number (31 to 127, anything else is a rest) and 1/64 s.
         model: The base.
     """
-    if not notes:
-        raise ConfigError("a song has 1 to 16 notes, not 0")
-    tail = tuple(value for note in notes for value in note)
-    return encode(Command(Opcode.SONG, (number,), tail), model)
+    if not 1 <= len(notes) <= MAX_NOTES:
+        raise ConfigError(f"a song has 1 to {MAX_NOTES} notes, not {len(notes)}")
+    tail = [_in_range("note or duration", value, 0, 255) for note in notes for value in note]
+    return bytes([140, _in_range("song", number, 0, model.songs - 1), len(notes), *tail])
 
 
 def play_song(number: int, model: Model = CREATE) -> bytes:
     """Play a stored song; ignored while another one plays."""
-    return encode(Command(Opcode.PLAY_SONG, (number,)), model)
+    return bytes([141, _in_range("song", number, 0, model.songs - 1)])
 
 
 def sensors(packet_id: int, model: Model = CREATE) -> bytes:
     """Ask once for a packet or group."""
-    return encode(Command(Opcode.SENSORS, tuple(known_packets([packet_id], model))), model)
+    return bytes([142, *known_packets([packet_id], model)])
 
 
 def query_list(packet_ids: Sequence[int], model: Model = CREATE) -> bytes:
     """Ask once for several packets; the answer is their data without header or checksum."""
-    return encode(Command(Opcode.QUERY_LIST, (), tuple(known_packets(packet_ids, model))), model)
+    known = known_packets(packet_ids, model)
+    return bytes([149, _in_range("number of packets", len(known), 0, 255), *known])
 
 
 def stream(packet_ids: Sequence[int], model: Model = CREATE) -> bytes:
@@ -219,22 +222,22 @@ def stream(packet_ids: Sequence[int], model: Model = CREATE) -> bytes:
         raise ConfigError(
             f"a stream frame of {length} bytes does not fit in 15 ms; at most {model.stream_budget_bytes} do"
         )
-    return encode(Command(Opcode.STREAM, (), tuple(known)), model)
+    return bytes([148, len(known), *known])
 
 
 def pause_stream() -> bytes:
     """Silence the stream; its list is kept."""
-    return encode(Command(Opcode.PAUSE_RESUME_STREAM, (0,)))
+    return bytes([150, 0])
 
 
 def resume_stream() -> bytes:
     """Let a paused stream go on."""
-    return encode(Command(Opcode.PAUSE_RESUME_STREAM, (1,)))
+    return bytes([150, 1])
 
 
 def send_ir(code: int) -> bytes:
     """Send an infrared byte through low side driver 1."""
-    return encode(Command(Opcode.SEND_IR, (code,)))
+    return bytes([151, _in_range("code", code, 0, 255)])
 
 
 def script(commands: Sequence[bytes]) -> bytes:
@@ -243,38 +246,46 @@ def script(commands: Sequence[bytes]) -> bytes:
     Args:
         commands: Commands as bytes, at most 100 together.
     """
-    return encode(Command(Opcode.SCRIPT, (), tuple(b"".join(commands))))
+    whole = b"".join(commands)
+    return bytes([152, _in_range("length of the script", len(whole), 0, MAX_SCRIPT_BYTES)]) + whole
 
 
 def play_script() -> bytes:
     """Play the stored script; as its last command it makes the script go round."""
-    return encode(Command(Opcode.PLAY_SCRIPT))
+    return bytes([153])
 
 
 def show_script() -> bytes:
     """Ask for the stored script; the answer is its length, then its bytes."""
-    return encode(Command(Opcode.SHOW_SCRIPT))
+    return bytes([154])
 
 
 def wait_time(tenths_of_s: int) -> bytes:
-    """Do nothing, and listen to nothing, for 0 to 25.5 s."""
-    return encode(Command(Opcode.WAIT_TIME, (tenths_of_s,)))
+    """Do nothing, and accept nothing, for 0 to 25.5 s."""
+    return bytes([155, _in_range("tenths of a second", tenths_of_s, 0, 255)])
 
 
 def wait_distance(distance_mm: int) -> bytes:
-    """Listen to nothing until the base has gone this far; the sign tells the direction."""
-    return encode(Command(Opcode.WAIT_DISTANCE, (distance_mm,)))
+    """Accept nothing until the base has gone this far; the sign gives the direction."""
+    return struct.pack(">Bh", 156, _in_range("millimetres", distance_mm, -32767, 32767))
 
 
 def wait_angle(angle_deg: int) -> bytes:
-    """Listen to nothing until the base has turned this far, counter-clockwise positive."""
-    return encode(Command(Opcode.WAIT_ANGLE, (angle_deg,)))
+    """Accept nothing until the base has turned this far, counter-clockwise positive."""
+    return struct.pack(">Bh", 157, _in_range("degrees", angle_deg, -32767, 32767))
 
 
 def wait_event(event: int) -> bytes:
-    """Listen to nothing until an event comes (1 to 22, REFERENCE 1.4) or, negative, is over."""
-    return encode(Command(Opcode.WAIT_EVENT, (event,)))
+    """Accept nothing until an event comes (1 to 22, REFERENCE 1.4) or, negative, is over."""
+    _in_range("event without its sign", abs(event), 1, 22)
+    return struct.pack(">Bb", 158, event)
 
 
 def _clamp(value: int, limit: int) -> int:
     return max(-limit, min(limit, value))
+
+
+def _in_range(name: str, value: int, lowest: int, highest: int) -> int:
+    if not lowest <= value <= highest:
+        raise ConfigError(f"{name} must be {lowest} to {highest}, not {value}")
+    return value

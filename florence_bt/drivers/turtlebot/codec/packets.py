@@ -177,26 +177,6 @@ def layout(packet_ids: Sequence[int]) -> str:
     return "".join(packet.code for packet_id in packet_ids for packet in members(packet_id))
 
 
-def encode_packets(packet_ids: Sequence[int], values: Mapping[int, int]) -> bytes:
-    """Data as the base sends them in answer to a query.
-
-    Args:
-        packet_ids: Packets or groups, in the order of the request.
-        values: Counts by packet number.
-
-    Raises:
-        ConfigError: A value is missing or out of its packet's range.
-    """
-    out = bytearray()
-    for packet_id in packet_ids:
-        for packet in members(packet_id):
-            value = values.get(packet.id)
-            if value is None or not packet.is_plausible(value):
-                raise ConfigError(f"packet {packet.id} ({packet.name}) cannot be {value}")
-            out += struct.pack(">" + packet.code, value)
-    return bytes(out)
-
-
 def decode_packets(packet_ids: Sequence[int], data: bytes) -> dict[int, int]:
     """The counts in an answer to ``sensors`` or ``query_list``, by packet number.
 

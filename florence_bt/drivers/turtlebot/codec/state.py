@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from florence_bt.drivers.turtlebot.codec.packets import PACKETS, decode_packets
+from florence_bt.drivers.turtlebot.codec.packets import PACKETS
 
 
 @dataclass(frozen=True, slots=True)
 class SensorState:
-    """Everything the base tells about itself: first the fields of TurtlebotSensorState but the header.
+    """Everything the base reports about itself: first the fields of TurtlebotSensorState but the header.
 
     Attributes:
         bumps_wheeldrops: Bits: bump right, bump left, drop right, drop left, drop caster.
@@ -38,7 +38,7 @@ class SensorState:
         cliff_front_left_signal: 0 to 4095.
         cliff_front_right_signal: 0 to 4095.
         cliff_right_signal: 0 to 4095.
-        user_digital_outputs: Bits that the host set last; the base does not tell them.
+        user_digital_outputs: Bits that the host set last; the base does not report them.
         user_digital_inputs: Bits.
         user_analog_input: 0 to 1023 for 0 to 5 V; the gyro.
         charging_sources_available: Bits: 0 internal charger, 1 home base.
@@ -129,7 +129,7 @@ class SensorState:
 
     @property
     def wheels_stopped(self) -> bool:
-        """Whether the base was last told to stand still."""
+        """Whether the base was last commanded to stand still."""
         return (
             self.requested_left_velocity == 0.0
             and self.requested_right_velocity == 0.0
@@ -149,15 +149,3 @@ def state_from_values(values: Mapping[int, int], user_digital_outputs: int = 0) 
         packet = PACKETS[packet_id]
         fields[packet.name] = value if packet.scale is None else value * packet.scale
     return SensorState(user_digital_outputs=user_digital_outputs, **fields)  # type: ignore[arg-type]
-
-
-def decode_group6(data: bytes) -> SensorState:
-    """Decode the answer to ``sensors(6)``: every packet from 7 to 42.
-
-    Args:
-        data: 52 bytes.
-
-    Raises:
-        FrameError: The length is not 52.
-    """
-    return state_from_values(decode_packets([6], data))

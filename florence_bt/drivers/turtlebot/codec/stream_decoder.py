@@ -1,4 +1,4 @@
-"""Frames of the sensor stream: 19, N, then N bytes of number and data in turn, checksum (REFERENCE 1.6).
+"""Frames of the sensor stream: 19, N, then N bytes of number and data, checksum (REFERENCE 1.6).
 
 The manuals disagree on whether the header counts for the checksum, so the decoder finds out which form the
 base in front of it uses. It knows the layout it asked for, and so drops a wrong start at the first byte that
@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import enum
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from florence_bt.core.errors import ConfigError
-from florence_bt.drivers.turtlebot.codec.packets import encode_packets, layout, members
+from florence_bt.drivers.turtlebot.codec.packets import layout, members
 
 HEADER = 19
-LONGEST_BODY = 255
 _CHANGE_FORM_AFTER = 3
 
 
@@ -133,24 +131,6 @@ class StreamDecoder:
             self._other_form_in_a_row = 0
             return True
         return False
-
-
-def encode_frame(packet_ids: Sequence[int], values: Mapping[int, int], form: ChecksumForm) -> bytes:
-    """A frame as the base sends it.
-
-    Args:
-        packet_ids: Packets or groups, in the order of the request.
-        values: Counts by packet number.
-        form: What the checksum covers.
-
-    Raises:
-        ConfigError: A value is missing or out of range, or the data are longer than a frame can be.
-    """
-    body = b"".join(bytes([number]) + encode_packets([number], values) for number in packet_ids)
-    if len(body) > LONGEST_BODY:
-        raise ConfigError(f"a frame carries at most {LONGEST_BODY} bytes, not {len(body)}")
-    counted = bytes([len(body)]) + body
-    return bytes([HEADER]) + counted + bytes([-(sum(counted) + form.value) % 256])
 
 
 def _fixed_bytes(packet_ids: Sequence[int], size: int) -> list[tuple[int, int]]:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.skills.filters.depth_to_laser._kernels import nearest_per_column
 
@@ -32,7 +34,7 @@ class FakeLaserParameters:
         angle_increment: Width of one direction in radians.
         scan_time: Seconds between scans, copied to the output.
         range_min: Points nearer than this are dropped, metres (the Kinect measures from about 0.5 m).
-        range_max: Ranges from here on are no measurements, metres (document, section 3.5.3).
+        range_max: Ranges from here on are not measurements, metres (document, section 3.5.3).
         output_frame_id: Frame written on the scan; the geometry is that of the optical frame.
         unseen_as_nan: Write NaN instead of "empty" in directions in which the camera measured nothing at
             all (outside its view, or only holes). NaN neither marks nor clears, so an obstacle that is too
@@ -41,39 +43,24 @@ class FakeLaserParameters:
 
     min_height: float = -0.15
     max_height: float = 0.15
-    angle_min: float = -math.pi / 2
-    angle_max: float = math.pi / 2
-    angle_increment: float = math.pi / 360
-    scan_time: float = 1.0 / 30.0
-    range_min: float = 0.5
-    range_max: float = 4.0
+    angle_min: Annotated[float, Limits(-math.pi, math.pi)] = -math.pi / 2
+    angle_max: Annotated[float, Limits(-math.pi, math.pi)] = math.pi / 2
+    angle_increment: Positive = math.pi / 360
+    scan_time: NotNegative = 1.0 / 30.0
+    range_min: Positive = 0.5
+    range_max: Positive = 4.0
     output_frame_id: str = "camera_depth_frame"
     unseen_as_nan: bool = False
 
     def __post_init__(self) -> None:
-        if not self.min_height < self.max_height:
+        check_limits(self)
+        check_order(
+            self, ("min_height", "max_height"), ("range_min", "range_max"), ("angle_min", "angle_max")
+        )
+        if self.angle_increment > self.angle_max - self.angle_min:
             raise ConfigError(
-                f"min_height ({self.min_height}) must be below max_height ({self.max_height})",
-                valid=("min_height: -0.15", "max_height: 0.15"),
-            )
-        if not 0.0 < self.range_min < self.range_max < math.inf:
-            raise ConfigError(
-                f"0 < range_min < range_max must hold, not {self.range_min} and {self.range_max}",
-                valid=("range_min: 0.5", "range_max: 4.0"),
-            )
-        if not -math.pi <= self.angle_min < self.angle_max <= math.pi:
-            raise ConfigError(
-                f"-pi <= angle_min < angle_max <= pi must hold, not {self.angle_min} and {self.angle_max}",
-                valid=("angle_min: -1.5708", "angle_max: 1.5708"),
-            )
-        if not 0.0 < self.angle_increment <= self.angle_max - self.angle_min:
-            raise ConfigError(
-                f"angle_increment ({self.angle_increment}) must be above zero and at most the scan's width",
+                f"angle_increment ({self.angle_increment}) is wider than the scan",
                 valid=("angle_increment: 0.0087266",),
-            )
-        if not 0.0 <= self.scan_time < math.inf:
-            raise ConfigError(
-                f"scan_time ({self.scan_time}) must not be negative", valid=("scan_time: 0.0333",)
             )
 
     @property

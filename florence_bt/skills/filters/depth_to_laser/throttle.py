@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Positive, check_limits
 
 TOLERANCE = 0.1
 """A picture may come this part of a period early, so that a camera that jitters loses none."""
@@ -19,11 +19,10 @@ class ThrottleParameters:
         max_rate: Most pictures per second; the old system had 20 Hz before its nodelet (REFERENCE 6.1).
     """
 
-    max_rate: float = 20.0
+    max_rate: Positive = 20.0
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.max_rate < math.inf:
-            raise ConfigError(f"max_rate ({self.max_rate}) must be above zero", valid=("max_rate: 20.0",))
+        check_limits(self)
 
 
 class Throttle:
@@ -34,7 +33,7 @@ class Throttle:
         self._last = -math.inf
 
     def admits(self, stamp: float) -> bool:
-        """Whether something with this stamp, in seconds, may pass. Stamps that jump back start anew."""
+        """Whether something with this stamp, in seconds, may pass. Stamps that jump back start again."""
         if 0.0 <= stamp - self._last < self._period:
             return False
         self._last = stamp

@@ -1,4 +1,4 @@
 """Laser and fake laser in one scan (REFERENCE 6.3).
 
-``merge`` combines two scans, ``combinator`` decides when, ``node`` speaks ROS.
+``merge`` combines two scans, ``combinator`` decides when, ``node`` is the ROS side.
 """

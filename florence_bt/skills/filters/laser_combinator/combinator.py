@@ -11,8 +11,7 @@ import numpy as np
 
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.filters.laser_combinator.merge import merge_scans
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters, merge_scans
 
 
 class LaserCombinator:
@@ -82,7 +81,7 @@ class LaserCombinator:
         return merge_scans(laser, scan, self.parameters, self.laser_from_kinect)
 
     def _is_fresh(self, scan: LaserScan | None, now: float) -> bool:
-        # Also a scan from far in the future is no good: it is from before the clock was set back.
+        # Also a scan from far in the future is not fresh: it is from before the clock was set back.
         return scan is not None and abs(now - scan.stamp) < self.parameters.freshness
 
 

@@ -17,7 +17,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
 from florence_bt.ros.tf import TransformListener
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
-from florence_bt.skills.filters.laser_combinator.parameters import CombinatorParameters
+from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 
 
 class LaserCombinatorNode(FlorenceNode):

@@ -1,1 +1,1 @@
-"""Makes scans fit for a costmap (REFERENCE 6.4): ``laser_filter`` computes, ``node`` speaks ROS."""
+"""Makes scans fit for a costmap (REFERENCE 6.4): ``laser_filter`` computes, ``node`` is the ROS side."""

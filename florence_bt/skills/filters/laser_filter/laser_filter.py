@@ -5,13 +5,12 @@ Source: REFERENCE 6.4; document, section 3.5.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import NotNegative, Positive, check_limits
 from florence_bt.core.sensing import LaserScan
 
 
@@ -27,20 +26,12 @@ class LaserFilterParameters:
             which clear the space behind the robot's bars although nothing was measured there.
     """
 
-    robot_radius: float = 0.25
-    far_epsilon: float = 1e-4
+    robot_radius: NotNegative = 0.25
+    far_epsilon: Positive = 1e-4
     legacy_sequential: bool = False
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.robot_radius < math.inf:
-            raise ConfigError(
-                f"robot_radius ({self.robot_radius}) must be zero or more metres",
-                valid=("robot_radius: 0.25",),
-            )
-        if not 0.0 < self.far_epsilon < math.inf:
-            raise ConfigError(
-                f"far_epsilon ({self.far_epsilon}) must be above zero", valid=("far_epsilon: 0.0001",)
-            )
+        check_limits(self)
 
 
 class LaserFilter:

@@ -1,4 +1,4 @@
 """Limits the acceleration of a tall robot (REFERENCE 6.5).
 
-``velocity_filter`` is one step of it, ``ticker`` runs the steps on a clock, ``node`` speaks ROS.
+``velocity_filter`` has one step of it and what runs the steps on a clock; ``node`` is the ROS side.
 """

@@ -15,8 +15,10 @@ from std_srvs.srv import SetBool
 from florence_bt.ros.conversions import twist_from_ros, twist_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import COMMAND, RELIABLE
-from florence_bt.skills.filters.velocity_filter.ticker import VelocityTicker
-from florence_bt.skills.filters.velocity_filter.velocity_filter import VelocityFilterParameters
+from florence_bt.skills.filters.velocity_filter.velocity_filter import (
+    VelocityFilterParameters,
+    VelocityTicker,
+)
 
 
 class VelocityFilterNode(FlorenceNode):

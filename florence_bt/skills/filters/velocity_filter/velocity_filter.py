@@ -6,10 +6,12 @@ Source: REFERENCE 6.5; document, section 3.6.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.clock import Clock, Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Twist2
+from florence_bt.core.limits import NotNegative, Positive, check_limits
 
 HELD_UP_S = 1.0
 """When two steps are further apart, the process was held up and the supervisor has stopped the base meanwhile
@@ -35,31 +37,17 @@ class VelocityFilterParameters:
             robot costs nothing; 0 publishes for ever (the old behaviour).
     """
 
-    max_linear_acc: float = 1.0
-    max_angular_acc: float = 1.0
-    max_linear_braking: float = 2.5
-    max_angular_braking: float = 3.2
-    publishing_rate: float = 50.0
-    command_timeout: float = 0.25
+    max_linear_acc: Positive = 1.0
+    max_angular_acc: Positive = 1.0
+    max_linear_braking: Positive = 2.5
+    max_angular_braking: Positive = 3.2
+    publishing_rate: Positive = 50.0
+    command_timeout: Positive = 0.25
     silent_until_command: bool = True
-    idle_after: float = 1.0
+    idle_after: NotNegative = 1.0
 
     def __post_init__(self) -> None:
-        for name, good in (
-            ("max_linear_acc", 1.0),
-            ("max_angular_acc", 1.0),
-            ("max_linear_braking", 2.5),
-            ("max_angular_braking", 3.2),
-            ("publishing_rate", 50.0),
-            ("command_timeout", 0.25),
-        ):
-            value = getattr(self, name)
-            if not 0.0 < value < math.inf:
-                raise ConfigError(f"{name} ({value}) must be a number above zero", valid=(f"{name}: {good}",))
-        if not 0.0 <= self.idle_after < math.inf:
-            raise ConfigError(
-                f"idle_after ({self.idle_after}) must be zero or more seconds", valid=("idle_after: 1.0",)
-            )
+        check_limits(self)
 
 
 class VelocityFilter:
@@ -156,3 +144,74 @@ def _approach(now: float, wanted: float, max_acc: float, rate: float) -> float:
     if abs(acc) <= max_acc * (1.0 + ROUNDING):
         return wanted
     return now + math.copysign(max_acc / rate, acc)
+
+
+class VelocityTicker:
+    """Steps a :class:`VelocityFilter` at its rate; sleeps from the moment it is idle to the next command.
+
+    The base stops by itself when no command comes for 0.6 s (REFERENCE 6.5). That never matters here: the
+    ticker falls silent only at standstill.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        publish: Callable[[Twist2], None],
+        parameters: VelocityFilterParameters | None = None,
+    ) -> None:
+        self.filter = VelocityFilter(parameters)
+        self._clock = clock
+        self._publish = publish
+        self._timer: Timer | None = None
+        if not self.filter.parameters.silent_until_command:
+            self._wake()
+
+    @property
+    def running(self) -> bool:
+        """Whether steps are being made."""
+        return self._timer is not None
+
+    def command(self, twist: Twist2) -> bool:
+        """Take a velocity command; False when it was refused (see :meth:`VelocityFilter.command`)."""
+        accepted = self.filter.command(twist, self._clock.now())
+        if accepted:
+            self._wake()
+        return accepted
+
+    def hard_stop(self) -> None:
+        """Publish a zero at once and hold it until :meth:`release`."""
+        self.filter.hard_stop()
+        self._publish(STANDSTILL)
+        self._wake()
+
+    def stop(self) -> None:
+        """Publish a zero at once; unless a hard stop holds, the next command counts."""
+        held = self.filter.stopped
+        self.hard_stop()
+        if not held:
+            self.release()
+
+    def release(self) -> None:
+        """End a hard stop."""
+        self.filter.release()
+
+    def close(self) -> None:
+        """Leave the robot standing: no more steps, and a zero as the last command."""
+        self.filter.hard_stop()
+        self._rest()
+        self._publish(STANDSTILL)
+
+    def _wake(self) -> None:
+        if self._timer is None:
+            period = 1.0 / self.filter.parameters.publishing_rate
+            self._timer = call_every(self._clock, period, self._step, start=self._clock.now())
+
+    def _rest(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _step(self) -> None:
+        self._publish(self.filter.step(self._clock.now()))
+        if self.filter.idle:
+            self._rest()

@@ -45,7 +45,7 @@ class Localiser:
             grid, self._parameters.likelihood_max_dist, self._parameters.surface_offset
         )
         self._filter = ParticleFilter(self._field, self._parameters, np.random.default_rng(seed))
-        self._told: Pose2 | None = None
+        self._given: Pose2 | None = None
         self._odom: Pose2 | None = None
         self._previous_odom: Pose2 | None = None
         self.pose: Pose2 | None = None
@@ -61,7 +61,7 @@ class Localiser:
     def set_pose(
         self, pose: Pose2, standard_deviations: tuple[float, float, float] = INITIAL_DEVIATIONS
     ) -> None:
-        """Tell where the robot is; the next scan counts in any case.
+        """Set where the robot is; the next scan counts in any case.
 
         Args:
             pose: base_footprint in the map frame.
@@ -73,7 +73,7 @@ class Localiser:
         if not pose.is_finite() or not all(0.0 <= deviation < math.inf for deviation in standard_deviations):
             raise ValueError(f"the robot cannot be at {pose} with the deviations {standard_deviations}")
         self._filter.set_pose(pose, standard_deviations)
-        self._told = pose
+        self._given = pose
         self._odom = None
         self.covariance = np.diag(np.square(standard_deviations))
 
@@ -81,10 +81,10 @@ class Localiser:
         """Take the pose of :meth:`set_pose` for true until a scan says better.
 
         Args:
-            odom_pose: base_footprint in the odometry frame, where the robot was told to be.
+            odom_pose: base_footprint in the odometry frame, at the pose that was set.
         """
-        if self._told is not None and odom_pose.is_finite():
-            self.map_from_odom, self._told = self._told @ odom_pose.inverse(), None
+        if self._given is not None and odom_pose.is_finite():
+            self.map_from_odom, self._given = self._given @ odom_pose.inverse(), None
 
     def update(self, scan: LaserScan, laser_in_base: Transform3, odom_pose: Pose2) -> Pose2 | None:
         """Take a scan.
@@ -106,7 +106,7 @@ class Localiser:
             return None
         if self._odom is not None:
             self._filter.move(self._odom.inverse() @ odom_pose)
-        self._odom, self._told = odom_pose, None
+        self._odom, self._given = odom_pose, None
         self._filter.weigh(_evenly(points, self._parameters.laser_max_beams), scan.range_max)
         self.pose, self.covariance = self._estimate_and_resample(points)
         self.map_from_odom = self.pose @ odom_pose.inverse()

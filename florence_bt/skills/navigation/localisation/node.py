@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
@@ -17,8 +17,8 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 
 from florence_bt.core.clock import call_every
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import Finite, Limits, NotNegative, check_limits
 from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import (
@@ -40,7 +40,7 @@ from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 @dataclass(frozen=True, slots=True)
 class LocaliserNodeParameters:
-    """How the node speaks.
+    """Frames, rates and the initial pose.
 
     Attributes:
         initial_x: Where the robot is at first, in the map frame, metres.
@@ -56,35 +56,24 @@ class LocaliserNodeParameters:
         base_frame: The robot's frame.
     """
 
-    initial_x: float = 0.0
-    initial_y: float = 0.0
-    initial_yaw: float = 0.0
-    initial_deviation_xy: float = 0.15
-    initial_deviation_yaw: float = 0.1
+    initial_x: Finite = 0.0
+    initial_y: Finite = 0.0
+    initial_yaw: Finite = 0.0
+    initial_deviation_xy: NotNegative = 0.15
+    initial_deviation_yaw: NotNegative = 0.1
     seed: int = 0
-    transform_tolerance: float = 0.2
-    transform_rate: float = 20.0
+    transform_tolerance: NotNegative = 0.2
+    transform_rate: Annotated[float, Limits(0.0, 1000.0, above=True)] = 20.0
     map_frame: str = "map"
     odom_frame: str = "odom"
     base_frame: str = "base_footprint"
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        if not Pose2(self.initial_x, self.initial_y, self.initial_yaw).is_finite():
-            raise ConfigError("the initial pose is not finite", valid=["initial_x: 0.0"])
-        for name in ("initial_deviation_xy", "initial_deviation_yaw", "transform_tolerance"):
-            if not 0.0 <= getattr(self, name) < 100.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
-        if not 0.0 < self.transform_rate <= 1000.0:
-            raise ConfigError(f"transform_rate is {self.transform_rate}", valid=["20.0"])
+        check_limits(self)
 
 
 class LocaliserNode(FlorenceNode):
-    """Feeds the localiser and tells everybody where the robot is."""
+    """Feeds the localiser and publishes where the robot is."""
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("localiser", parameters=parameters, namespace=namespace)
@@ -119,8 +108,8 @@ class LocaliserNode(FlorenceNode):
             )
             return
         x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
-        told = (float(x), float(y), float(yaw))
-        self._start, self._deviations = pose, told if any(told) else INITIAL_DEVIATIONS
+        given = (float(x), float(y), float(yaw))
+        self._start, self._deviations = pose, given if any(given) else INITIAL_DEVIATIONS
         if self._localiser is not None:
             self._localiser.set_pose(self._start, self._deviations)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,31 +37,31 @@ class LocaliserParameters:
         match_min_near: The part of the beams that must fit the map for the fit to count.
         match_prior_d: How far the fit may leave the particles at little cost, in metres.
         match_prior_a: The same for the heading, in radians.
-        match_inject: The part of the particles that is drawn anew around a good fit.
+        match_inject: The part of the particles that is drawn again around a good fit.
         match_max_shift: Longest correction by the fit in metres.
         match_max_turn: Largest correction by the fit in radians.
         surface_offset: See ``build_likelihood_field``, in cells.
     """
 
-    particles: int = 800
-    laser_max_beams: int = 90
-    match_max_beams: int = 240
+    particles: Annotated[int, Limits(10)] = 800
+    laser_max_beams: Annotated[int, Limits(4)] = 90
+    match_max_beams: Annotated[int, Limits(4)] = 240
     laser_min_range: float = 0.25
     laser_max_range: float = 0.0
-    alpha1: float = 0.004
-    alpha2: float = 0.002
-    alpha3: float = 0.003
-    alpha4: float = 0.001
-    z_hit: float = 0.95
-    z_rand: float = 0.05
-    sigma_hit: float = 0.1
-    likelihood_max_dist: float = 2.0
-    update_min_d: float = 0.10
-    update_min_a: float = 0.10
-    resample_interval: int = 1
+    alpha1: NotNegative = 0.004
+    alpha2: NotNegative = 0.002
+    alpha3: NotNegative = 0.003
+    alpha4: NotNegative = 0.001
+    z_hit: NotNegative = 0.95
+    z_rand: NotNegative = 0.05
+    sigma_hit: Positive = 0.1
+    likelihood_max_dist: Positive = 2.0
+    update_min_d: NotNegative = 0.10
+    update_min_a: NotNegative = 0.10
+    resample_interval: Annotated[int, Limits(1)] = 1
     refine: bool = True
-    match_sigma: float = 0.05
-    match_independent_beams: float = 60.0
+    match_sigma: Positive = 0.05
+    match_independent_beams: Positive = 60.0
     match_min_near: float = 0.4
     match_prior_d: float = 0.1
     match_prior_a: float = 0.05
@@ -70,31 +71,4 @@ class LocaliserParameters:
     surface_offset: float = 0.5
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        for name, least in (
-            ("particles", 10),
-            ("laser_max_beams", 4),
-            ("match_max_beams", 4),
-            ("resample_interval", 1),
-        ):
-            if getattr(self, name) < least:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=[f"{least} or more"])
-        for name in ("sigma_hit", "likelihood_max_dist", "match_sigma", "match_independent_beams"):
-            if not getattr(self, name) > 0.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number above 0"])
-        for name in (
-            "alpha1",
-            "alpha2",
-            "alpha3",
-            "alpha4",
-            "z_hit",
-            "z_rand",
-            "update_min_d",
-            "update_min_a",
-        ):
-            if not getattr(self, name) >= 0.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
+        check_limits(self)

@@ -142,7 +142,7 @@ class ParticleFilter:
         self.weights /= self.weights.sum()
 
     def resample(self) -> None:
-        """Draw anew in proportion to the weights, at every ``resample_interval``-th call."""
+        """Resample in proportion to the weights, at every ``resample_interval``-th call."""
         self._updates += 1
         if self._updates % self._parameters.resample_interval:
             return

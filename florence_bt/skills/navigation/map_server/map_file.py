@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, FrameError, closest_first
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import Listing, Source, Table, Text, read_source
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.skills.navigation.map_server.pgm import decode_pgm, encode_pgm
+from florence_bt.skills.navigation.map_server.pgm import decode_pgm
 
 MODES = ("trinary", "scale", "raw")
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
@@ -120,10 +120,10 @@ def read_description(path: Path) -> MapDescription:
     )
 
 
-def _entries(path: Path) -> dict[str, Source]:
+def _entries(path: Path) -> dict[str, YamlNode]:
     """The values of the file by key, each with its place."""
     try:
-        root = read_source(path)
+        root = read_yaml(path)
     except ConfigError as error:
         valid = (
             [str(other) for other in sorted(path.parent.glob("*.yaml"))] if not path.exists() else error.valid
@@ -131,7 +131,7 @@ def _entries(path: Path) -> dict[str, Source]:
         raise ConfigError(
             f"the map: {error.problem}", file=path, line=error.line, column=error.column, valid=valid
         ) from error
-    if not isinstance(root, Table):
+    if not isinstance(root, YamlMapping):
         raise ConfigError("a map file holds keys with values", file=path, line=1, valid=_KEYS)
     for key, _ in root.entries:
         if key.text not in _KEYS:
@@ -139,22 +139,22 @@ def _entries(path: Path) -> dict[str, Source]:
     return {key.text: value for key, value in root.entries}
 
 
-def _wrong(path: Path, source: Source, problem: str, *valid: str) -> ConfigError:
+def _wrong(path: Path, source: YamlNode, problem: str, *valid: str) -> ConfigError:
     position = source.position
     return ConfigError(problem, file=path, line=position.line, column=position.column, valid=valid)
 
 
-def _text(path: Path, entries: dict[str, Source], name: str, default: str) -> str:
+def _text(path: Path, entries: dict[str, YamlNode], name: str, default: str) -> str:
     source = entries.get(name)
     if source is None:
         return default
-    if not isinstance(source, Text) or not source.text:
+    if not isinstance(source, YamlScalar) or not source.text:
         raise _wrong(path, source, f"{name} must be a text", f"{name}: {default or 'map.pgm'}")
     return source.text
 
 
-def _float(path: Path, source: Source, name: str, example: str) -> float:
-    text = source.text if isinstance(source, Text) else ""
+def _float(path: Path, source: YamlNode, name: str, example: str) -> float:
+    text = source.text if isinstance(source, YamlScalar) else ""
     try:
         value = float(text)
     except ValueError:
@@ -164,20 +164,20 @@ def _float(path: Path, source: Source, name: str, example: str) -> float:
     return value
 
 
-def _number(path: Path, entries: dict[str, Source], name: str, default: float) -> float:
+def _number(path: Path, entries: dict[str, YamlNode], name: str, default: float) -> float:
     return _float(path, entries[name], name, f"{name}: {default or 0.05}") if name in entries else default
 
 
-def _flag(path: Path, entries: dict[str, Source], name: str) -> bool:
+def _flag(path: Path, entries: dict[str, YamlNode], name: str) -> bool:
     text = _text(path, entries, name, "0").lower()
     if text not in ("0", "1", "false", "true"):
         raise _wrong(path, entries[name], f"{name} must be 0 or 1, not {text!r}", "0", "1")
     return text in ("1", "true")
 
 
-def _origin(path: Path, source: Source) -> Pose2:
+def _origin(path: Path, source: YamlNode) -> Pose2:
     example = "origin: [-10.0, -10.0, 0.0]"
-    if not isinstance(source, Listing) or len(source.items) not in (2, 3):
+    if not isinstance(source, YamlSequence) or len(source.items) not in (2, 3):
         raise _wrong(path, source, "the origin must be a list of x, y and yaw", example)
     numbers = [_float(path, item, "a number of the origin", example) for item in source.items]
     if len(numbers) == 3 and numbers[2] != 0.0:
@@ -185,39 +185,3 @@ def _origin(path: Path, source: Source) -> Pose2:
             path, source.items[2], f"a map turned by {numbers[2]} rad is not supported", "a yaw of 0"
         )
     return Pose2(numbers[0], numbers[1], 0.0)
-
-
-def save_map(grid: OccupancyGrid, path: str | Path) -> None:
-    """Write a map: the YAML file and, beside it, the picture of the same name.
-
-    Cells from 65 on become occupied, cells to 19 free, the rest unknown, as the map saver of ROS does.
-
-    Args:
-        grid: The map.
-        path: The YAML file; the picture gets the ending ``.pgm``.
-
-    Raises:
-        ConfigError: The files cannot be written.
-
-    Source:
-        REFERENCE 7.8.
-    """
-    path = Path(path)
-    pixels = np.full(grid.cells.shape, 205, np.uint8)
-    pixels[(grid.cells >= 0) & (grid.cells < 20)] = 254
-    pixels[grid.cells >= 65] = 0
-    picture = path.with_suffix(".pgm")
-    description = (
-        f"image: {picture.name}\nmode: trinary\nresolution: {grid.resolution!r}\n"
-        f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
-    )
-    try:
-        picture.write_bytes(encode_pgm(np.flipud(pixels), f"{grid.resolution:g} m per pixel"))
-        path.write_text(description, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            f"the map cannot be written ({error.strerror})",
-            file=path,
-            valid=["a folder that exists and can be written"],
-        ) from error

@@ -24,7 +24,7 @@ def decode_pgm(data: bytes) -> NDArray[np.uint8]:
         Shape (rows, columns), row 0 at the top of the picture, scaled to 0..255.
 
     Raises:
-        FrameError: The bytes are no graymap, or too few.
+        FrameError: The bytes are not a graymap, or too few.
 
     Source:
         Netpbm, pgm(5).
@@ -68,16 +68,4 @@ def _plain(data: bytes, position: int) -> NDArray[np.int64]:
     try:
         return np.array(_COMMENT.sub(b"", data[position:]).split(), dtype="S8").astype(np.int64)
     except ValueError as error:
-        raise FrameError(f"a pixel is no number: {error}") from error
-
-
-def encode_pgm(image: NDArray[np.uint8], comment: str = "") -> bytes:
-    """Write a binary graymap.
-
-    Args:
-        image: Shape (rows, columns), row 0 at the top.
-        comment: One line for people.
-    """
-    rows, columns = image.shape
-    note = f"# {comment}\n" if comment else ""
-    return f"P5\n{note}{columns} {rows}\n255\n".encode() + image.astype(np.uint8).tobytes()
+        raise FrameError(f"a pixel is not a number: {error}") from error

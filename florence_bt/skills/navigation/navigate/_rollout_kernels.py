@@ -70,7 +70,7 @@ def roll_out(
         unreached: Distances from here on mean "not reached".
 
     Returns:
-        Shape (n,): the cost, smaller is better; :data:`COLLIDES` or :data:`UNREACHABLE` where it is no good.
+        Shape (n,): the cost, smaller is better; :data:`COLLIDES` or :data:`UNREACHABLE` for unusable ones.
 
     Source:
         REFERENCE 7.6.

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
-from florence_bt.skills.navigation.navigate.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
+from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 
 FREE_COST = 0
 
@@ -40,32 +41,19 @@ class CostmapParameters:
     """
 
     footprint: tuple[float, ...] = FLORENCE_FOOTPRINT
-    footprint_padding: float = 0.01
-    obstacle_range: float = 2.5
-    raytrace_range: float = 3.0
-    inflation_radius: float = 0.40
-    cost_scaling_factor: float = 10.0
-    lethal_cost_threshold: int = 65
+    footprint_padding: NotNegative = 0.01
+    obstacle_range: Positive = 2.5
+    raytrace_range: Positive = 3.0
+    inflation_radius: Positive = 0.40
+    cost_scaling_factor: NotNegative = 10.0
+    lethal_cost_threshold: Annotated[int, Limits(1, 100)] = 65
     track_unknown_space: bool = True
-    local_size: float = 5.0
-    local_resolution: float = 0.05
+    local_size: Positive = 5.0
+    local_resolution: Positive = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
         self.make_footprint()
-        positive = ("obstacle_range", "raytrace_range", "inflation_radius", "local_size", "local_resolution")
-        for name in positive:
-            if not 0.0 < getattr(self, name) < 100.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number of metres above 0"])
-        for name in ("footprint_padding", "cost_scaling_factor"):
-            if not 0.0 <= getattr(self, name) < 1000.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
-        if not 0 < self.lethal_cost_threshold <= 100:
-            raise ConfigError(f"lethal_cost_threshold is {self.lethal_cost_threshold}", valid=["1 to 100"])
+        check_limits(self)
 
     def make_footprint(self) -> Footprint:
         """The padded footprint."""

@@ -1,15 +1,20 @@
-"""What missions know of navigation."""
+"""What missions know of navigation, and how it is served."""
 
 from __future__ import annotations
 
 import math
+from datetime import timedelta
+from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.serving import ServedAction
 from florence_bt.skills.navigation.navigate.results import (
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
     SPIN_CODES_BY_NUMBER,
     TURN_FAILURES,
+    result_from_navigate,
+    result_from_spin,
 )
 
 NAVIGATE_TO = SkillDeclaration(
@@ -42,4 +47,35 @@ TURN = SkillDeclaration(
     server_codes=SPIN_CODES_BY_NUMBER,
 )
 
-DECLARATIONS = (NAVIGATE_TO, TURN)
+
+def _driving(message: Any) -> str:
+    """Where to, not how far: a countdown would make every feedback look like a change."""
+    recoveries = message.number_of_recoveries
+    return "driving" if recoveries == 0 else f"driving, {recoveries} recoveries so far"
+
+
+SERVED = (
+    ServedAction(
+        skill=NAVIGATE_TO,
+        interface="nav2_msgs/action/NavigateToPose",
+        name="navigate_to_pose",
+        request=lambda inputs: {"pose": inputs["goal"]},
+        result=lambda message, outcome: result_from_navigate(outcome, message.error_code, message.error_msg),
+        feedback=_driving,
+        component="base",
+        perform=lambda base, inputs: base.navigate(inputs["goal"]),
+    ),
+    ServedAction(
+        skill=TURN,
+        interface="nav2_msgs/action/Spin",
+        name="spin",
+        request=lambda inputs: {
+            "target_yaw": float(inputs["angle"]),
+            "time_allowance": timedelta(seconds=inputs["time_allowance"]),
+        },
+        result=lambda message, outcome: result_from_spin(outcome, message.error_code, message.error_msg),
+        feedback=lambda message: "turning",
+        component="base",
+        perform=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
+    ),
+)

@@ -12,14 +12,78 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
-from florence_bt.skills.navigation.navigate.base_stop import BaseStop
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
-from florence_bt.skills.navigation.navigate.drive import Drive, Moment, Site
-from florence_bt.skills.navigation.navigate.freshness import Freshness
-from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES
-from florence_bt.skills.navigation.navigate.step import Feedback, NavigatorParameters, Step
-from florence_bt.skills.navigation.navigate.turning import Turn
+from florence_bt.skills.navigation.navigate.drive import (
+    Costmaps,
+    CycleResult,
+    Drive,
+    Feedback,
+    NavigatorParameters,
+    RobotState,
+)
+from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
+from florence_bt.skills.navigation.navigate.spin import Spin
+
+
+class Freshness:
+    """Remembers the newest scan of each sensor and says what is missing.
+
+    Args:
+        timeout: Older data counts as missing, in seconds; data from as far ahead too, because it would look
+            fresh for too long after the sensor has fallen silent.
+        scan_timeout: A sensor of which nothing has come for so long counts as missing, in seconds. Scans that
+            come regularly may be older: on a busy machine all are late.
+        required: The sensors without which the robot does not move.
+    """
+
+    def __init__(self, timeout: float, scan_timeout: float, required: tuple[str, ...]) -> None:
+        self._timeout = timeout
+        self._scan_timeout = scan_timeout
+        self._required = required
+        self._scans: dict[str, float] = {}
+        self._arrived: dict[str, float] = {}
+
+    def saw(self, source: str, stamp: float, arrived: float) -> None:
+        """A scan came."""
+        self._scans[source] = stamp
+        self._arrived[source] = arrived
+
+    def missing(
+        self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None, *, needs_map: bool
+    ) -> tuple[str, str] | None:
+        """What is missing, as (code, reason); None when all is there."""
+        if odometry is None or not odometry.pose.is_finite():
+            return "no_pose", "the base publishes no odometry"
+        if abs(now - odometry.stamp) > self._timeout:
+            return "no_pose", f"the odometry is not of the last {self._timeout:g} s"
+        if needs_map and (map_from_odom is None or not map_from_odom.is_finite()):
+            return "no_pose", "the robot does not know where it is in the map"
+        for source in self._required:
+            stamp = self._scans.get(source)
+            if stamp is None:
+                return "no_scan", f"no scan of {source!r} has come yet"
+            if abs(now - stamp) > self._timeout:
+                return "no_scan", f"the last scan of {source!r} is not of the last {self._timeout:g} s"
+            if not 0.0 <= now - self._arrived[source] <= self._scan_timeout:
+                return "no_scan", f"no scan of {source!r} has come for {self._scan_timeout:g} s"
+        return None
+
+
+def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | None:
+    """Why a quaternion is not a heading, None when it is one.
+
+    Source:
+        REFERENCE 7.3 (goal quaternion).
+    """
+    squared = x * x + y * y + z * z + w * w
+    if not math.isfinite(squared):
+        return "the goal's orientation is not finite"
+    if squared < 1e-6:
+        return "the goal's orientation is the zero quaternion; w: 1.0 means straight ahead"
+    if 2.0 * (x * x + y * y) / squared > 1e-3:
+        return "the goal's orientation is tilted; the robot can only turn about the vertical axis"
+    return None
 
 
 class Navigator:
@@ -42,11 +106,11 @@ class Navigator:
         frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])
         outline = self._p.costmap.make_true_footprint().outline(grid.resolution / 2.0)
         self._walls = MapWalls(static, frame, outline)
-        self._site = Site(self.global_costmap, self.local_costmap, static, self._walls)
+        self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls)
         cycle = self._p.cycle
         self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._drive: Drive | None = None
-        self._turn: Turn | None = None
+        self._turn: Spin | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
         self._feedback = Feedback()
@@ -126,7 +190,7 @@ class Navigator:
             code, reason = problem
             self._end = failure(code, reason, server_code=SERVER_CODES[code])
         else:
-            self._drive = Drive(goal, self._site, self._p, now)
+            self._drive = Drive(goal, self._costmaps, self._p, now)
 
     def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
         """Turn in place by an angle (rad, counter-clockwise positive); replaces what is active.
@@ -141,7 +205,7 @@ class Navigator:
             reason = f"a turn by {angle} rad in {time_allowance} s cannot be done"
             self._end = failure("bad_input", reason, server_code=SPIN_SERVER_CODES["bad_input"])
         else:
-            self._turn = Turn(angle, self._p.turn, now, time_allowance)
+            self._turn = Spin(angle, self._p.turn, now, time_allowance)
 
     def cancel(self) -> None:
         """End the goal; the next step stops the robot and reports it. Without a goal nothing happens."""
@@ -161,7 +225,7 @@ class Navigator:
         place = f"({goal.x:.2f}, {goal.y:.2f})"
         if cell is None:
             return "goal_outside", f"the goal {place} lies outside of the map"
-        cost = self._site.static[cell]
+        cost = self._costmaps.static[cell]
         if INSCRIBED <= cost < UNKNOWN_COST:
             return "goal_occupied", f"the robot does not fit at {place}: an obstacle of the map is too near"
         if self._walls.touches(goal):
@@ -169,7 +233,7 @@ class Navigator:
             return "goal_occupied", f"the robot does not fit at {place} with the heading of {heading}"
         return None
 
-    def step(self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None) -> Step:
+    def step(self, now: float, odometry: Odometry | None, map_from_odom: Pose2 | None) -> CycleResult:
         """One cycle.
 
         Args:
@@ -181,7 +245,7 @@ class Navigator:
             What to do now. The robot never moves on old data, and every goal's end comes with a standstill.
         """
         if not self.active:
-            return Step(None, Feedback())
+            return CycleResult(None, Feedback())
         if self._end is not None:
             return self._finish(self._end)
         if self.base_stop.holds_all:
@@ -191,30 +255,30 @@ class Navigator:
             return self._wait(now, *missing)
         self._missing_since = None
         assert odometry is not None
-        moment = self._moment(now, odometry, map_from_odom)
-        command, result = self._advance(moment)
-        return Step(command, self._feedback) if result is None else self._finish(result)
+        state = self._state_at(now, odometry, map_from_odom)
+        command, result = self._advance(state)
+        return CycleResult(command, self._feedback) if result is None else self._finish(result)
 
-    def _moment(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> Moment:
+    def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> RobotState:
         # The odometry is a little old; the robot has moved on since.
         age = min(self._p.cycle.prediction_limit, max(0.0, now - odometry.stamp))
         pose = integrate_twist(odometry.pose, odometry.twist, age)
         self.local_costmap.roll_to(pose)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
-        return Moment(now, pose, odometry.twist, map_from_odom or Pose2(), clearance, self.base_stop)
+        return RobotState(now, pose, odometry.twist, map_from_odom or Pose2(), clearance, self.base_stop)
 
-    def _advance(self, moment: Moment) -> tuple[Twist2, Result | None]:
+    def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
         if self._drive is not None:
-            command, self._feedback, result = self._drive.step(moment)
+            command, self._feedback, result = self._drive.step(state)
             return command, result
         assert self._turn is not None
-        command, result = self._turn.step(moment.now, moment.pose, moment.twist, moment.clearance)
+        command, result = self._turn.step(state.now, state.pose, state.twist, state.clearance)
         left = abs(self._turn.remaining)
         self._feedback = Feedback(left, left / self._p.turn.spin_max_speed, 0, "turning in place")
         return command, result
 
-    def _wait(self, now: float, code: str, reason: str) -> Step:
+    def _wait(self, now: float, code: str, reason: str) -> CycleResult:
         if self._missing_since is None:
             self._missing_since = now
         if now - self._missing_since > self._p.cycle.sensor_patience:
@@ -224,11 +288,11 @@ class Navigator:
         self._feedback = Feedback(
             old.distance_remaining, old.time_remaining, old.recoveries, f"waiting: {reason}"
         )
-        return Step(STANDSTILL, self._feedback)
+        return CycleResult(STANDSTILL, self._feedback)
 
-    def _finish(self, result: Result) -> Step:
+    def _finish(self, result: Result) -> CycleResult:
         self._drive = self._turn = self._end = None
         old = self._feedback
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
         self._feedback = Feedback(old.distance_remaining, 0.0, old.recoveries, text)
-        return Step(STANDSTILL, self._feedback, result)
+        return CycleResult(STANDSTILL, self._feedback, result)

@@ -1,7 +1,7 @@
 """The node ``navigate``: the actions ``navigate_to_pose`` and ``spin``, the costmaps and ``cmd_vel``.
 
-A pose on ``goal_pose`` (RViz) is sent on to the own action, as Nav2 does: whoever looks for goals or cancels
-them meets every drive.
+A pose on ``goal_pose`` (RViz) is sent on to the own action, as in Nav2: so every drive can be listed and
+cancelled as a goal.
 
 Source: document, sections 3.3 and 3.4; REFERENCE 7.2, 7.3 and 7.9.
 """
@@ -51,16 +51,15 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
-from florence_bt.skills.navigation.navigate.base_stop import BaseStop
-from florence_bt.skills.navigation.navigate.goal_check import problem_with_quaternion
-from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.drive import CycleResult, NavigatorParameters
+from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.results import (
     SERVER_CODES,
     SPIN_SERVER_CODES,
+    BaseStop,
     navigate_error_code,
     spin_error_code,
 )
-from florence_bt.skills.navigation.navigate.step import NavigatorParameters, Step
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
@@ -71,7 +70,7 @@ SendGoal = NavigateToPose.Impl.SendGoalService
 
 @dataclass(frozen=True, slots=True)
 class NavigationNodeParameters:
-    """How the node speaks.
+    """Frames and periods of the node.
 
     Attributes:
         map_frame: The map's frame.
@@ -79,7 +78,7 @@ class NavigationNodeParameters:
         base_frame: The robot's frame.
         active_scan_period: Seconds between two scans that reach the costmaps while a goal is active.
         idle_scan_period: The same while the robot has nothing to do.
-        costmap_publish_period: Seconds between two costmaps for whoever looks at them.
+        costmap_publish_period: Seconds between two costmaps that are published for viewers.
     """
 
     map_frame: str = "map"
@@ -161,7 +160,7 @@ class NavigationNode(FlorenceNode):
         self._queue.clear()
         self._taken.clear()
 
-    # What the robot is told.
+    # Messages.
 
     @property
     def has_map(self) -> bool:
@@ -351,7 +350,7 @@ class NavigationNode(FlorenceNode):
             self._publish_feedback(navigator, step)
             self._publish_plan(navigator)
 
-    def _publish_feedback(self, navigator: Navigator, step: Step) -> None:
+    def _publish_feedback(self, navigator: Navigator, step: CycleResult) -> None:
         now = self.timebase.now()
         if self._owner is None or now < self._next_feedback:
             return
@@ -392,7 +391,7 @@ class NavigationNode(FlorenceNode):
             )
         server.finish(message, result.outcome)
 
-    # For whoever looks.
+    # For viewers.
 
     def _publish_plan(self, navigator: Navigator) -> None:
         plan = navigator.plan

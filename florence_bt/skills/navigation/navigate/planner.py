@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import Limits, NotNegative, check_limits
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate._wave_kernels import (
@@ -39,21 +40,12 @@ class PlannerParameters:
     """
 
     allow_unknown: bool = True
-    neutral_cost: int = NEUTRAL
-    cost_factor: float = 3.0
-    start_clearance: float = 0.35
+    neutral_cost: Annotated[int, Limits(1, OBSTACLE - 2)] = NEUTRAL
+    cost_factor: NotNegative = 3.0
+    start_clearance: NotNegative = 0.35
 
     def __post_init__(self) -> None:
-        """Refuse numbers that cannot work.
-
-        Raises:
-            ConfigError: A number is outside its range.
-        """
-        if not 1 <= self.neutral_cost < OBSTACLE - 1:
-            raise ConfigError(f"neutral_cost is {self.neutral_cost}", valid=["1 to 252"])
-        for name in ("cost_factor", "start_clearance"):
-            if not 0.0 <= getattr(self, name) < 100.0:
-                raise ConfigError(f"{name} is {getattr(self, name)}", valid=["a number from 0 on"])
+        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)

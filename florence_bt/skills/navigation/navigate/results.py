@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 
 HELD_FAILURES = {
     "wheel_drop": "a wheel of the base hangs in the air",
     "overcurrent": "a wheel of the base is blocked: its motor draws too much current",
-    "no_response": "the base does not answer, or does not do what it is told",
+    "no_response": "the base does not answer, or does not follow its commands",
     "charger": "the charger is plugged into the base",
     "battery": "the battery of the base is empty",
 }
@@ -131,3 +133,32 @@ def _result(
         return cancelled(text or "cancelled on request")
     code = codes.get(number, default)
     return failure(code, text or f"{who} failed with error code {number}", server_code=number)
+
+
+@dataclass(frozen=True, slots=True)
+class BaseStop:
+    """What holds the base.
+
+    Codes that are neither of the two kinds below pass by themselves, such as a gyro that is calibrated.
+
+    Attributes:
+        code: One word, empty when nothing holds it.
+        text: A sentence that names the sensor.
+    """
+
+    code: str = ""
+    text: str = ""
+
+    @property
+    def holds_all(self) -> bool:
+        """Whether no motion is possible: a goal ends at once."""
+        return self.code in HELD_FAILURES
+
+    @property
+    def holds_forward(self) -> bool:
+        """Whether the base can still back off and turn."""
+        return self.code in TOUCH_FAILURES
+
+    def failure(self, text: str = "") -> Result:
+        """The end of a goal because of it, with another text than its own where one is given."""
+        return failure(self.code, text or self.text, server_code=STOP_CODES[self.code])

@@ -12,34 +12,34 @@ _WORDS = {"ACTIVE": ACTIVE, "SUCCEEDED": SUCCEEDED, "ABORTED": ABORTED, "PREEMPT
 
 
 class ApproachStatus:
-    """Follows the runs that approach a user: ACTIVE as long as one runs, then its last word a few times."""
+    """Follows the runs that approach a user: ACTIVE as long as one runs, then its last state a few times."""
 
     def __init__(self) -> None:
-        self._told_run = ""
+        self._reported_run = ""
         self._word: str | None = None
         self._left = 0
-        self._heard_any = False
+        self._received_any = False
 
     def take(self, run_id: str, mission: str, state: str) -> bool:
         """Take the state of a mission run.
 
         Returns:
-            Whether there is something to tell.
+            Whether there is something to publish.
         """
-        first, self._heard_any = not self._heard_any, True
+        first, self._received_any = not self._received_any, True
         word = _WORDS.get(state)
         if mission not in MISSIONS or word is None:
             return False
-        if word != ACTIVE and (first or run_id == self._told_run):
-            # The latched end of a run from before this node, or an end that was told already.
+        if word != ACTIVE and (first or run_id == self._reported_run):
+            # The latched end of a run from before this node, or an end that was published already.
             return False
-        self._told_run = "" if word == ACTIVE else run_id
+        self._reported_run = "" if word == ACTIVE else run_id
         self._word = word
         self._left = 1 + FINAL_REPEATS
         return True
 
     def next_word(self) -> str | None:
-        """The word to publish now, or None when there is nothing to tell any more."""
+        """The word to publish now, or None when there is nothing left to publish."""
         if self._word is None:
             return None
         if self._word != ACTIVE:

@@ -1,8 +1,15 @@
-"""What missions may ask about the approach of a user."""
+"""What missions may ask about the approach of a user, and how it is served."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.core.serving import ServedService
+from florence_bt.core.skill import Inputs
+from florence_bt.skills.people.approach_user.polite_pose import CostAt, propose_approach
 
 PROPOSE_APPROACH_POSE = SkillDeclaration(
     name="propose_approach_pose",
@@ -22,4 +29,39 @@ PROPOSE_APPROACH_POSE = SkillDeclaration(
     deadline_s=5.0,
 )
 
-DECLARATIONS = (PROPOSE_APPROACH_POSE,)
+
+def _request(inputs: Inputs) -> dict[str, Any]:
+    user, robot = inputs["user"], inputs["robot"]
+    return {
+        "user_x": user.x,
+        "user_y": user.y,
+        "robot_x": robot.x,
+        "robot_y": robot.y,
+        "safe_distance": float(inputs["safe_distance"]),
+        "trial": inputs["trial"],
+    }
+
+
+def _proposed(message: Any) -> Result:
+    if not message.valid:
+        return failure("pose_occupied", message.message or "the proposed pose is not free")
+    return success(pose=Pose2(message.x, message.y, message.phi))
+
+
+def _propose(cost_at: CostAt, inputs: Inputs) -> Result:
+    return propose_approach(
+        inputs["user"], inputs["robot"], inputs["trial"], inputs["safe_distance"], cost_at
+    )
+
+
+SERVED = (
+    ServedService(
+        skill=PROPOSE_APPROACH_POSE,
+        interface="florence_interfaces/srv/ProposeApproach",
+        name="approach_user/propose",
+        request=_request,
+        result=_proposed,
+        component="cost_at",
+        perform=_propose,
+    ),
+)

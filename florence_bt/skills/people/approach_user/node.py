@@ -1,4 +1,4 @@
-"""The approach of a user on ROS (``approach_user``): proposes poses and tells how the approach goes."""
+"""The approach of a user on ROS (``approach_user``): proposes poses and publishes how the approach goes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import String
 
 from florence_bt.core.clock import Timer, call_every
-from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import Positive, check_limits
 from florence_bt.core.sensing import UNKNOWN, OccupancyGrid
 from florence_bt.ros.conversions import grid_from_ros
 from florence_bt.ros.node import FlorenceNode
@@ -33,17 +34,11 @@ class ApproachNodeParameters:
         status_period_s: Seconds between two repeats of the status (REFERENCE 12.2, row 1).
     """
 
-    safe_distance: float = DEFAULT_SAFE_DISTANCE
-    status_period_s: float = 0.2
+    safe_distance: Positive = DEFAULT_SAFE_DISTANCE
+    status_period_s: Positive = 0.2
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ConfigError: One is not above zero.
-        """
-        if not (self.safe_distance > 0.0 and self.status_period_s > 0.0):
-            raise ConfigError("safe_distance and status_period_s must be above zero")
+        check_limits(self)
 
 
 class ApproachNode(FlorenceNode):

@@ -2,7 +2,7 @@
 
 Along the line of sight the front of an elliptic body is ``centre + slope u - bulge sqrt(1 - u^2)``, where u
 runs from -1 at one silhouette edge to 1 at the other, whichever way the body is turned. That is linear in its
-three unknowns; the first is where the body's axis is, the third tells a body from a flat piece of furniture.
+three unknowns; the first is where the body's axis is, the third distinguishes a body from flat furniture.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ USUAL_WEIGHT = 0.6
 HALF_HEAD = 0.1
 """Metres from the face to the axis of the head."""
 SET_BACK = 0.05
-"""Metres between the fronts of head and chest that tell a head from the end of a post."""
+"""Metres between the fronts of head and chest that distinguish a head from the end of a post."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,7 @@ def find_head(
         parameters: The usual sizes.
 
     Returns:
-        x and y of the head's axis, metres, robot frame; None when the top is no head.
+        x and y of the head's axis, metres, robot frame; None when the top is not a head.
     """
     top = float(np.percentile(points[:, 2], 99.5))
     is_head = points[:, 2] > top - parameters.head_height

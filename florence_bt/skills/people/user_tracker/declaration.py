@@ -1,8 +1,13 @@
-"""What missions may ask of the user tracker."""
+"""What missions may ask of the user tracker, and how it is served."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
+from florence_bt.core.serving import ServedAction, ServedService
 
 NO_USER_SEEN, NO_PICTURE = 1, 2
 """Error codes of the action ``look_for_user`` for the failures of these names."""
@@ -34,10 +39,52 @@ LOOK_FOR_USER = SkillDeclaration(
     },
     failures={
         "no_user_seen": "nobody was in front of the camera during the whole window",
-        "no_picture": "the camera gave too few usable pictures to tell whether somebody is there",
+        "no_picture": "the camera gave too few usable pictures to know whether somebody is there",
     },
     deadline_s=20.0,
     server_codes={NO_USER_SEEN: "no_user_seen", NO_PICTURE: "no_picture"},
 )
 
-DECLARATIONS = (START_TRACKER, STOP_TRACKER, LOOK_FOR_USER)
+
+def _switched(message: Any) -> Result:
+    return success() if message.success else failure("tracker_failed", message.message or "it answered no")
+
+
+def _looked(message: Any, outcome: Outcome) -> Result:
+    if outcome is Outcome.CANCELLED:
+        return cancelled()
+    if not message.found:
+        code = LOOK_FOR_USER.server_codes.get(message.error_code, "no_user_seen")
+        return failure(code, message.error_msg or "no user seen", server_code=message.error_code)
+    user = Pose2(message.x, message.y, message.phi)
+    return success(user=user, distance=message.distance, user_id=message.user_id)
+
+
+SERVED = (
+    ServedService(
+        skill=START_TRACKER,
+        interface="std_srvs/srv/Trigger",
+        name="user_tracker_ni_node/Start",
+        result=_switched,
+        component="people",
+        perform=lambda people, inputs: people.start_tracker(),
+    ),
+    ServedService(
+        skill=STOP_TRACKER,
+        interface="std_srvs/srv/Trigger",
+        name="user_tracker_ni_node/Stop",
+        result=_switched,
+        component="people",
+        perform=lambda people, inputs: people.stop_tracker(),
+    ),
+    ServedAction(
+        skill=LOOK_FOR_USER,
+        interface="florence_interfaces/action/LookForUser",
+        name="look_for_user",
+        request=lambda inputs: {"window": float(inputs["window"])},
+        result=_looked,
+        feedback=lambda message: f"looking, {message.users_seen} people seen so far",
+        component="people",
+        perform=lambda people, inputs: people.look(float(inputs["window"])),
+    ),
+)

@@ -30,7 +30,7 @@ from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacle
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
 
 ABOVE_PEOPLE = 0.3
-"""Metres above the tallest person that are looked at too: what reaches up there is no person."""
+"""Metres above the tallest person that are looked at too: what reaches up there is not a person."""
 
 BODY_RADIUS = 0.4
 """Metres around the axis that hold a body with its arms."""

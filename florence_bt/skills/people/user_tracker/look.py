@@ -1,6 +1,6 @@
 """A look for a person: the nearest one that is seen for long enough, or nobody within the window.
 
-A look that got too few pictures to tell says so: that is not the same as nobody being there.
+A look with too few pictures to decide says so: that is not the same as nobody being there.
 """
 
 from __future__ import annotations

@@ -18,8 +18,9 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
 from florence_bt.core.clock import Timer
-from florence_bt.core.errors import ConfigError, FlorenceError
+from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import NotNegative, check_limits
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, TrackedUser
 from florence_bt.core.transforms import Transform3, TransformUnavailable
@@ -62,27 +63,21 @@ class UserTrackerNodeParameters:
         period_s: Pictures that come sooner after the last one are left out, seconds.
         colour_age_s: A colour picture may differ this much in time from the depth picture, seconds.
         keep_pictures_s: Pictures are listened to for this long after a stop, seconds: between two looks the
-            tracker is stopped for a moment, and it would take a while to find the pictures anew.
+            tracker is stopped for a moment, and it would take a while to find the pictures again.
         use_map: Whether the map takes walls and furniture out of the pictures.
         map_frame: The frame of the map.
         base_frame: The frame of the robot on the floor.
     """
 
-    period_s: float = 0.06
-    colour_age_s: float = 0.2
-    keep_pictures_s: float = 20.0
+    period_s: NotNegative = 0.06
+    colour_age_s: NotNegative = 0.2
+    keep_pictures_s: NotNegative = 20.0
     use_map: bool = True
     map_frame: str = "map"
     base_frame: str = "base_footprint"
 
     def __post_init__(self) -> None:
-        """Check the times.
-
-        Raises:
-            ConfigError: One is below zero.
-        """
-        if not (self.period_s >= 0.0 and self.colour_age_s >= 0.0 and self.keep_pictures_s >= 0.0):
-            raise ConfigError("period_s, colour_age_s and keep_pictures_s must not be below zero")
+        check_limits(self)
 
 
 class UserTrackerNode(FlorenceNode):
@@ -269,10 +264,10 @@ class UserTrackerNode(FlorenceNode):
             return
         self._end_look()
         if result.succeeded:
-            self._tell_detected(result)
+            self._publish_detected(result)
         self._action.finish(_look_to_ros(result, self._look.pictures), result.outcome)
 
-    def _tell_detected(self, result: Result) -> None:
+    def _publish_detected(self, result: Result) -> None:
         user = result.outputs["user"]
         self._detected_topic.publish(
             DetectedUser(command=True, user_position_x=user.x, user_position_y=user.y)

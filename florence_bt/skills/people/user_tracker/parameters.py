@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, Positive, check_limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,50 +53,46 @@ class DetectorParameters:
         map_margin: What is this near to a wall or to larger furniture of the map belongs to the map, metres.
     """
 
-    minimum_height: float = 0.1
-    maximum_height: float = 2.0
-    minimum_top: float = 1.0
-    minimum_clipped_top: float = 0.86
-    minimum_cut_top: float = 0.94
-    tall_height: float = 0.78
-    maximum_depth: float = 4.2
-    maximum_distance: float = 4.0
-    cell: float = 0.05
-    minimum_cell_points: int = 2
-    minimum_points: int = 80
-    minimum_width: float = 0.18
-    maximum_width: float = 0.75
-    maximum_thickness: float = 0.55
-    usual_half_width: float = 0.21
-    usual_bulge: float = 0.14
-    cut_distance: float = 1.9
-    minimum_cut_bulge: float = 0.08
-    maximum_cut_bulge: float = 0.2
-    minimum_bulge: float = 0.045
-    maximum_bulge: float = 0.38
-    maximum_slope: float = 1.2
-    maximum_residual: float = 0.03
-    residual_growth: float = 0.001
-    head_height: float = 0.2
-    chest_top: float = 1.45
-    seat_height: float = 0.5
-    minimum_shape_spread: float = 0.034
-    minimum_head_width: float = 0.08
-    maximum_head_width: float = 0.34
-    maximum_head_share: float = 0.8
-    minimum_continuity: float = 0.8
-    map_halo: float = 0.22
-    maximum_halo_share: float = 0.7
-    map_margin: float = 0.12
+    minimum_height: Positive = 0.1
+    maximum_height: Positive = 2.0
+    minimum_top: Positive = 1.0
+    minimum_clipped_top: Positive = 0.86
+    minimum_cut_top: Positive = 0.94
+    tall_height: Positive = 0.78
+    maximum_depth: Positive = 4.2
+    maximum_distance: Positive = 4.0
+    cell: Positive = 0.05
+    minimum_cell_points: Annotated[int, Limits(1)] = 2
+    minimum_points: Annotated[int, Limits(1)] = 80
+    minimum_width: Positive = 0.18
+    maximum_width: Positive = 0.75
+    maximum_thickness: Positive = 0.55
+    usual_half_width: Positive = 0.21
+    usual_bulge: Positive = 0.14
+    cut_distance: Positive = 1.9
+    minimum_cut_bulge: Positive = 0.08
+    maximum_cut_bulge: Positive = 0.2
+    minimum_bulge: Positive = 0.045
+    maximum_bulge: Positive = 0.38
+    maximum_slope: Positive = 1.2
+    maximum_residual: Positive = 0.03
+    residual_growth: Positive = 0.001
+    head_height: Positive = 0.2
+    chest_top: Positive = 1.45
+    seat_height: Positive = 0.5
+    minimum_shape_spread: Positive = 0.034
+    minimum_head_width: Positive = 0.08
+    maximum_head_width: Positive = 0.34
+    maximum_head_share: Positive = 0.8
+    minimum_continuity: Positive = 0.8
+    map_halo: Positive = 0.22
+    maximum_halo_share: Positive = 0.7
+    map_margin: Positive = 0.12
 
     def __post_init__(self) -> None:
-        """Check that every value is above zero and every range is one.
-
-        Raises:
-            ConfigError: A value makes no sense.
-        """
-        _check_above_zero(self)
-        for low, high in (
+        check_limits(self)
+        check_order(
+            self,
             ("minimum_height", "tall_height"),
             ("seat_height", "tall_height"),
             ("tall_height", "minimum_top"),
@@ -103,9 +100,7 @@ class DetectorParameters:
             ("minimum_width", "maximum_width"),
             ("minimum_bulge", "maximum_bulge"),
             ("minimum_head_width", "maximum_head_width"),
-        ):
-            if getattr(self, low) >= getattr(self, high):
-                raise ConfigError(f"{low} must be below {high}")
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,31 +121,21 @@ class TrackerParameters:
         remember_s: For how long, seconds.
     """
 
-    confirm_hits: int = 3
-    confirm_window: int = 4
-    gate: float = 0.7
-    acceleration: float = 1.0
-    position_sigma: float = 0.05
-    coast_s: float = 0.6
-    forget_s: float = 10.0
-    match_distance: float = 0.35
-    blend: float = 0.05
-    remembered_people: int = 20
-    remember_s: float = 3600.0
+    confirm_hits: Annotated[int, Limits(1)] = 3
+    confirm_window: Annotated[int, Limits(1)] = 4
+    gate: Positive = 0.7
+    acceleration: Positive = 1.0
+    position_sigma: Positive = 0.05
+    coast_s: Positive = 0.6
+    forget_s: Positive = 10.0
+    match_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.35
+    blend: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
+    remembered_people: Annotated[int, Limits(1)] = 20
+    remember_s: Positive = 3600.0
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ConfigError: A value makes no sense.
-        """
-        _check_above_zero(self)
-        if self.confirm_hits > self.confirm_window:
-            raise ConfigError("confirm_hits must not be above confirm_window")
-        if self.coast_s > self.forget_s:
-            raise ConfigError("coast_s must not be above forget_s")
-        if self.match_distance > 1.0 or self.blend > 1.0:
-            raise ConfigError("match_distance and blend are parts of one")
+        check_limits(self)
+        check_order(self, ("confirm_hits", "confirm_window"), ("coast_s", "forget_s"), equal=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,25 +151,12 @@ class LookParameters:
             is confirmed in the third picture and seen often enough in the fifth.
     """
 
-    nearest: float = 0.5
-    farthest: float = 4.0
-    settle_s: float = 0.6
-    minimum_pictures: int = 3
-    enough_pictures: int = 5
+    nearest: Positive = 0.5
+    farthest: Positive = 4.0
+    settle_s: Positive = 0.6
+    minimum_pictures: Annotated[int, Limits(1)] = 3
+    enough_pictures: Annotated[int, Limits(1)] = 5
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ConfigError: A value makes no sense.
-        """
-        _check_above_zero(self)
-        if self.nearest >= self.farthest:
-            raise ConfigError("nearest must be below farthest")
-
-
-def _check_above_zero(parameters: DetectorParameters | TrackerParameters | LookParameters) -> None:
-    for entry in fields(parameters):
-        value = getattr(parameters, entry.name)
-        if not value > 0.0:
-            raise ConfigError(f"{entry.name} must be above zero, not {value}")
+        check_limits(self)
+        check_order(self, ("nearest", "farthest"))

@@ -17,7 +17,7 @@ from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 
 LOST_DISTANCE = 0.0
-"""Distance that is told for a lost person, below the range of the Kinect (document, section 4.2.3)."""
+"""Distance that is published for a lost person, below the range of the Kinect (document, section 4.2.3)."""
 
 
 class _Track:
@@ -52,7 +52,7 @@ class _Track:
             old = self.histogram
             self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
 
-    def told(self) -> TrackedUser:
+    def as_user(self) -> TrackedUser:
         """What is published of it."""
         x, y = (float(value) for value in self.filter.state[:2])
         return TrackedUser(self.user_id, self.device_id, x, y, LOST_DISTANCE if self.lost else self.distance)
@@ -62,8 +62,8 @@ class UserTracker:
     """Tracks people in the map frame.
 
     A person is confirmed when it was seen in some of the last pictures. It then has a device id, counted
-    from 1 at every start, and a persistent id by its colours. A lost person is told with the distance 0 for a
-    while (whoever wants only those who are there filters by the distance) and has its ids when it returns.
+    from 1 at every start, and a persistent id by its colours. A lost person is published with the distance 0
+    for a while (a filter by the distance leaves only those who are there) and has its ids when it returns.
 
     Args:
         parameters: How people are followed.
@@ -119,7 +119,7 @@ class UserTracker:
         ]
         self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
         self._identify(now)
-        return tuple(track.told() for track in self._confirmed())
+        return tuple(track.as_user() for track in self._confirmed())
 
     def _confirmed(self) -> list[_Track]:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)

@@ -9,21 +9,45 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.language.expressions._rules import PLAIN, common_kind, product_kind, quotient_kind
-from florence_bt.trees.language.expressions.printing import print_term
-from florence_bt.trees.language.expressions.syntax import (
-    Binary,
-    Constant,
-    Expression,
-    Function,
-    Key,
-    PosePart,
-    Term,
-    Unary,
-    start_of,
-)
+from florence_bt.core.plain_yaml import Position
+from florence_bt.trees.language.expressions import syntax
 from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, with_article
-from florence_bt.trees.language.source import Position
+
+PLAIN = (Kind.INTEGER, Kind.NUMBER)
+"""Numbers without a unit."""
+
+_PRODUCTS: dict[frozenset[Kind], Kind] = {frozenset((Kind.SPEED, Kind.DURATION)): Kind.LENGTH}
+_QUOTIENTS: dict[tuple[Kind, Kind], Kind] = {
+    (Kind.LENGTH, Kind.DURATION): Kind.SPEED,
+    (Kind.LENGTH, Kind.SPEED): Kind.DURATION,
+}
+
+
+def common_kind(left: Kind, right: Kind) -> Kind | None:
+    """The kind of a sum or a comparison, None when there is none."""
+    if left is right:
+        return left
+    return Kind.NUMBER if left in PLAIN and right in PLAIN else None
+
+
+def product_kind(left: Kind, right: Kind) -> Kind | None:
+    """The kind of a product of two numeric kinds, None when there is none."""
+    if left in PLAIN and right in PLAIN:
+        return common_kind(left, right)
+    if left in PLAIN:
+        return right
+    if right in PLAIN:
+        return left
+    return _PRODUCTS.get(frozenset((left, right)))
+
+
+def quotient_kind(left: Kind, right: Kind) -> Kind | None:
+    """The kind of a quotient of two numeric kinds, None when there is none."""
+    if right in PLAIN:
+        return Kind.NUMBER if left in PLAIN else left
+    if left is right and left in NUMERIC_KINDS:
+        return Kind.NUMBER
+    return _QUOTIENTS.get((left, right))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +79,7 @@ class Checked:
 
 
 def check_kinds(
-    expression: Expression, kinds: Mapping[str, Kind | None], wanted: Kind | None = None
+    expression: syntax.Expression, kinds: Mapping[str, Kind | None], wanted: Kind | None = None
 ) -> Checked:
     """Find the kind of an expression and what is wrong with it.
 
@@ -67,8 +91,8 @@ def check_kinds(
     checker = _Checker(kinds)
     kind = checker.kind(expression.term)
     if wanted is not None and not checker.problems and not _fits(expression.term, kind, wanted):
-        message = f"{print_term(expression.term)!r} is {_article(kind)}; {_article(wanted)} is needed"
-        checker.add(start_of(expression.term), message, *_instead(expression.term, kind, wanted))
+        message = f"{syntax.print_term(expression.term)!r} is {_article(kind)}; {_article(wanted)} is needed"
+        checker.add(syntax.start_of(expression.term), message, *_instead(expression.term, kind, wanted))
     return Checked(kind, tuple(checker.problems))
 
 
@@ -80,50 +104,54 @@ class _Checker:
     def add(self, position: Position, message: str, *valid: str) -> None:
         self.problems.append(KindProblem(position, message, valid))
 
-    def kind(self, term: Term) -> Kind | None:
+    def kind(self, term: syntax.Term) -> Kind | None:
         match term:
-            case Constant(kind=kind):
+            case syntax.Constant(kind=kind):
                 return kind
-            case Key(key=key):
+            case syntax.Key(key=key):
                 return self._kinds.get(key)
-            case PosePart(pose=pose, part=part):
+            case syntax.PosePart(pose=pose, part=part):
                 self._need(pose, Kind.POSE, f".{part}")
                 return Kind.ANGLE if part == "yaw" else Kind.LENGTH
-            case Unary(operator="not", operand=operand):
+            case syntax.Unary(operator="not", operand=operand):
                 self._need(operand, Kind.BOOLEAN, "not")
                 return Kind.BOOLEAN
-            case Unary(operand=operand):
+            case syntax.Unary(operand=operand):
                 return self._number(operand, "-")
-            case Function():
+            case syntax.Function():
                 return self._function(term)
-            case Binary(operator=("and" | "or") as operator, left=left, right=right):
+            case syntax.Binary(operator=("and" | "or") as operator, left=left, right=right):
                 self._need(left, Kind.BOOLEAN, operator)
                 self._need(right, Kind.BOOLEAN, operator)
                 return Kind.BOOLEAN
-            case Binary(operator="+" | "-", left=left, right=right):
+            case syntax.Binary(operator="+" | "-", left=left, right=right):
                 return self._alike(term, left, right)
-            case Binary(operator="*" | "/"):
+            case syntax.Binary(operator="*" | "/"):
                 return self._scaled(term)
-            case Binary():
+            case syntax.Binary():
                 self._compared(term)
                 return Kind.BOOLEAN
 
-    def _need(self, term: Term, wanted: Kind, what: str) -> None:
+    def _need(self, term: syntax.Term, wanted: Kind, what: str) -> None:
         kind = self.kind(term)
         if kind is not None and kind is not wanted:
-            message = f"{what!r} needs {_article(wanted)}, but {print_term(term)!r} is {_article(kind)}"
-            self.add(start_of(term), message, *_instead(term, kind, wanted))
+            message = (
+                f"{what!r} needs {_article(wanted)}, but {syntax.print_term(term)!r} is {_article(kind)}"
+            )
+            self.add(syntax.start_of(term), message, *_instead(term, kind, wanted))
 
-    def _number(self, term: Term, what: str) -> Kind | None:
+    def _number(self, term: syntax.Term, what: str) -> Kind | None:
         kind = self.kind(term)
         if kind is None or kind in NUMERIC_KINDS:
             return kind
-        message = f"{what!r} needs a number or a quantity, but {print_term(term)!r} is {_article(kind)}"
-        valid = (f"{print_term(term)}.x",) if kind is Kind.POSE else ()
-        self.add(start_of(term), message, *valid)
+        message = (
+            f"{what!r} needs a number or a quantity, but {syntax.print_term(term)!r} is {_article(kind)}"
+        )
+        valid = (f"{syntax.print_term(term)}.x",) if kind is Kind.POSE else ()
+        self.add(syntax.start_of(term), message, *valid)
         return None
 
-    def _function(self, term: Function) -> Kind | None:
+    def _function(self, term: syntax.Function) -> Kind | None:
         if term.name == "distance":
             for argument in term.arguments:
                 self._need(argument, Kind.POSE, "distance")
@@ -132,9 +160,11 @@ class _Checker:
             return self._number(term.arguments[0], "abs")
         return self._alike(term, *term.arguments)
 
-    def _alike(self, term: Binary | Function, left: Term, right: Term) -> Kind | None:
+    def _alike(
+        self, term: syntax.Binary | syntax.Function, left: syntax.Term, right: syntax.Term
+    ) -> Kind | None:
         """Two numbers of one kind: sums, minimum, maximum."""
-        what = term.operator if isinstance(term, Binary) else term.name
+        what = term.operator if isinstance(term, syntax.Binary) else term.name
         before = len(self.problems)
         kinds = self._number(left, what), self._number(right, what)
         if len(self.problems) > before:
@@ -144,7 +174,7 @@ class _Checker:
             self._unlike(term, what, left, kinds[0], right, kinds[1])
         return kind
 
-    def _scaled(self, term: Binary) -> Kind | None:
+    def _scaled(self, term: syntax.Binary) -> Kind | None:
         before = len(self.problems)
         left, right = self._number(term.left, term.operator), self._number(term.right, term.operator)
         if len(self.problems) > before or left is None or right is None:
@@ -152,34 +182,41 @@ class _Checker:
         kind = (product_kind if term.operator == "*" else quotient_kind)(left, right)
         if kind is None:
             verb = "multiplied with" if term.operator == "*" else "divided by"
-            message = f"{_article(left)} cannot be {verb} {_article(right)} ({print_term(term)!r})"
+            message = f"{_article(left)} cannot be {verb} {_article(right)} ({syntax.print_term(term)!r})"
             self.add(term.position, message, *_scalings(term, left, right))
         return kind
 
-    def _compared(self, term: Binary) -> None:
+    def _compared(self, term: syntax.Binary) -> None:
         left, right = self.kind(term.left), self.kind(term.right)
         ordered = term.operator not in ("==", "!=")
         for side, kind in ((term.left, left), (term.right, right)):
             if ordered and kind is not None and kind not in NUMERIC_KINDS:
-                shown = f"{print_term(side)!r} is {_article(kind)}"
+                shown = f"{syntax.print_term(side)!r} is {_article(kind)}"
                 message = f"{term.operator!r} needs numbers or quantities, but {shown}"
-                self.add(start_of(side), message, "==", "!=")
+                self.add(syntax.start_of(side), message, "==", "!=")
                 return
         if not _common(term.left, left, term.right, right)[1]:
             self._unlike(term, term.operator, term.left, left, term.right, right)
 
     def _unlike(
-        self, term: Term, what: str, left: Term, kind: Kind | None, right: Term, other: Kind | None
+        self,
+        term: syntax.Term,
+        what: str,
+        left: syntax.Term,
+        kind: Kind | None,
+        right: syntax.Term,
+        other: Kind | None,
     ) -> None:
-        message = (
-            f"{print_term(left)!r} is {_article(kind)} and {print_term(right)!r} is {_article(other)}: "
-            f"{what!r} needs two of one kind"
-        )
+        one = f"{syntax.print_term(left)!r} is {_article(kind)}"
+        two = f"{syntax.print_term(right)!r} is {_article(other)}"
+        message = f"{one} and {two}: {what!r} needs two of one kind"
         valid = (*_instead(right, other, kind), *_instead(left, kind, other))
         self.add(term.position, message, *valid)
 
 
-def _common(left: Term, kind: Kind | None, right: Term, other: Kind | None) -> tuple[Kind | None, bool]:
+def _common(
+    left: syntax.Term, kind: Kind | None, right: syntax.Term, other: Kind | None
+) -> tuple[Kind | None, bool]:
     """The one kind of two values, and whether they have one; a plain 0 is a value of every numeric kind."""
     if kind is None or other is None:
         return kind or other, True
@@ -191,22 +228,22 @@ def _common(left: Term, kind: Kind | None, right: Term, other: Kind | None) -> t
     return common, common is not None
 
 
-def _fits(term: Term, kind: Kind | None, wanted: Kind) -> bool:
+def _fits(term: syntax.Term, kind: Kind | None, wanted: Kind) -> bool:
     if kind is None or kind is wanted or (kind, wanted) == (Kind.INTEGER, Kind.NUMBER):
         return True
     return _is_zero(term) and wanted in NUMERIC_KINDS
 
 
-def _is_zero(term: Term) -> bool:
-    return isinstance(term, Constant) and term.kind in PLAIN and term.value == 0
+def _is_zero(term: syntax.Term) -> bool:
+    return isinstance(term, syntax.Constant) and term.kind in PLAIN and term.value == 0
 
 
-def _instead(term: Term, kind: Kind | None, wanted: Kind | None) -> tuple[str, ...]:
+def _instead(term: syntax.Term, kind: Kind | None, wanted: Kind | None) -> tuple[str, ...]:
     """What could be written in place of a term to make it of the wanted kind."""
     if wanted is None or kind is None:
         return ()
-    text = print_term(term)
-    if isinstance(term, Constant) and kind in PLAIN and wanted in UNITS:
+    text = syntax.print_term(term)
+    if isinstance(term, syntax.Constant) and kind in PLAIN and wanted in UNITS:
         return tuple(f"{text} {unit}" for unit in UNITS[wanted])
     if wanted is Kind.BOOLEAN and kind in NUMERIC_KINDS:
         zero = f"0 {next(iter(UNITS[kind]))}" if kind in UNITS else "0"
@@ -215,15 +252,15 @@ def _instead(term: Term, kind: Kind | None, wanted: Kind | None) -> tuple[str, .
         return (f'{text} == "{example_of(kind)}"',) if kind is Kind.TEXT else ()
     if kind is Kind.POSE and wanted in (Kind.LENGTH, Kind.ANGLE):
         return (f"{text}.yaw",) if wanted is Kind.ANGLE else (f"{text}.x", f"{text}.y")
-    if wanted is Kind.TEXT and isinstance(term, Constant):
+    if wanted is Kind.TEXT and isinstance(term, syntax.Constant):
         return (f'"{term.text}"',)
     return ()
 
 
-def _scalings(term: Binary, left: Kind, right: Kind) -> tuple[str, ...]:
+def _scalings(term: syntax.Binary, left: Kind, right: Kind) -> tuple[str, ...]:
     if left in PLAIN:
         return ()
-    return (f"{print_term(term.left)} {term.operator} 2", *_FAMILY[term.operator])
+    return (f"{syntax.print_term(term.left)} {term.operator} 2", *_FAMILY[term.operator])
 
 
 _FAMILY = {"*": ("speed * duration",), "/": ("length / duration", "length / length")}

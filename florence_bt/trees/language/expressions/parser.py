@@ -16,11 +16,13 @@ The grammar, loosest first; ``=`` here means "is"::
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from florence_bt.core.declaration import Kind
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.trees.language.expressions.printing import print_term
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.syntax import (
     Binary,
     Constant,
@@ -30,10 +32,175 @@ from florence_bt.trees.language.expressions.syntax import (
     PosePart,
     Term,
     Unary,
+    print_term,
 )
-from florence_bt.trees.language.expressions.tokens import Places, Token, cut, problem_at
-from florence_bt.trees.language.quantities import guess_value
-from florence_bt.trees.language.source import Position
+from florence_bt.trees.language.quantities import UNITS, guess_value
+from florence_bt.trees.language.vocabulary import by_spelling
+
+_UNIT = "|".join(
+    re.escape(unit)
+    for unit in sorted({u for units in UNITS.values() for u in units}, key=lambda u: (-len(u), u))
+)
+_TOKEN = re.compile(
+    rf"""
+    (?P<space>\s+)
+  | (?P<quantity>(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?:\s*(?:{_UNIT})(?!\w|/[^\W\d]|°))?)
+  | (?P<key>\$(?:[a-z][a-z0-9_]*|\{{[a-z][a-z0-9_]*\}}))
+  | (?P<text>"[^"]*"|'[^']*')
+  | (?P<word>[^\W\d]\w*)
+  | (?P<symbol><=(?!=)|>=(?!=)|==(?!=)|!=(?!=)|<(?![>=])|>(?!=)|[-+*/().,])
+    """,
+    re.VERBOSE,
+)
+_OTHER_SIGNS = by_spelling(
+    {
+        "==": ("===", "="),
+        "!=": ("<>", "≠"),
+        ">=": ("=>", "≥"),
+        "<=": ("=<", "≤"),
+        "and": ("&&", "&"),
+        "or": ("||", "|"),
+        "not": ("!",),
+        "a number between 0 and 1": ("%",),
+        "a * a": ("^",),
+        "*": ("×", "·"),
+        "/": ("÷",),
+        "-": ("−", "–"),
+        '"': ("“", "”", "„"),
+        "'": ("‘", "’"),
+        "$key, without braces": ("{{",),
+    }
+)
+"""Signs of other languages -> what is written here."""
+
+_WORD = re.compile(r"\s*((?:[^\W\d]|°)\w*(?:/[^\W\d]\w*)?)")
+_OPERATORS = ("and", "or", "<", "==", "+", "*")
+_LONG_UNITS = by_spelling(
+    {
+        "m": ("meter", "meters", "metre", "metres"),
+        "s": ("sec", "second", "seconds"),
+        "min": ("minute", "minutes"),
+        "h": ("hour", "hours"),
+        "deg": ("degree", "degrees"),
+        "rad": ("radian", "radians"),
+        "km/h": ("kmh",),
+        "m/s": ("mps",),
+    }
+)
+"""Units as people also write them -> the unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A piece of an expression.
+
+    Attributes:
+        kind: ``quantity``, ``key``, ``text``, ``word``, ``symbol`` or ``end``.
+        text: As written.
+        position: Where it begins.
+    """
+
+    kind: str
+    text: str
+    position: Position
+
+
+class PositionMap:
+    """Where the characters of a text stand in its file.
+
+    Args:
+        position: Where the text begins.
+        exact: Whether the text stands there as it is, on one line; otherwise every character is said to stand
+            at the beginning.
+    """
+
+    def __init__(self, position: Position, *, exact: bool = True) -> None:
+        self._position = position
+        self._exact = exact
+
+    def at(self, offset: int) -> Position:
+        """The place of a character, counted from 0."""
+        if not self._exact:
+            return self._position
+        return Position(self._position.line, self._position.column + offset)
+
+
+def tokenize(text: str, positions: PositionMap) -> list[Token]:
+    """Cut an expression into tokens, with one of the kind ``end`` after the last.
+
+    Raises:
+        ConfigError: With the line and column of what is not part of an expression.
+    """
+    tokens: list[Token] = []
+    offset = 0
+    while offset < len(text):
+        match = _TOKEN.match(text, offset)
+        if match is None:
+            raise _unknown_sign(text, offset, positions.at(offset))
+        if match.lastgroup == "quantity":
+            _refuse_unit(text, match.end(), match[0], positions)
+        if match.lastgroup != "space":
+            tokens.append(Token(str(match.lastgroup), match[0], positions.at(offset)))
+        offset = match.end()
+    tokens.append(Token("end", "", positions.at(len(text.rstrip()))))
+    return tokens
+
+
+def problem_at(position: Position, problem: str, *valid: str) -> ConfigError:
+    """An error with a place."""
+    return ConfigError(problem, line=position.line, column=position.column, valid=valid)
+
+
+def _refuse_unit(text: str, end: int, number: str, positions: PositionMap) -> None:
+    """A word right after a number can only be a unit."""
+    match = _WORD.match(text, end)
+    if match is None or match[1] in ("and", "or"):
+        return
+    position = positions.at(match.start(1))
+    if not number[-1].isdigit() and number[-1] != ".":
+        raise problem_at(position, f"{match[1]!r} cannot follow {number!r}", *_OPERATORS)
+    units = [unit for known in UNITS.values() for unit in known]
+    long = _LONG_UNITS.get(match[1].lower())
+    valid = (long,) if long else closest_first(match[1], units)
+    raise problem_at(position, f"{match[1]!r} is not a unit", *(f"{number} {unit}" for unit in valid))
+
+
+def _unknown_sign(text: str, offset: int, position: Position) -> ConfigError:
+    for sign, here in sorted(_OTHER_SIGNS.items(), key=lambda item: -len(item[0])):
+        if text.startswith(sign, offset):
+            return problem_at(position, f"{sign!r} is not known here", here)
+    if text[offset] in "\"'":
+        return problem_at(position, "the text has no end", f"a closing {text[offset]}")
+    if text[offset] == "$":
+        rest = re.match(r"\$\{?(\w*)", text[offset:])
+        name = rest[1].lower() if rest else ""
+        return problem_at(position, "a $ must stand before the name of a key", f"${name or 'key'}")
+    if text[offset] in "[]{}":
+        return problem_at(position, f"{text[offset]!r} has no place in an expression", "( and )")
+    return problem_at(position, f"{text[offset]!r} has no place in an expression")
+
+
+def closing_brace(text: str, start: int) -> int | None:
+    """The index of the first ``}`` from ``start`` on that stands in no quotes, None when there is none.
+
+    Braces round a key, as in ``${key}``, belong together.
+    """
+    quote = ""
+    depth = 0
+    for index in range(start, len(text)):
+        sign = text[index]
+        if quote:
+            quote = "" if sign == quote else quote
+        elif sign in "\"'":
+            quote = sign
+        elif sign == "{":
+            depth += 1
+        elif sign == "}":
+            if depth == 0:
+                return index
+            depth -= 1
+    return None
+
 
 MAX_LENGTH = 1000
 """How many characters an expression has at most."""
@@ -47,7 +214,7 @@ POSE_PARTS = ("x", "y", "yaw")
 FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "distance": 2}
 """Function -> how many values it needs."""
 _WORDS = ("and", "or", "not", "true", "false")
-_MEANT_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
+_OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}
 
 
 def parse_expression(text: str, position: Position | None = None, *, exact: bool = True) -> Expression:
@@ -60,25 +227,25 @@ def parse_expression(text: str, position: Position | None = None, *, exact: bool
             stand at the beginning.
 
     Raises:
-        ConfigError: It is no expression; with line and column, without a file.
+        ConfigError: It is not an expression; with line and column, without a file.
     """
     start = position or Position()
     if len(text) > MAX_LENGTH:
         problem = f"an expression of {len(text)} characters; at most {MAX_LENGTH} are read"
         raise problem_at(start, problem, "set: a part of it to a key first")
-    places = Places(start, exact=exact)
-    tokens = cut(text, places)
+    positions = PositionMap(start, exact=exact)
+    tokens = tokenize(text, positions)
     if len(tokens) > MAX_TOKENS:
         problem = f"an expression of {len(tokens) - 1} words and signs; at most {MAX_TOKENS} are read"
         raise problem_at(start, problem, "set: a part of it to a key first")
     if len(tokens) == 1:
         raise problem_at(start, "an expression is missing", "$distance < 1 m", "$found and not $done")
-    begin = places.at(len(text) - len(text.lstrip()))
-    term = _Parser(tokens).whole()
+    begin = positions.at(len(text) - len(text.lstrip()))
+    term = _ExpressionParser(tokens).whole()
     return Expression(print_term(term) if "\n" in text.strip() else text.strip(), term, begin)
 
 
-class _Parser:
+class _ExpressionParser:
     def __init__(self, tokens: list[Token]) -> None:
         self._tokens = tokens
         self._index = 0
@@ -239,8 +406,8 @@ class _Parser:
             return problem_at(token.position, "this ) closes nothing", *wanted)
         if token.kind == "word":
             close = difflib.get_close_matches(token.text.lower(), ("and", "or"), n=1, cutoff=0.5)
-            meant = _MEANT_WORDS.get(token.text.lower())
-            valid = (meant,) if meant else tuple(close) or ("and", "or", *COMPARISONS)
+            operator = _OTHER_WORDS.get(token.text.lower())
+            valid = (operator,) if operator else tuple(close) or ("and", "or", *COMPARISONS)
             return problem_at(token.position, f"an operator is needed, not {token.text!r}", *valid)
         operators = wanted or ("and", "or", *COMPARISONS, "+", "-", "*", "/")
         return problem_at(token.position, f"an operator is missing before {token.text!r}", *operators)
@@ -252,5 +419,5 @@ def _quantity(token: Token) -> Constant:
     except ConfigError as error:
         raise problem_at(token.position, error.problem, *error.valid) from error
     if kind is Kind.TEXT:
-        raise problem_at(token.position, f"{token.text!r} is no number", "1.5", "0.5 m")
+        raise problem_at(token.position, f"{token.text!r} is not a number", "1.5", "0.5 m")
     return Constant(value, kind, token.text, token.position)

@@ -1,4 +1,4 @@
-"""Expressions as written: an immutable syntax tree, with the position of every part."""
+"""Expressions as written: an immutable syntax tree with the position of every part, and back to text."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.language.source import Position
+from florence_bt.core.plain_yaml import Position
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,3 +156,50 @@ def start_of(term: Term) -> Position:
         case PosePart(pose=pose):
             return start_of(pose)
     return term.position
+
+
+_LOOSENESS = {"or": 1, "and": 2, "not": 3, "+": 5, "-": 5, "*": 6, "/": 6}
+_COMPARISON = 4
+_MINUS = 7
+_TIGHT = 8
+
+
+def print_term(term: Term) -> str:
+    """A term as an author would write it.
+
+    Args:
+        term: Any part of an expression.
+
+    Returns:
+        The text; constants stand as they were written.
+    """
+    return _print(term)[0]
+
+
+def _print(term: Term) -> tuple[str, int]:
+    """The text of a term and how tightly it holds together."""
+    match term:
+        case Constant(kind=Kind.TEXT, text=text):
+            return (f"'{text}'" if '"' in text else f'"{text}"'), _TIGHT
+        case Constant(text=text):
+            return text, _TIGHT
+        case Key(key=key):
+            return f"${key}", _TIGHT
+        case PosePart(pose=pose, part=part):
+            return f"{_at_least(pose, _TIGHT)}.{part}", _TIGHT
+        case Unary(operator="not", operand=operand):
+            return f"not {_at_least(operand, _LOOSENESS['not'])}", _LOOSENESS["not"]
+        case Unary(operand=operand):
+            return f"-{_at_least(operand, _MINUS)}", _MINUS
+        case Function(name=name, arguments=arguments):
+            return f"{name}({', '.join(print_term(argument) for argument in arguments)})", _TIGHT
+        case Binary(operator=operator, left=left, right=right):
+            own = _LOOSENESS.get(operator, _COMPARISON)
+            # Chains lean to the left; comparisons make no chains.
+            loosest_left = own + 1 if own == _COMPARISON else own
+            return f"{_at_least(left, loosest_left)} {operator} {_at_least(right, own + 1)}", own
+
+
+def _at_least(term: Term, tightness: int) -> str:
+    text, own = _print(term)
+    return text if own >= tightness else f"({text})"

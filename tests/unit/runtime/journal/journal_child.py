@@ -9,7 +9,7 @@ from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
-from florence_bt.runtime.run import Policy, Request, RunIds
+from florence_bt.runtime.run import MissionRequest, RunIds, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 
 
@@ -37,9 +37,9 @@ def main(folder: Path, mode: str) -> None:
 
     executor.add_listener(told)
     while True:
-        run = executor.trigger(Request("toil"))
+        run = executor.trigger(MissionRequest("toil"))
         say("accepted", run.run_id)
-        say("accepted", executor.trigger(Request("toil", policy=Policy.QUEUE)).run_id)
+        say("accepted", executor.trigger(MissionRequest("toil", policy=TriggerPolicy.QUEUE)).run_id)
         clock.advance(0.5)
         executor.pause("a rest")
         executor.resume()

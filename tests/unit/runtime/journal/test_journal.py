@@ -7,19 +7,19 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader
 from florence_bt.runtime.journal.schema import OWN_FILE, VERSION
 from florence_bt.runtime.journal.text import journal_text, timeline
-from florence_bt.runtime.run import MissionRun, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
 
 def make_run(number=1, **inputs):
-    return MissionRun(f"R-{number:03d}", Request("drive", inputs, "test"), inputs)
+    return MissionRun(f"R-{number:03d}", MissionRequest("drive", inputs, "test"), inputs)
 
 
 def happen(journal, run, kind, time=1.0, **data):
-    journal.write(run, Event(time, run.run_id, kind, data, run.ticks))
+    journal.write(run, RunEvent(time, run.run_id, kind, data, run.ticks))
 
 
 def whole_run(journal, number, nodes=3):
@@ -106,8 +106,8 @@ def test_runs_are_filtered_and_the_latest_come_first(tmp_path):
 def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
     # The two ticks of the start and of drive's end are two batches.
     journal = Journal(tmp_path / "runs")
-    bench.executor._announcer.log = journal
-    run = bench.executor.trigger(Request("drive_and_work"))
+    bench.executor._event_bus.log = journal
+    run = bench.executor.trigger(MissionRequest("drive_and_work"))
     with JournalReader(tmp_path / "runs") as reader:
         assert [event.kind for event in reader.events(run.run_id)] == ["started"]
         bench.clock.advance(0.0)
@@ -117,7 +117,7 @@ def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
 
 
 def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
-    bench.executor._announcer.log = Journal(tmp_path / "runs", background=True)
+    bench.executor._event_bus.log = Journal(tmp_path / "runs", background=True)
     seen = []
 
     def look(run, event):
@@ -128,7 +128,7 @@ def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
                 )
 
     bench.executor.add_listener(look)
-    bench.executor.trigger(Request("drive_once"))
+    bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(1.0)
     bench.executor.pause("wait")
     bench.executor.resume()
@@ -139,7 +139,7 @@ def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
         ("resumed", "RUNNING"),
         ("ended", "SUCCEEDED"),
     ]
-    bench.executor._announcer.log.close()
+    bench.executor._event_bus.log.close()
 
 
 def test_a_locked_file_costs_nothing_but_time(tmp_path):
@@ -163,7 +163,7 @@ def test_a_full_disk_is_told_once_and_the_run_is_closed_when_there_is_room_again
     told = []
     journal = Journal(tmp_path, JournalParameters(max_waiting=100), on_trouble=told.append)
     whole_run(journal, 1)
-    connection = journal._keeper._store._connection
+    connection = journal._guard._store._connection
     pages = connection.execute("PRAGMA page_count").fetchone()[0]
     connection.execute(f"PRAGMA max_page_count = {pages}")
     whole_run(journal, 2, nodes=300)
@@ -213,8 +213,8 @@ def test_a_disk_that_hangs_holds_an_acknowledgement_up_only_so_long(tmp_path):
     journal = Journal(tmp_path, JournalParameters(flush_limit_s=0.05), background=True)
     whole_run(journal, 1)
     hung = threading.Event()
-    apply = journal._keeper._store.apply
-    journal._keeper._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
+    apply = journal._guard._store.apply
+    journal._guard._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
     whole_run(journal, 2)  # two acknowledgements: returns after 0.1 s, not after 300
     hung.set()
     journal.close()
@@ -321,8 +321,8 @@ def test_bad_parameters_are_refused(field):
 
 
 def test_the_text_of_a_run_and_its_timeline(bench, tmp_path):
-    bench.executor._announcer.log = Journal(tmp_path / "runs")
-    run = bench.executor.trigger(Request("drive_and_work", caller="test"))
+    bench.executor._event_bus.log = Journal(tmp_path / "runs")
+    run = bench.executor.trigger(MissionRequest("drive_and_work", caller="test"))
     bench.clock.advance(1.0)
     bench.executor.pause("a child")
     bench.clock.advance(5.0)

@@ -13,7 +13,7 @@ from florence_bt.app.runs.journal_view import run_text, runs_table
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JOURNAL_FILE, JournalReader
 from florence_bt.runtime.journal.schema import OWN_FILE, VERSION
-from florence_bt.runtime.run import Policy, RunStatus
+from florence_bt.runtime.run import RunStatus, TriggerPolicy
 from tests.unit.runtime.recovery_bench import Process, missions, trip
 
 TRIES = 40
@@ -36,6 +36,8 @@ TABLES = {
     "runs": "run_id mission caller policy priority inputs accepted state reason outputs started ticks",
     "events": "seq time tick kind node old new code skill inputs outputs data",
 }
+ANY = {"runs": "mission", "events": "node"}
+"""A column that takes any text."""
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,7 @@ def wreck(tmp_path_factory):
     first.executor.trigger(trip())
     first.clock.advance(60.0)
     first.executor.trigger(trip())
-    first.executor.trigger(trip(policy=Policy.QUEUE))
+    first.executor.trigger(trip(policy=TriggerPolicy.QUEUE))
     first.clock.advance(6.0)
     files = {path.name: path.read_bytes() for path in (folder / "runs").glob(f"{JOURNAL_FILE}*")}
     assert files[f"{JOURNAL_FILE}-wal"]
@@ -106,8 +108,8 @@ def values(rng, runs):
     table = rng.choice(list(TABLES))
     column = rng.choice(TABLES[table].split())
     connection = sqlite3.connect(runs / JOURNAL_FILE)
+    connection.execute("PRAGMA ignore_check_constraints = ON")
     try:
-        connection.execute("PRAGMA ignore_check_constraints = ON")
         rows = connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
         which = "seq" if table == "events" else "id"
         if rng.random() < 0.5:
@@ -116,9 +118,10 @@ def values(rng, runs):
         else:  # text that is not UTF-8
             connection.execute(f"UPDATE {table} SET {column} = CAST(x'fffe41' AS TEXT) WHERE {which} = 2")
         assert rows
-        connection.commit()
-    except (sqlite3.IntegrityError, OverflowError):
-        pass  # a value that even SQLite refuses
+    except (sqlite3.IntegrityError, OverflowError):  # a value that even SQLite refuses
+        damaged = connection.execute(f"UPDATE {table} SET {ANY[table]} = CAST(x'fffe41' AS TEXT)").rowcount
+        assert damaged
+    connection.commit()
     connection.close()
 
 
@@ -144,7 +147,7 @@ def test_a_damaged_journal_stops_no_start_and_nothing_is_lost_in_silence(tmp_pat
         with suppress(ConfigError):
             shown(runs)
         second = Process(folder, name="B")
-        run = second.executor.trigger(trip(policy=Policy.QUEUE))
+        run = second.executor.trigger(trip(policy=TriggerPolicy.QUEUE))
         second.clock.advance(200.0)
         assert run.status is RunStatus.SUCCEEDED, (seed, run.reason)
         second.journal.close()

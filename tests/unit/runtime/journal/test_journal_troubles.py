@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sqlite3
 import threading
 from dataclasses import replace
@@ -10,14 +11,16 @@ import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
-from florence_bt.runtime.announcer import Announcer
-from florence_bt.runtime.events import Event, EventKind
+from florence_bt.runtime.event_bus import EventBus
+from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader, store
-from florence_bt.runtime.run import MissionRun, Request, RunStatus
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
 
 def begin(tell, number):
-    run = MissionRun(f"R-{number:03d}", Request("drive", {}, "test"), {}, RunStatus.RUNNING, started=1.0)
+    run = MissionRun(
+        f"R-{number:03d}", MissionRequest("drive", {}, "test"), {}, RunStatus.RUNNING, started=1.0
+    )
     tell(run, EventKind.STARTED)
     return run
 
@@ -29,7 +32,7 @@ def end(tell, run):
 
 def teller(journal):
     def tell(run, kind, **data):
-        journal.write(run, Event(1.0, run.run_id, kind, data, run.ticks))
+        journal.write(run, RunEvent(1.0, run.run_id, kind, data, run.ticks))
         journal.flush()
 
     return tell
@@ -43,15 +46,15 @@ def states(folder):
 def test_a_listener_that_breaks_at_the_end_of_a_run_is_kept_behind_the_end(tmp_path):
     told = []
     journal = Journal(tmp_path, on_trouble=told.append)
-    announcer = Announcer(ManualClock(), journal)
+    event_bus = EventBus(ManualClock(), journal)
 
     def break_at_the_end(run, event):
         if event.kind is EventKind.ENDED:
             raise RuntimeError("the listener is broken")
 
-    announcer.add_listener(break_at_the_end)
+    event_bus.add_listener(break_at_the_end)
     for number in range(3):
-        end(announcer.tell, begin(announcer.tell, number))
+        end(event_bus.publish, begin(event_bus.publish, number))
     journal.flush()
     assert told == [] and journal._seq == {}
     with JournalReader(tmp_path) as reader:
@@ -81,7 +84,7 @@ def test_a_disk_that_fails_among_single_jobs_loses_none_of_them(tmp_path):
     journal = Journal(tmp_path, JournalParameters(busy_s=0.0), on_trouble=told.append)
     tell = teller(journal)
     run = begin(tell, 1)
-    apply, calls = journal._keeper._store.apply, []
+    apply, calls = journal._guard._store.apply, []
 
     def fails_once(jobs):
         calls.append(len(jobs))
@@ -89,10 +92,10 @@ def test_a_disk_that_fails_among_single_jobs_loses_none_of_them(tmp_path):
             raise sqlite3.OperationalError("disk I/O error")
         return apply(jobs)
 
-    journal._keeper._store.apply = fails_once
+    journal._guard._store.apply = fails_once
     for node in ("a", "torn \ud800", "b", "c"):
         journal.write(
-            run, Event(1.0, run.run_id, EventKind.NODE, {"node": node, "old": "INVALID", "new": "RUNNING"})
+            run, RunEvent(1.0, run.run_id, EventKind.NODE, {"node": node, "old": "INVALID", "new": "RUNNING"})
         )
     journal.commit()
     assert "disk I/O error" in journal.trouble
@@ -139,8 +142,8 @@ def test_an_acknowledgement_that_is_not_safe_is_told(tmp_path):
     journal = Journal(tmp_path, patient, background=True, on_trouble=told.append)
     tell = teller(journal)
     run = begin(tell, 1)
-    hung, apply = threading.Event(), journal._keeper._store.apply
-    journal._keeper._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
+    hung, apply = threading.Event(), journal._guard._store.apply
+    journal._guard._store.apply = lambda jobs: (hung.wait(300.0), apply(jobs))
     journal._parameters = replace(patient, flush_limit_s=0.02)
     tell(run, EventKind.PAUSED, reason="x")
     tell(run, EventKind.RESUMED)
@@ -155,19 +158,23 @@ def test_an_acknowledgement_that_is_not_safe_is_told(tmp_path):
 
 def test_memory_stays_bounded_when_the_disk_never_comes_back(tmp_path):
     (tmp_path / "runs").write_text("a file where the folder should be")
-    journal = Journal(tmp_path / "runs", JournalParameters(max_waiting=100))
+    dates = (f"2024-05-01T10:{number // 60:02d}:{number % 60:02d}Z" for number in itertools.count())
+    written: list[str] = []
+    journal = Journal(
+        tmp_path / "runs",
+        JournalParameters(max_waiting=100),
+        date=lambda: written.append(next(dates)) or written[-1],
+    )
     tell = teller(journal)
     for number in range(300):
-        run = begin(tell, number)
-        journal.note("manual override", str(number))
-        end(tell, run)
-    assert len(journal._keeper._waiting) <= 100
+        end(tell, begin(tell, number))
+    assert len(journal._guard._waiting) <= 100
     (tmp_path / "runs").unlink()
     end(tell, begin(tell, 300))
     kept = states(tmp_path / "runs")
     assert len(kept) >= 30 and set(kept.values()) == {"SUCCEEDED"} and "R-300" in kept
     with JournalReader(tmp_path / "runs") as reader:
-        assert reader.note("manual override") == "299"
+        assert reader.last_entry() == written[-1]
 
 
 @pytest.mark.parametrize("column", ["inputs", "outputs"])

@@ -1,8 +1,7 @@
-"""Random trees of reactive nodes: conditions over keys, jobs that others end, pauses; and others beside them.
+"""Random trees of our own nodes: conditions over keys, jobs that others end, pauses; and others beside them.
 
 Two copies of a tree grow from the same seed, each with keys and a clock of its own; the same happens to both
-between the ticks. Written down is what a full tick and an incremental one must have in common: everything but
-how often conditions are asked.
+between the ticks.
 """
 
 from __future__ import annotations
@@ -19,14 +18,19 @@ from py_trees.composites import Composite, Sequence
 from florence_bt.behaviours.branching import If, Switch
 from florence_bt.behaviours.composites import Finally, Selector
 from florence_bt.behaviours.context import TreeContext
-from florence_bt.behaviours.decorators import ForceFailure, ForceSuccess, Invert
-from florence_bt.behaviours.expressions import Constant, Formula, Operation
-from florence_bt.behaviours.guards import StartGuard, While
+from florence_bt.behaviours.decorators import (
+    Cooldown,
+    ForceFailure,
+    ForceSuccess,
+    Invert,
+    Once,
+    StartGuard,
+    While,
+)
+from florence_bt.behaviours.expressions import CompiledExpression, operation
 from florence_bt.behaviours.keys import KeyReference, KeyStore
 from florence_bt.behaviours.pacing import Repeat, Retry, Timeout, Wait
 from florence_bt.behaviours.parallel import CountingParallel
-from florence_bt.behaviours.reactive import AlwaysSettled, Reactive
-from florence_bt.behaviours.restarts import Cooldown, Once
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
@@ -39,23 +43,20 @@ KEYS = ("a", "b", "c", "d")
 TICKS = 25
 
 
-class Asks(AlwaysSettled, Behaviour):
+class Asks(Behaviour):
     """A condition: a key is above a limit."""
 
     def __init__(self, name: str, keys: KeyStore, key: str, limit: int) -> None:
         super().__init__(name)
-        self.asked = 0
         self._keys, self._key, self._limit = keys, key, limit
-        keys.watch((key,), lambda key: self.touch())
 
     def update(self) -> Status:
-        self.asked += 1
         value = self._keys.read(self._key)
         self.feedback_message = f"{self._key} is {value}"
         return Status.SUCCESS if value > self._limit else Status.FAILURE
 
 
-class Job(Reactive, Behaviour):
+class Job(Behaviour):
     """Works until somebody ends it; writes down its starts and stops."""
 
     def __init__(self, name: str, log: list) -> None:
@@ -78,7 +79,6 @@ class Job(Reactive, Behaviour):
     def finish(self, end: Status) -> None:
         if self.status is Status.RUNNING:
             self.end = end
-            self.touch()
 
 
 class Ends(Behaviour):
@@ -147,16 +147,13 @@ class ReactiveScript(random_trees.Script):
         declared = {"work": SkillDeclaration("work", "Works", deadline_s=4.0)}
         self.context = TreeContext(self.clock, lambda: None, {"work": self.skill}, declared, keys=self.keys)
         self.quiet = quiet
-        self.conditions: list[Asks] = []
         self.jobs: list[Job] = []
 
     def leaf(self) -> Behaviour:
         r = self.random
         dice = r.random()
         if dice < 0.45:
-            asks = Asks(self.name("asks"), self.keys, r.choice(KEYS), r.randrange(3))
-            self.conditions.append(asks)
-            return asks
+            return Asks(self.name("asks"), self.keys, r.choice(KEYS), r.randrange(3))
         if dice < 0.65:
             return RunSkill(self.name("run"), self.context, "work")
         if dice < 0.75:
@@ -188,7 +185,7 @@ class ReactiveScript(random_trees.Script):
                     child.parent = None
         return super().composite(children)
 
-    def formula(self) -> Formula:
+    def formula(self) -> CompiledExpression:
         return above(self.random.choice(KEYS), self.random.randrange(3))
 
     def cleanup(self) -> Callable[[TreeContext], Behaviour]:
@@ -208,13 +205,8 @@ class ReactiveScript(random_trees.Script):
             return self.random.choice(OWN_DECORATORS)(self, child)
         return super().decorator(child)
 
-    def happens(self, root: Behaviour, told: Callable[[Behaviour | None], None]) -> None:
-        """What happens between two ticks.
-
-        Args:
-            root: The tree.
-            told: Tells the ticker about a node that was stopped from outside, or (None) about a new shape.
-        """
+    def happens(self, root: Behaviour) -> None:
+        """What happens between two ticks."""
         r = self.random
         for _ in range(r.choice((0, 1, 1, 2))):
             dice = r.random()
@@ -233,13 +225,11 @@ class ReactiveScript(random_trees.Script):
             elif dice < 0.9:
                 root.stop(Status.INVALID)
             elif dice < 0.94:
-                node = r.choice(list(root.iterate()))
-                node.stop(Status.INVALID)
-                told(node)
+                r.choice(list(root.iterate())).stop(Status.INVALID)
             elif dice < 0.97:
-                self.change_shape(root, told)
+                self.change_shape(root)
 
-    def change_shape(self, root: Behaviour, told: Callable[[Behaviour | None], None]) -> None:
+    def change_shape(self, root: Behaviour) -> None:
         node = self.random.choice(list(root.iterate()))
         parent: Any = node.parent
         if isinstance(node, FIXED) or isinstance(parent, FIXED):
@@ -248,13 +238,12 @@ class ReactiveScript(random_trees.Script):
             parent.replace_child(node, self.tree(1))
         elif isinstance(node, Composite):
             node.insert_child(self.tree(1), self.random.randint(0, len(node.children)))
-        told(None)
 
 
-def above(key: str, limit: int) -> Formula:
+def above(key: str, limit: int) -> CompiledExpression:
     """The expression ``$key > limit``."""
-    term = Operation(">", lambda left, right: left > right, (KeyReference(key), Constant(limit)))
-    return Formula(f"${key} > {limit}", term, (key,))
+    term = operation(">", KeyReference(key).resolve, lambda keys: limit)
+    return CompiledExpression(f"${key} > {limit}", term, (key,))
 
 
 OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [
@@ -279,29 +268,26 @@ OWN_DECORATORS: list[Callable[[ReactiveScript, Behaviour], Behaviour]] = [
 
 
 def play(
-    seed: int,
-    make_tick: Callable[[Behaviour], tuple[Callable[[], object], Callable[[Behaviour | None], None]]],
-    depth: int,
-    quiet: bool,
-) -> tuple[list[Any], int]:
-    """Everything that two ways of ticking must have in common, and how many questions were asked.
+    seed: int, make_tick: Callable[[Behaviour], Callable[[], object]], depth: int, quiet: bool
+) -> list[Any]:
+    """Everything that two ways of ticking must have in common.
 
     Args:
         seed: Chooses the tree and the script.
-        make_tick: From a root: what ticks it, and what is told about changes from outside.
+        make_tick: From a root: what ticks it.
         depth: How deep the tree may be.
-        quiet: Without nodes that are ticked every time.
+        quiet: Without nodes that write keys or answer at random.
     """
     random_trees.blackboard.Blackboard.clear()
     script = ReactiveScript(seed, quiet)
     root = script.tree(depth)
-    tick, told = make_tick(root)
+    tick = make_tick(root)
     story: list[Any] = []
     for _ in range(TICKS):
         tick()
         story.append((random_trees.state_of(root), tuple(script.log)))
         script.log.clear()
-        script.happens(root, told)
+        script.happens(root)
         story.append(tuple(script.log))
         script.log.clear()
-    return story, sum(condition.asked for condition in script.conditions)
+    return story

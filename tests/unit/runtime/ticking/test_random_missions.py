@@ -1,4 +1,4 @@
-"""Whole missions, ticked in full by py_trees and incrementally by us: all that can be seen is equal."""
+"""Whole missions, ticked by py_trees and by us: all that can be seen is equal."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def by_py_trees(root: Behaviour) -> Ticks:
 
 
 def by_us(root: Behaviour) -> Ticks:
-    ticker = Ticker(root, record=True, incremental=True)
+    ticker = Ticker(root, record=True)
     return ticker.tick, ticker.stop
 
 

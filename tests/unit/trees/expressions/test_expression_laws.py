@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from florence_bt.behaviours.expressions import BadExpression
 from florence_bt.behaviours.keys import KeyStore
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.language.expressions.building import build_formula
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.compiling import compile_expression
 from florence_bt.trees.language.expressions.parser import parse_expression
-from florence_bt.trees.language.expressions.printing import print_term
 from florence_bt.trees.language.expressions.syntax import (
     Binary,
     Constant,
@@ -22,8 +22,8 @@ from florence_bt.trees.language.expressions.syntax import (
     Key,
     PosePart,
     Unary,
+    print_term,
 )
-from florence_bt.trees.language.source import Position
 
 HERE = Position()
 NUMBERS = st.one_of(
@@ -92,7 +92,7 @@ def exactly(text, keys):
 def test_values_are_those_of_exact_arithmetic(term, numbers):
     keys = dict(zip("abc", numbers, strict=True))
     text = print_term(term)
-    formula = build_formula(parse_expression(text))
+    formula = compile_expression(parse_expression(text))
     try:
         expected = exactly(text, {name: Fraction(value) for name, value in keys.items()})
     except ZeroDivisionError:
@@ -152,7 +152,7 @@ def test_what_passes_the_check_does_not_depend_on_the_choice_of_units():
         other = {
             name: value * sizes.get(KINDS[name], 1) if name != "f" else value for name, value in keys.items()
         }
-        formula = build_formula(expression)
+        formula = compile_expression(expression)
         try:
             value, scaled = formula.resolve(KeyStore(keys)), formula.resolve(KeyStore(other))
         except BadExpression as error:

@@ -1,16 +1,15 @@
 import pytest
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position
 from florence_bt.trees.language.expressions.parser import (
     MAX_LENGTH,
     MAX_NESTING,
     MAX_TOKENS,
+    closing_brace,
     parse_expression,
 )
-from florence_bt.trees.language.expressions.printing import print_term
-from florence_bt.trees.language.expressions.scanning import closing_brace
-from florence_bt.trees.language.expressions.syntax import Binary, Function, keys_of, start_of
-from florence_bt.trees.language.source import Position
+from florence_bt.trees.language.expressions.syntax import Binary, Function, keys_of, print_term, start_of
 
 
 def grouped(text):
@@ -73,8 +72,8 @@ $pose. > 1            | 6 | a pose has no part | .x, .y, .yaw
 min($a)               | 1 | needs 2 values, not 1 | min($a, $b)
 abs()                 | 1 | needs 1 value, not 0 | abs($a)
 mn($a, 1)             | 1 | no function 'mn' | min(...)
-5 meters              | 3 | 'meters' is no unit | 5 m
-$a > 5 mm2            | 8 | 'mm2' is no unit | 5 mm
+5 meters              | 3 | 'meters' is not a unit | 5 m
+$a > 5 mm2            | 8 | 'mm2' is not a unit | 5 mm
 5 m m                 | 5 | cannot follow '5 m' | and, or, <, ==, +, *
 $battery > 20 %       | 15 | not known here | a number between 0 and 1
 ($a                   | 1 | this ( is not closed | )

@@ -1,0 +1,117 @@
+"""Limits of the fields of parameter dataclasses: written in the annotations, checked by one function.
+
+A class writes ``rate: Positive = 20.0`` or ``skip: Annotated[int, Limits(0, 9)] = 0``, and calls
+:func:`check_limits` in ``__post_init__``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import typing
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from florence_bt.core.errors import ConfigError, closest_first
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The numbers that a field may hold; NaN is never one of them.
+
+    Attributes:
+        low: Smallest value.
+        high: Largest value.
+        above: Whether ``low`` itself is too small.
+        below: Whether ``high`` itself is too large.
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    above: bool = False
+    below: bool = False
+
+    def admits(self, value: float) -> bool:
+        """Whether a value is within the limits."""
+        high_enough = self.low < value if self.above else self.low <= value
+        low_enough = value < self.high if self.below else value <= self.high
+        return high_enough and low_enough
+
+    def __str__(self) -> str:
+        """For people, e.g. ``above 0`` or ``0 to 99``."""
+        if self.low == -math.inf:
+            return "a finite number"
+        if self.high == math.inf:
+            return f"above {self.low:g}" if self.above else f"{self.low:g} or more"
+        if not self.above and not self.below:
+            return f"{self.low:g} to {self.high:g}"
+        low = f"above {self.low:g}" if self.above else f"at least {self.low:g}"
+        return f"{low} and {'below' if self.below else 'at most'} {self.high:g}"
+
+
+Finite = Annotated[float, Limits(above=True, below=True)]
+"""Neither infinite nor NaN."""
+Positive = Annotated[float, Limits(0.0, math.inf, above=True, below=True)]
+"""A finite number above zero."""
+NotNegative = Annotated[float, Limits(0.0, math.inf, below=True)]
+"""A finite number, zero or more."""
+
+
+def check_limits(parameters: Any) -> None:
+    """Refuse a dataclass with a field outside its limits, or with none of the choices of a ``Literal``.
+
+    None is left alone: a field that may be None has no value then.
+
+    Raises:
+        ConfigError: Names the field, its value and what would have worked.
+    """
+    for name, rule in _rules_of(type(parameters)).items():  # type: ignore[arg-type]  # a class is hashable
+        value = getattr(parameters, name)
+        if value is None:
+            continue
+        if not isinstance(rule, Limits):
+            if value not in rule:
+                choices = [str(choice) for choice in rule]
+                raise ConfigError(f"{name} cannot be {value!r}", valid=closest_first(str(value), choices))
+        elif not rule.admits(value):
+            raise ConfigError(f"{name} is {value}", valid=[f"{_example(parameters, name)} ({rule})"])
+
+
+def check_order(parameters: Any, *pairs: tuple[str, str], equal: bool = False) -> None:
+    """Refuse a dataclass in which the first field of a pair is not below the second one.
+
+    Args:
+        parameters: The dataclass.
+        *pairs: Names of fields.
+        equal: Whether the two may be equal.
+
+    Raises:
+        ConfigError: Names both fields and their values.
+    """
+    for low, high in pairs:
+        small, large = getattr(parameters, low), getattr(parameters, high)
+        if not (small <= large if equal else small < large):
+            relation = "must not be above" if equal else "must be below"
+            examples = [_example(parameters, name) for name in (low, high)]
+            raise ConfigError(f"{low} ({small}) {relation} {high} ({large})", valid=examples)
+
+
+def _example(parameters: Any, name: str) -> str:
+    """A field with its default, if it has one."""
+    default = type(parameters).__dataclass_fields__[name].default
+    return name if default is dataclasses.MISSING else f"{name}: {default}"
+
+
+@functools.cache
+def _rules_of(cls: type) -> dict[str, Limits | tuple[Any, ...]]:
+    """The limits, or the choices, of each field that has some."""
+    rules: dict[str, Limits | tuple[Any, ...]] = {}
+    for name, hint in typing.get_type_hints(cls, include_extras=True).items():
+        for part in (hint, *typing.get_args(hint)):
+            if typing.get_origin(part) is Literal:
+                rules[name] = typing.get_args(part)
+            elif typing.get_origin(part) is Annotated:
+                limits = [note for note in part.__metadata__ if isinstance(note, Limits)]
+                rules |= {name: limits[0]} if limits else {}
+    return rules

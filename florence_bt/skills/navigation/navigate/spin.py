@@ -1,0 +1,106 @@
+"""Turning in place: how fast, and a whole turn by an angle of the odometry."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.limits import Limits, Positive, check_limits, check_order
+from florence_bt.core.outcome import Result, failure, success
+from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.results import SPIN_SERVER_CODES
+
+
+@dataclass(frozen=True, slots=True)
+class SpinParameters:
+    """How to turn by an angle.
+
+    Attributes:
+        spin_max_speed: rad/s.
+        spin_min_speed: rad/s; slower the base would stand still.
+        spin_gain: Speed per angle that is left, 1/s.
+        spin_precision: The turn is over when this much or less is left, in radians.
+
+    Source:
+        REFERENCE 12.2.
+    """
+
+    spin_max_speed: Positive = 0.5
+    spin_min_speed: Positive = 0.2
+    spin_gain: Positive = 1.5
+    spin_precision: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+        check_order(self, ("spin_min_speed", "spin_max_speed"), equal=True)
+
+
+AT_REST_TURN_SPEED = 0.03
+"""rad/s; slower counts as standing."""
+
+
+class _Phase(enum.Enum):
+    READY = "ready"
+    TURNING = "turning"
+    SETTLING = "settling"
+
+
+class Spin:
+    """One turn in place, from its start to its result.
+
+    Attributes:
+        travelled: Radians turned so far, counter-clockwise positive.
+    """
+
+    def __init__(self, angle: float, parameters: SpinParameters, now: float, time_allowance: float) -> None:
+        self._angle = angle
+        self._parameters = parameters
+        self._deadline = now + time_allowance
+        self._last_yaw: float | None = None
+        self._phase = _Phase.READY
+        self.travelled = 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Radians that are left, counter-clockwise positive."""
+        return self._angle - self.travelled
+
+    def step(
+        self, now: float, pose: Pose2, twist: Twist2, clearance: Clearance
+    ) -> tuple[Twist2, Result | None]:
+        """The velocity to command now, and the result when the turn is over.
+
+        Args:
+            now: Seconds.
+            pose: base_footprint in the odometry frame.
+            twist: Its velocity.
+            clearance: What is around it.
+        """
+        if self._last_yaw is not None:
+            self.travelled += normalize_angle(pose.yaw - self._last_yaw)
+        self._last_yaw = pose.yaw
+        if self._phase is not _Phase.SETTLING and abs(self.remaining) <= self._parameters.spin_precision:
+            self._phase = _Phase.SETTLING
+        if self._phase is _Phase.SETTLING:
+            return STANDSTILL, success() if abs(twist.angular) < AT_REST_TURN_SPEED else None
+        if now > self._deadline:
+            left = math.degrees(self.remaining)
+            return STANDSTILL, _failure(
+                "time_allowance", f"{left:.0f} degrees were left when the time was over"
+            )
+        if not clearance.is_free(0.0, self.remaining):
+            return STANDSTILL, _failure("collision_ahead", "something is in the way of the turn")
+        self._phase = _Phase.TURNING
+        return Twist2(0.0, self._speed()), None
+
+    def _speed(self) -> float:
+        p = self._parameters
+        speed = min(p.spin_max_speed, max(p.spin_min_speed, p.spin_gain * abs(self.remaining)))
+        return math.copysign(speed, self.remaining)
+
+
+def _failure(code: str, reason: str) -> Result:
+    return failure(code, reason, server_code=SPIN_SERVER_CODES[code])

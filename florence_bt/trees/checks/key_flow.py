@@ -1,0 +1,313 @@
+"""The flow of keys through the tree of a mission: which keys have a value when a node begins and ends.
+
+An abstract run of the tree: the state at a point is the set of keys that some way to it has written and the
+set that every way has written. A node takes one state and gives one for its success and one for its failure;
+where the end cannot come there is no state. Sets of keys are the bits of integers, so that a mission with
+thousands of keys is followed as fast as a small one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from florence_bt.trees.language import model
+from florence_bt.trees.language.expressions.compiling import constant_of
+from florence_bt.trees.language.model import Expression, Node, PolicyKind, Reference
+from florence_bt.trees.language.outcomes import NodeOutcomes
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """The keys that have a value at some point, as bits.
+
+    Attributes:
+        maybe: Those that some way to this point writes.
+        surely: Those that every way to this point writes.
+    """
+
+    maybe: int
+    surely: int
+
+    def plus(self, keys: int) -> Written:
+        """After these keys were written too."""
+        return Written(self.maybe | keys, self.surely | keys)
+
+
+State = Written | None
+"""None: this point is never reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """What a node does to the keys.
+
+    Attributes:
+        success: The state after its success.
+        failure: The state after its failure.
+        touched: Every key that may have a value at any moment while it runs.
+    """
+
+    success: State
+    failure: State
+    touched: int
+
+
+class Witness(Protocol):
+    """Is called for every read while the flow is followed."""
+
+    def read(self, reference: Reference, before: Written) -> Written:
+        """A node reads a key that it needs; gives the state with which to go on."""
+
+
+class KeyFlow:
+    """Follows the keys through one tree.
+
+    Args:
+        bits: Key -> its bit.
+        outcomes: Gives the outcomes that a node can have.
+        writes: Gives the keys that a node itself writes.
+    """
+
+    def __init__(
+        self,
+        bits: Mapping[str, int],
+        outcomes: Callable[[Node], NodeOutcomes],
+        writes: Callable[[Node], Iterable[str]],
+    ) -> None:
+        self._bits = bits
+        self._outcomes = outcomes
+        self._writes = writes
+        self._quiet: dict[tuple[Node, int, int], Flow] = {}
+
+    def follow(self, node: Node, before: Written, witness: Witness | None = None) -> Flow:
+        """Follow the keys through a node.
+
+        Args:
+            node: The node.
+            before: The state when it begins.
+            witness: Called for every read, each once. Without one a read of a key that no way has written
+                ends in failure, as it does at run time.
+        """
+        if witness is not None:
+            return self._node(node, before, witness)
+        key = (node, before.maybe, before.surely)
+        if key not in self._quiet:
+            self._quiet[key] = self._node(node, before, None)
+        return self._quiet[key]
+
+    # ---- one node -------------------------------------------------------------------------------------
+
+    def _node(self, node: Node, before: Written, witness: Witness | None) -> Flow:
+        outcomes = self._outcomes(node)
+        start, failed = self._reads(node, before, witness)
+        if start is None:
+            return Flow(None, before, before.maybe)
+        if isinstance(node, model.Retry) and node.attempt_key is not None:
+            start = start.plus(self._bit(node.attempt_key.text))
+        body = self._body(node, start, witness)
+        success, failure, touched = body.success, join(body.failure, failed), body.touched
+        if success is not None and not isinstance(node, model.Retry):
+            success = success.plus(self._mask(self._writes(node)))
+            touched |= success.maybe
+        if node.holds is not None:
+            failure = join(failure, Written(touched, before.surely))
+        if node.cleanup is not None:
+            cleaned = self.follow(node.cleanup, Written(touched, before.surely), witness).touched
+            touched |= cleaned
+            success, failure = _also_maybe(success, cleaned), _also_maybe(failure, cleaned)
+        if node.when is not None or node.unless is not None:
+            if outcomes.skip_succeeds:
+                success = join(success, before)
+            else:
+                failure = join(failure, before)
+        return Flow(
+            success if outcomes.can_succeed else None, failure if outcomes.can_fail else None, touched
+        )
+
+    def _reads(self, node: Node, before: Written, witness: Witness | None) -> tuple[State, State]:
+        """What a node reads when it begins: the state to go on with, and the state when that fails."""
+        state, failed = before, None
+        for reference in _read_by(node):
+            bit = self._bits.get(reference.key)
+            if bit is None:
+                continue  # nothing writes such a key: found elsewhere
+            if not state.surely & bit:
+                failed = join(failed, state)
+            if witness is not None:
+                state = witness.read(reference, state)
+            elif not state.maybe & bit:
+                return None, state
+        return state, failed
+
+    def _body(self, node: Node, before: Written, witness: Witness | None) -> Flow:
+        match node:
+            case (
+                model.Sequence(children=children, memory=True)
+                | model.Selector(children=children, memory=True)
+            ):
+                return self._chain(node, children, before, witness)
+            case model.Sequence(children=children) | model.Selector(children=children):
+                return self._reactive(node, children, before, witness)
+            case model.Parallel():
+                return self._parallel(node, before, witness)
+            case model.If():
+                return self._if(node, before, witness)
+            case model.Switch():
+                ways = [self.follow(part, before, witness) for part in node.parts]
+                return _either(ways, before, nothing_done=None, not_done=before)
+            case model.Wrapper(child=child):
+                return self._wrapper(node, child, before, witness)
+        return Flow(before, before, before.maybe)
+
+    # ---- composites -----------------------------------------------------------------------------------
+
+    def _chain(self, node: Node, children: Iterable[Node], before: Written, witness: Witness | None) -> Flow:
+        """A sequence goes on after a success, a selector after a failure."""
+        is_sequence = isinstance(node, model.Sequence)
+        state: State = before
+        ended: State = None
+        touched = before.maybe
+        for child in children:
+            if state is None:
+                break
+            flow = self.follow(child, state, witness)
+            goes_on, ends = (flow.success, flow.failure) if is_sequence else (flow.failure, flow.success)
+            state, ended, touched = goes_on, join(ended, ends), touched | flow.touched
+        return Flow(state, ended, touched) if is_sequence else Flow(ended, state, touched)
+
+    def _reactive(
+        self, node: Node, children: tuple[Node, ...], before: Written, witness: Witness | None
+    ) -> Flow:
+        """Without memory the first children begin again while a later one runs."""
+        state = before
+        while (touched := self._chain(node, children, state, None).touched) | state.maybe != state.maybe:
+            state = Written(state.maybe | touched, state.surely)
+        return self._chain(node, children, state, witness)
+
+    def _parallel(self, node: model.Parallel, before: Written, witness: Witness | None) -> Flow:
+        children, policy = node.children, node.policy
+        state = before
+        while True:
+            # What one branch writes the others may read.
+            touched = state.maybe
+            for child in children:
+                touched |= self.follow(child, state).touched
+            if touched == state.maybe:
+                break
+            state = Written(touched, before.surely)
+        outcomes = [self.follow(child, state, witness).success for child in children]
+        needed = policy.successes_needed(len(children))
+        if policy.kind is PolicyKind.SELECTED:
+            selected = set(node.selected)
+            outcomes = [end for child, end in zip(children, outcomes, strict=True) if child in selected]
+            needed = len(outcomes)
+        good = [end.surely for end in outcomes if end is not None]
+        failure = Written(touched, before.surely)
+        if len(good) < needed:
+            return Flow(None, failure, touched)
+        surely = before.surely
+        if needed == len(outcomes):
+            for each in good:
+                surely |= each
+        else:
+            common = good[0] if good else before.surely
+            for each in good:
+                common &= each
+            surely |= common
+        return Flow(Written(touched, surely), failure, touched)
+
+    def _if(self, node: model.If, before: Written, witness: Witness | None) -> Flow:
+        if not node.memory:
+            # Decided again with every tick: what one branch wrote the other may read.
+            branches = [node.then, *([node.otherwise] if node.otherwise is not None else [])]
+            state = before
+            for branch in branches * 2:
+                state = Written(state.maybe | self.follow(branch, state).touched, state.surely)
+            before = state
+        yes: State = before
+        no: State = before
+        touched = before.maybe
+        if isinstance(node.condition, Expression):
+            fixed = constant_of(node.condition)
+            yes, no = (None if fixed is False else yes), (None if fixed is True else no)
+        else:
+            asked = self.follow(node.condition, before, witness)
+            yes, no, touched = asked.success, asked.failure, asked.touched
+        ways = [self.follow(node.then, yes, witness)] if yes is not None else []
+        if node.otherwise is not None and no is not None:
+            ways.append(self.follow(node.otherwise, no, witness))
+            no = None
+        flow = _either(ways, before, nothing_done=no if node.otherwise is None else None, not_done=None)
+        return Flow(flow.success, flow.failure, flow.touched | touched)
+
+    # ---- nodes with one node below ---------------------------------------------------------------------
+
+    def _wrapper(self, node: model.Wrapper, child: Node, before: Written, witness: Witness | None) -> Flow:
+        if isinstance(node, model.Retry | model.Repeat):
+            return self.follow(child, self._start_of_rounds(node, child, before), witness)
+        flow = self.follow(child, before, witness)
+        stopped = join(flow.failure, Written(flow.touched, before.surely))
+        match node:
+            case model.Succeed() | model.Force(success=True):
+                return Flow(join(flow.success, flow.failure), None, flow.touched)
+            case model.Force(success=False):
+                return Flow(None, join(flow.success, flow.failure), flow.touched)
+            case model.Invert():
+                return Flow(flow.failure, flow.success, flow.touched)
+            case model.Timeout():
+                return Flow(flow.success, stopped, flow.touched)
+            case model.Cooldown():
+                return Flow(flow.success, join(flow.failure, before), flow.touched)
+        return flow
+
+    def _start_of_rounds(self, node: Node, child: Node, before: Written) -> Written:
+        """The state at the beginning of any round of a loop, the first one included."""
+        state = before
+        while True:
+            flow = self.follow(child, state)
+            again = flow.failure if isinstance(node, model.Retry) else flow.success
+            joined = join(state, again)
+            if joined is None or joined == state:
+                return state
+            state = joined
+
+    # ---- small steps ----------------------------------------------------------------------------------
+
+    def _bit(self, key: str) -> int:
+        return self._bits.get(key, 0)
+
+    def _mask(self, keys: Iterable[str]) -> int:
+        mask = 0
+        for key in keys:
+            mask |= self._bit(key)
+        return mask
+
+
+def join(one: State, other: State) -> State:
+    """The state where two ways meet."""
+    if one is None or other is None:
+        return one if other is None else other
+    return Written(one.maybe | other.maybe, one.surely & other.surely)
+
+
+def _also_maybe(state: State, keys: int) -> State:
+    return Written(state.maybe | keys, state.surely) if state is not None else None
+
+
+def _either(ways: Iterable[Flow], before: Written, *, nothing_done: State, not_done: State) -> Flow:
+    """One of several ways; or none of them, which is a success, or none of them, which is a failure."""
+    success, failure, touched = nothing_done, not_done, before.maybe
+    for way in ways:
+        success, failure = join(success, way.success), join(failure, way.failure)
+        touched |= way.touched
+    return Flow(success, failure, touched)
+
+
+def _read_by(node: Node) -> Iterable[Reference]:
+    """The keys that a node needs when it begins, guards first."""
+    for expression in node.expressions:
+        yield from model.references(expression)
+    for value in model.values_of(node):
+        yield from model.references(value)

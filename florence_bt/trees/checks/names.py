@@ -1,0 +1,220 @@
+"""Checks of names: skills, missions, inputs, outputs, branches; and of every value that is given to them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+
+from florence_bt.core.declaration import Port
+from florence_bt.core.errors import close_matches, closest_first
+from florence_bt.trees.checks.values import ValueChecks, literal_kind
+from florence_bt.trees.language import model
+from florence_bt.trees.language._suggestions import OTHER_KINDS
+from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.findings import FindingList
+from florence_bt.trees.language.model import Literal, Mission, Node, PolicyKind
+from florence_bt.trees.language.outcomes import COUNT, PAUSE
+from florence_bt.trees.language.quantities import example_of, with_article
+from florence_bt.trees.language.values import fits
+from florence_bt.trees.language.vocabulary import NODE_KINDS
+
+
+class NameChecks:
+    """Checks every node of a mission by itself.
+
+    Args:
+        mission: The mission.
+        analysis: Its surroundings.
+        findings: Receives what is wrong.
+    """
+
+    def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+        self._mission = mission
+        self._analysis = analysis
+        self._findings = findings
+        self._kinds = analysis.of(mission).kinds
+        self._values = ValueChecks(mission, analysis, findings)
+
+    def check(self) -> None:
+        """Check all nodes."""
+        for node in self._analysis.of(self._mission).all:
+            if self._findings.full:
+                return
+            self._check_node(node)
+            self._check_conditions(node)
+            self._check_writes(node)
+
+    def _check_node(self, node: Node) -> None:
+        check = self._values.check
+        match node:
+            case model.RunSkill():
+                self._check_use(node)
+            case model.CallMission():
+                self._check_call(node)
+            case model.Retry(attempts=count):
+                check(count, COUNT, "retry")
+            case model.Repeat(rounds=count):
+                check(count, COUNT, "repeat")
+            case (
+                model.Timeout(duration=duration)
+                | model.Wait(duration=duration)
+                | model.Delay(duration=duration)
+                | model.Cooldown(duration=duration)
+            ):
+                check(duration, PAUSE, type(node).__name__.lower())
+            case model.Set(values=values):
+                for key, value in values:
+                    check(value, self._mission.keys.get(key.text), key.text)
+            case model.Fail(reason=reason):
+                self._values.text(reason, "fail")
+            case model.Switch():
+                self._check_switch(node)
+            case model.Parallel():
+                self._check_policy(node)
+
+    def _check_conditions(self, node: Node) -> None:
+        named = (("when", node.when), ("unless", node.unless), ("while", node.holds))
+        for what, expression in named:
+            if expression is not None:
+                self._values.condition(expression, what)
+        if isinstance(node, model.If) and isinstance(node.condition, model.Expression):
+            self._values.condition(node.condition, "if")
+        if isinstance(node, model.Condition):
+            self._values.condition(node.condition, "condition")
+
+    # ---- skills and missions --------------------------------------------------------------------------
+
+    def _check_use(self, node: model.RunSkill) -> None:
+        declaration = self._analysis.declarations.get(node.skill)
+        if declaration is None:
+            self._unknown_kind(node)
+            return
+        if declaration.deprecated:
+            message = f"{node.skill} is on its way out: use {declaration.deprecated}"
+            self._findings.warning(node.position, message)
+        if not node.mapping_given:
+            first = next((name for name, port in declaration.inputs.items() if port.required), "input")
+            about = f"{node.skill}: {{{first}: {node.written or 'value'}}}" if declaration.inputs else ""
+            message = f"the inputs of {node.skill} must be a mapping"
+            self._findings.error(node.position, message, [about or f"{node.skill}:"])
+            return
+        self._check_inputs(node.skill, node, declaration.inputs)
+        self._check_outputs(node.skill, declaration.outputs, node.outputs)
+
+    def _unknown_kind(self, node: model.RunSkill) -> None:
+        names = [*NODE_KINDS, *self._analysis.declarations]
+        valid = list(closest_first(node.skill, names))
+        if node.skill in self._analysis.library:
+            valid = [f"run: {node.skill}"]
+        elif node.skill.lower() in OTHER_KINDS:
+            valid = [OTHER_KINDS[node.skill.lower()]]
+        elif len(valid) == len(names):
+            valid = sorted(self._analysis.declarations) + list(NODE_KINDS)
+        self._findings.error(node.position, f"there is no skill and no kind of node {node.skill!r}", valid)
+
+    def _check_call(self, node: model.CallMission) -> None:
+        name = node.mission.text
+        mission = self._analysis.library.find(name)
+        unreadable = self._analysis.library.unreadable().get(name) if mission is None else None
+        if unreadable is not None:
+            message = f"the mission {name!r} cannot be read: {unreadable}"
+            self._findings.error(node.mission.position, message)
+            return
+        if mission is None:
+            self._findings.unknown(
+                node.mission.position, f"there is no mission {name!r}", name, self._analysis.library.names()
+            )
+            return
+        self._check_inputs(name, node, mission.inputs)
+        self._check_outputs(name, mission.outputs, node.outputs)
+
+    def _check_inputs(
+        self, owner: str, node: model.RunSkill | model.CallMission, ports: Mapping[str, Port]
+    ) -> None:
+        names = set(node.unread)
+        for name, value in node.inputs:
+            names.add(name.text)
+            if name.text in ports:
+                self._values.check(value, ports[name.text], name.text)
+            else:
+                # A misspelt input is not reported as missing too.
+                names.update(close_matches(name.text, ports)[:1])
+                self._findings.unknown(name.position, f"{owner} has no input {name.text!r}", name.text, ports)
+        for missing in (name for name, port in ports.items() if port.required and name not in names):
+            about = f" ({ports[missing].description})" if ports[missing].description else ""
+            valid = [_with_input(node, f"{missing}: {example_of(ports[missing].kind)}")]
+            self._findings.error(node.position, f"{owner} needs the input {missing!r}{about}", valid)
+
+    def _check_outputs(
+        self, owner: str, ports: Mapping[str, Port], given: Iterable[tuple[Literal, Literal]]
+    ) -> None:
+        for output, key in given:
+            if output.text in ports:
+                continue
+            message = f"{owner} has no output {output.text!r}"
+            if key.text in ports:
+                self._findings.error(output.position, message, [f"{key.text}: {output.text}"])
+            else:
+                self._findings.unknown(output.position, message, output.text, ports)
+
+    def _check_writes(self, node: Node) -> None:
+        for key, kind in self._analysis.writes(node, self._kinds):
+            known = self._kinds.get(key.text)
+            if key.text in self._mission.inputs:
+                self._findings.error(
+                    key.position, f"the key {key.text!r} is an input of the mission and cannot be written"
+                )
+            elif known is None or fits(kind, known) or kind is None:
+                continue
+            elif key.text not in self._mission.keys:
+                message = (
+                    f"the key {key.text!r} is {with_article(known)} elsewhere and {with_article(kind)} here"
+                )
+                self._findings.error(key.position, message)
+            elif not isinstance(node, model.Set):
+                there, here = with_article(known), with_article(kind)
+                message = f"the key {key.text!r} is declared as {there}, but {here} is written here"
+                self._findings.error(key.position, message)
+
+    # ---- composites -----------------------------------------------------------------------------------
+
+    def _check_switch(self, node: model.Switch) -> None:
+        self._values.check(node.value, None, "switch")
+        kind = self._values.kind(node.value)
+        first: dict[tuple[bool, object], int] = {}
+        for case, _ in node.cases:
+            if kind is not None:
+                self._values.check(case, Port(kind, ""), "case")
+            literal = literal_kind(case, kind)
+            value = (isinstance(literal, bool), literal)  # for Python 1 is True, and 0 is False
+            if value in first:
+                message = f"the case {case.text!r} is duplicated (first in line {first[value]})"
+                self._findings.error(case.position, message, ["another value", "one case"])
+            first.setdefault(value, case.position.line)
+        if node.default is not None and {(True, True), (True, False)} <= first.keys():
+            message = "the default is never reached: there are cases for true and for false"
+            self._findings.error(node.default.position, message, ["leaving out the default"])
+
+    def _check_policy(self, node: model.Parallel) -> None:
+        policy, count = node.policy, len(node.children)
+        titles = Counter(child.title for child in node.children)
+        position = policy.position or node.position
+        for name in policy.names:
+            if name.text not in titles:
+                message = f"the policy names {name.text!r}, but no branch has this name"
+                self._findings.unknown(name.position, message, name.text, titles)
+            elif titles[name.text] > 1:
+                message = f"the policy names {name.text!r}, but {titles[name.text]} branches have this name"
+                self._findings.error(name.position, message, ["a `name` of its own for each branch"])
+        if policy.kind is PolicyKind.COUNTED:
+            for what, number in (("succeed", policy.succeed), ("fail", policy.fail)):
+                if number is not None and not 1 <= number <= count:
+                    message = f"{what}: {number} branches are asked for, but there are {count}"
+                    self._findings.error(position, message, [f"{what}: 1 to {count}"])
+
+
+def _with_input(node: model.RunSkill | model.CallMission, entry: str) -> str:
+    """An input as it would have worked; with the table round it when there is none."""
+    if node.inputs or node.unread:
+        return entry
+    return f"with: {{{entry}}}" if isinstance(node, model.CallMission) else f"{node.skill}: {{{entry}}}"

@@ -1,0 +1,229 @@
+"""Checks of what can never happen: nodes that are never reached, retries and conditions without effect."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from florence_bt.core.errors import closest_first
+from florence_bt.trees.language import model
+from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.expressions.compiling import constant_of
+from florence_bt.trees.language.findings import FindingList
+from florence_bt.trees.language.model import Expression, Mission, Node, PolicyKind
+from florence_bt.trees.language.quantities import guess_value
+from florence_bt.trees.language.vocabulary import IDENTIFIER
+from florence_bt.trees.language.watching import guards_of, is_condition, unwatched
+
+
+class ReachChecks:
+    """Looks for what cannot be intended, because it never has an effect.
+
+    Args:
+        mission: The mission.
+        analysis: Its surroundings.
+        findings: Receives what is wrong.
+    """
+
+    def __init__(self, mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+        self._mission = mission
+        self._known = analysis.of(mission)
+        self._declarations = analysis.declarations
+        self._findings = findings
+
+    def check(self) -> None:
+        """Check all nodes."""
+        self._check_watches()
+        for node in self._known.all:
+            self._check_guards(node)
+            self._check_words(node)
+            self._check_cleanup(node)
+            match node:
+                case model.Sequence(children=children):
+                    self._check_sequence(children)
+                    self._check_restarts(node)
+                case model.Selector(children=children):
+                    self._check_selector(children)
+                case model.Parallel():
+                    self._check_parallel(node)
+                case model.If():
+                    self._check_if(node)
+                    self._check_restarts(node)
+                case model.Switch():
+                    self._check_switch(node)
+                case model.Retry():
+                    self._check_retry(node)
+                case model.Repeat():
+                    self._check_repeat(node)
+                case model.Condition(condition=condition):
+                    self._check_constant(condition, "condition")
+
+    def _can_succeed(self, node: Node) -> bool:
+        return self._known.of(node).outcomes.can_succeed
+
+    def _can_fail(self, node: Node) -> bool:
+        return self._known.of(node).outcomes.can_fail
+
+    # ---- composites -----------------------------------------------------------------------------------
+
+    def _check_sequence(self, children: tuple[Node, ...]) -> None:
+        for before, after in pairwise(children):
+            if not self._can_succeed(before):
+                message = f"{after.title!r} is never reached: {before.title!r} before it never succeeds"
+                self._findings.error(
+                    after.position, message, [f"{before.title} as the last node of a sequence"]
+                )
+                return
+
+    def _check_restarts(self, node: Node) -> None:
+        """Without memory the first nodes begin again and again while a later one runs."""
+        for child in guards_of(node):
+            match child:
+                case model.RunSkill(skill=skill):
+                    declaration = self._declarations.get(skill)
+                    lasts = declaration is not None and not is_condition(child, declaration)
+                case _:
+                    lasts = isinstance(child, model.Wait | model.Delay)
+            if lasts and not child.guards:
+                message = f"{child.title!r} takes time and begins again whenever a later node runs"
+                valid = ["memory: true", "a condition or a look-up instead of it", f"once: {child.title}"]
+                valid += (
+                    ["every: 10 s, to watch it as a condition"] if isinstance(child, model.RunSkill) else []
+                )
+                self._findings.warning(child.position, message, valid)
+
+    def _check_watches(self) -> None:
+        """A condition that nobody asks again does not guard anything; `every` then has no effect."""
+        tree, skills = self._mission.tree, self._declarations
+        uses = [node for node in self._known.all if isinstance(node, model.RunSkill) and node.skill in skills]
+        # A mission of nothing but conditions may be one where it is called.
+        only_conditions = all(is_condition(node, skills[node.skill]) for node in uses)
+        alone = dict(unwatched(tree)) if tree is not None else {}
+        for node in uses:
+            below = alone.get(node)
+            if (
+                below is not None
+                and not isinstance(below, model.Once)
+                and is_condition(node, skills[node.skill])
+            ):
+                message = (
+                    f"nobody watches {node.title!r}: below {below.default_title!r} it is not asked again"
+                )
+                valid = [
+                    f"{node.title} without {below.default_title}",
+                    f"once: {node.title}, to ask only once",
+                ]
+                self._findings.warning(node.position, message, valid)
+            elif node.every is not None and skills[node.skill].wakes:
+                message = f"'every' has no effect: {node.skill} reports changes and is asked then"
+                self._findings.warning(node.position, message, [f"{node.skill} without every"])
+            elif node.every is not None and node in alone and not only_conditions:
+                message = f"'every' has no effect: nobody asks {node.title!r} again here"
+                valid = ["memory: false, and a node that runs behind it", f"{node.skill} without every"]
+                self._findings.warning(node.position, message, valid)
+
+    def _check_selector(self, children: tuple[Node, ...]) -> None:
+        for before, after in pairwise(children):
+            if not self._can_fail(before):
+                message = f"{after.title!r} is never tried: {before.title!r} before it never fails"
+                self._findings.error(
+                    after.position, message, [f"{before.title} as the last node of a selector"]
+                )
+                return
+
+    def _check_parallel(self, node: model.Parallel) -> None:
+        hopeless = [child for child in node.children if not self._can_succeed(child)]
+        if hopeless and not self._can_succeed(node) and node.policy.kind is not PolicyKind.ANY:
+            message = f"the parallel never succeeds, because {hopeless[0].title!r} never does"
+            self._findings.warning(hopeless[0].position, message)
+
+    def _check_if(self, node: model.If) -> None:
+        if isinstance(node.condition, Expression):
+            fixed = constant_of(node.condition)
+            shown, position = node.condition.text, node.condition.position
+        else:
+            sure = not self._can_fail(node.condition)
+            fixed = True if sure else None if self._can_succeed(node.condition) else False
+            shown, position = node.condition.title, node.condition.position
+        if fixed is None:
+            return
+        never = node.otherwise if fixed else node.then
+        always = "always holds" if fixed else "never holds"
+        if never is None:
+            self._findings.warning(position, f"if: {shown!r} {always}", ["an expression with a $key"])
+        else:
+            message = f"{never.title!r} is never reached: {shown!r} {always}"
+            self._findings.error(never.position, message, ["an expression with a $key"])
+
+    def _check_switch(self, node: model.Switch) -> None:
+        """A value that is always the same leads to the same branch every time."""
+        if not isinstance(node.value, model.Literal):
+            return
+        text = node.value.text
+        same = [guess_value(case.text)[1] == guess_value(text)[1] for case, _ in node.cases]
+        never = next((part for fits, (_, part) in zip(same, node.cases, strict=True) if not fits), None)
+        never = never or (node.default if any(same) else None)
+        if never is not None:
+            message = f"{never.title!r} is never reached: the value is always {text!r}"
+            valid = [f"${text}"] if IDENTIFIER.fullmatch(text) else []
+            self._findings.error(never.position, message, [*valid, "an expression with a $key"])
+
+    # ---- decorators -----------------------------------------------------------------------------------
+
+    def _check_retry(self, node: model.Retry) -> None:
+        below = self._known.of(node.child)
+        if not below.known:
+            return
+        title = node.child.title
+        if not below.outcomes.can_fail:
+            message = f"the retry has no effect: {title!r} never fails"
+            self._findings.error(node.position, message, [f"{title} without retry"])
+            return
+        for code in node.on:
+            if code.text not in below.outcomes.codes:
+                message = f"what is retried cannot fail with {code.text!r}"
+                self._findings.error(code.position, message, closest_first(code.text, below.outcomes.codes))
+        if isinstance(node.child, model.Once):
+            message = f"the retry has no effect: {title!r} keeps its first result"
+            self._findings.error(node.position, message, ["once: {retry: ..., do: ...}"])
+
+    def _check_repeat(self, node: model.Repeat) -> None:
+        title = node.child.title
+        if not self._can_succeed(node.child):
+            self._findings.warning(node.position, f"there is never a second round: {title!r} never succeeds")
+        elif isinstance(node.child, model.Once):
+            self._findings.warning(
+                node.position, f"the repeat has no effect: {title!r} keeps its first result"
+            )
+        elif isinstance(node.child, model.Cooldown):
+            message = f"the second round fails at once with 'cooling_down': {title!r} has just succeeded"
+            self._findings.warning(node.position, message, ["wait: a pause, after the node"])
+
+    # ---- what every node may have ---------------------------------------------------------------------
+
+    def _check_guards(self, node: Node) -> None:
+        for expression, what in ((node.when, "when"), (node.unless, "unless"), (node.holds, "while")):
+            if expression is not None:
+                self._check_constant(expression, what)
+
+    def _check_constant(self, expression: Expression, what: str) -> None:
+        fixed = constant_of(expression)
+        if fixed is not None:
+            always = "always holds" if fixed else "never holds"
+            message = f"{what}: {expression.text!r} {always}"
+            self._findings.warning(expression.position, message, ["an expression with a $key"])
+
+    def _check_words(self, node: Node) -> None:
+        if node.reasons is None or not self._known.of(node).known:
+            return
+        codes = self._known.of(node).outcomes.codes
+        for code in node.reasons.by_code:
+            if code not in codes:
+                message = f"because: {node.title!r} cannot fail with {code!r}"
+                place = node.reasons.places.get(code, node.reasons.position)
+                self._findings.warning(place, message, closest_first(code, codes))
+
+    def _check_cleanup(self, node: Node) -> None:
+        cleanup = node.cleanup
+        if cleanup is not None and not self._can_succeed(cleanup):
+            message = f"finally: {cleanup.title!r} never succeeds, and how a clean-up ends changes nothing"
+            self._findings.warning(cleanup.position, message, ["a node that puts something in order"])

@@ -1,0 +1,100 @@
+"""Checks of the shape of a tree: recursion, size with all calls, branches that want the same resource."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from florence_bt.core.plain_yaml import Position
+from florence_bt.trees.language import model
+from florence_bt.trees.language.analysis import Analysis, chain_back, too_large
+from florence_bt.trees.language.findings import FindingList
+from florence_bt.trees.language.model import Mission, Node
+from florence_bt.trees.language.watching import guards_of, is_condition
+
+_ASK_ONCE = "memory: true, to ask only once"
+MAX_CHAIN = 100
+"""Through how many missions a mission may call itself for the whole chain to be shown."""
+
+
+def check_structure(mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+    """Report what is wrong with the shape of a mission's tree.
+
+    Args:
+        mission: The mission.
+        analysis: Its surroundings.
+        findings: Receives what is wrong.
+    """
+    _check_recursion(mission, analysis, findings)
+    _check_size(mission, analysis, findings)
+    for node in analysis.of(mission).all:
+        match node:
+            case model.Parallel(children=children):
+                _check_resources(children, mission, analysis, findings, "sequence: one after the other")
+            case model.If(memory=False, condition=Node() as asked):
+                # While a question that takes time is asked again, the branch goes on.
+                for branch in node.parts[1:]:
+                    _check_resources((asked, branch), mission, analysis, findings, _ASK_ONCE)
+            case model.Sequence(memory=False) | model.Selector(memory=False):
+                for asked, later in _asked_beside(node, analysis):
+                    _check_resources((asked, later), mission, analysis, findings, _ASK_ONCE)
+
+
+def _asked_beside(node: Node, analysis: Analysis) -> Iterator[tuple[Node, Node]]:
+    """The skills that a node without memory watches, each with the nodes behind it that run meanwhile."""
+    for place, guard in enumerate(guards_of(node), 1):
+        for each in model.walk(guard):
+            declaration = analysis.declarations.get(each.skill) if isinstance(each, model.RunSkill) else None
+            if (
+                isinstance(each, model.RunSkill)
+                and declaration is not None
+                and is_condition(each, declaration)
+            ):
+                yield from ((each, later) for later in node.parts[place:])
+
+
+def _check_recursion(mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+    cycle = analysis.cycle_of(mission)
+    if not cycle:
+        return
+    for call in analysis.of(mission).all:
+        if isinstance(call, model.CallMission) and call.mission.text in cycle and not findings.full:
+            rest = [call.mission.text, "...", mission.name]
+            if len(cycle) <= MAX_CHAIN:
+                rest = chain_back(call.mission.text, mission.name, cycle, analysis.callees_of)
+            chain = " -> ".join([mission.name, *rest])
+            findings.error(call.mission.position, f"the mission calls itself: {chain}")
+
+
+def _check_size(mission: Mission, analysis: Analysis, findings: FindingList) -> None:
+    for error in too_large(mission, analysis):
+        findings.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+
+
+def _check_resources(
+    together: Iterable[Node], mission: Mission, analysis: Analysis, findings: FindingList, instead: str
+) -> None:
+    """Report which of some nodes that can run at the same time want the same resource."""
+    known = analysis.of(mission)
+    users: dict[str, Node] = {}
+    for child in together:
+        for resource in sorted(known.of(child).resources):
+            if resource in users:
+                one, other = _named(users[resource], resource, analysis), _named(child, resource, analysis)
+                message = f"{one} and {other} both need the {resource} at the same time"
+                findings.error(child.position, message, [instead])
+            users.setdefault(resource, child)
+
+
+def _named(branch: Node, resource: str, analysis: Analysis) -> str:
+    """A branch, with the skill or call in it that uses a resource when that is not the branch itself."""
+    for node in model.walk(branch):
+        uses = (
+            isinstance(node, model.RunSkill)
+            and node.skill in analysis.declarations
+            and resource in analysis.declarations[node.skill].resources
+        )
+        called = analysis.called(node.mission.text) if isinstance(node, model.CallMission) else None
+        if uses or (called is not None and called.root is not None and resource in called.root.resources):
+            inside = f" (in {node.title!r})" if node is not branch else ""
+            return f"{branch.title!r}{inside}"
+    return repr(branch.title)

@@ -1,0 +1,157 @@
+"""Checks of values: kinds, units, limits, expressions."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+from florence_bt.core.declaration import Kind, Port
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language import model
+from florence_bt.trees.language.analysis import Analysis
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.expressions.parser import parse_expression
+from florence_bt.trees.language.findings import FindingList
+from florence_bt.trees.language.quantities import format_value, out_of_range, with_article
+from florence_bt.trees.language.values import as_expression, fits, kind_of, port_value, tree_value
+
+_PART = re.compile(r"\.(?:x|y|yaw)(?![a-z0-9_])")
+
+
+class ValueChecks:
+    """Checks values against what they must be.
+
+    Args:
+        mission: The mission in which the values stand.
+        analysis: Its surroundings.
+        findings: Receives what is wrong.
+    """
+
+    def __init__(self, mission: model.Mission, analysis: Analysis, findings: FindingList) -> None:
+        self._mission = mission
+        self._findings = findings
+        self._kinds = analysis.of(mission).kinds
+
+    def check(self, value: model.Value, port: Port | None, what: str) -> None:
+        """Check one value.
+
+        Args:
+            value: The value.
+            port: What it is given to; None when anything will do.
+            what: What it is called in messages.
+        """
+        match value:
+            case model.Expression():
+                if self.expression(value, port.kind if port is not None else None, what):
+                    self._computed(value, port, what)
+            case model.Reference() if port is not None:
+                self._reference(value, port, what)
+            case model.PoseParts(x=x, y=y, yaw=yaw) if port is None or port.kind is Kind.POSE:
+                for part, kind in ((x, Kind.LENGTH), (y, Kind.LENGTH), (yaw, Kind.ANGLE)):
+                    self.check(part, Port(kind, ""), what)
+            case _:
+                self._written(value, port, what)
+
+    def condition(self, expression: model.Expression, what: str) -> None:
+        """Check an expression that must give true or false."""
+        if self.expression(expression, Kind.BOOLEAN, what):
+            self._computed(expression, None, what)
+
+    def expression(self, expression: model.Expression, wanted: Kind | None, what: str) -> bool:
+        """Check an expression that must give a kind; says whether it does."""
+        problems = check_kinds(expression, self._kinds, wanted).problems
+        for problem in problems:
+            self._findings.error(problem.position, f"{what}: {problem.message}", problem.valid)
+        return not problems
+
+    def _computed(self, expression: model.Expression, port: Port | None, what: str) -> None:
+        """Check the value of an expression that needs no keys, which is the same at every time."""
+        if expression.keys:
+            return
+        try:
+            if port is None:
+                tree_value(expression, None)
+            else:
+                port_value(expression, port)
+        except ConfigError as error:
+            self._findings.error(expression.position, f"{what}: {error.problem}", error.valid)
+
+    def kind(self, value: model.Value) -> Kind | None:
+        """The kind of a value, None when it is not known."""
+        return kind_of(value, self._kinds)
+
+    def _written(self, value: model.Value, port: Port | None, what: str) -> None:
+        try:
+            if port is None:
+                tree_value(value, None)
+            else:
+                port_value(value, port)
+        except ConfigError as error:
+            suggestions = (
+                (f"${value.text}",) if isinstance(value, model.Literal) and value.text in self._kinds else ()
+            )
+            valid = (*suggestions, *error.valid)
+            self._findings.error(value.position, f"{what}: {error.problem}", tuple(dict.fromkeys(valid)))
+        else:
+            if not self.text(value, what) and port is None:
+                self.unclear(value, what)
+
+    def unclear(self, value: model.Value, what: str) -> None:
+        """Warn of ``$a + 1`` where anything will do: without ``${...}`` it is a text."""
+        if isinstance(value, model.Template) and not value.quoted:
+            suggestions = as_expression(value)
+            # "$first - $last" with two texts is not a sum that lacks its braces.
+            if suggestions and not check_kinds(parse_expression(model.show(value)), self._kinds).problems:
+                message = f"{what}: {model.show(value)!r} is a text here, and nothing is computed"
+                self._findings.warning(
+                    value.position, message, (*suggestions, f'"{model.show(value)}" for a text')
+                )
+
+    def text(self, value: model.Value, what: str) -> bool:
+        """Warn of ``$pose.x`` in a text: there it is the whole pose, and a text behind it.
+
+        Returns:
+            Whether there was anything to warn of.
+        """
+        warned = False
+        parts = value.parts if isinstance(value, model.Template) else ()
+        for part, behind in pairwise(parts):
+            match = _PART.match(behind) if isinstance(behind, str) else None
+            if isinstance(part, model.Reference) and match and self._kinds.get(part.key) is Kind.POSE:
+                written = f"${part.key}{match[0]}"
+                message = f"{what}: {written} is a text here: the whole pose, then {match[0]!r}"
+                alone = [f"${{{written}}}"] if len(parts) == 2 and match[0] == behind else []
+                valid = alone or [f"set: {{part: '${{{written}}}'}} first, and $part in the text"]
+                self._findings.warning(value.position, message, valid)
+                warned = True
+        return warned
+
+    def _reference(self, value: model.Reference, port: Port, what: str) -> None:
+        given = kind_of(value, self._kinds)
+        if given is None:
+            return
+        if not fits(given, port.kind):
+            valid = [f"${key}" for key, kind in self._kinds.items() if fits(kind, port.kind)]
+            message = (
+                f"{what}: {with_article(port.kind)} is needed, but ${value.key} is {with_article(given)}"
+            )
+            self._findings.error(value.position, message, valid)
+            return
+        source = self._mission.inputs.get(value.key)
+        if source is None or source.required or source.default is None:
+            return
+        problem = out_of_range(source.default, port)
+        if problem is not None:
+            default = format_value(source.default, source.kind)
+            message = f"{what}: the default of ${value.key} does not fit: {problem}"
+            self._findings.error(
+                value.position, message, [f"a default of {value.key!r} other than {default}"]
+            )
+
+
+def literal_kind(literal: model.Literal, kind: Kind | None) -> object:
+    """What distinguishes a literal from another one: its value if it has one of the kind, else its text."""
+    try:
+        return tree_value(model.Literal(literal.text, literal.quoted, literal.position), kind)
+    except ConfigError:
+        return literal.text

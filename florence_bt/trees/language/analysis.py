@@ -1,0 +1,375 @@
+"""What can be known about missions and their parts without running them: the basis of the checks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from florence_bt.core.declaration import Kind, SkillDeclaration
+from florence_bt.core.errors import ConfigError
+from florence_bt.trees.language import model
+from florence_bt.trees.language.loader import MissionLibrary
+from florence_bt.trees.language.model import Literal, Mission, Node
+from florence_bt.trees.language.outcomes import SUCCEEDS, MissionOutcomes, NodeOutcomes
+from florence_bt.trees.language.values import kind_of
+
+NOTHING = frozenset[str]()
+
+
+@dataclass(frozen=True, slots=True)
+class NodeFacts:
+    """What is known of one node with everything below it, called missions included.
+
+    Attributes:
+        outcomes: How it can end.
+        resources: What only one skill at a time may use, of all its skills.
+        known: Whether every skill and mission below exists.
+        lasting: Whether it can be running, because something below takes time.
+        depth: The height of the tree in nodes.
+        count: How many nodes there are.
+    """
+
+    outcomes: NodeOutcomes
+    resources: frozenset[str]
+    known: bool
+    lasting: bool
+    depth: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionFacts:
+    """What is known of one mission.
+
+    Attributes:
+        mission: The mission.
+        nodes: What is known of each node.
+        kinds: The kinds of its inputs and keys, as far as they are known.
+        names: Input or key -> what its text must name (a hotspot, a room), because such an input of a skill
+            is given it.
+        all: Every node from the root down, clean-ups included.
+    """
+
+    mission: Mission
+    nodes: Mapping[Node, NodeFacts]
+    kinds: Mapping[str, Kind]
+    names: Mapping[str, str]
+    all: tuple[Node, ...]
+
+    @property
+    def root(self) -> NodeFacts | None:
+        """What is known of the whole tree."""
+        return self.nodes[self.mission.tree] if self.mission.tree is not None else None
+
+    def of(self, node: Node) -> NodeFacts:
+        """What is known of a node of this mission."""
+        return self.nodes[node]
+
+
+class Analysis:
+    """The surroundings of the missions that are checked, and what is known of each of them.
+
+    Each mission is looked at once, those that it calls first, so that neither a long chain of calls nor a
+    mission that is called a thousand times costs more.
+
+    Args:
+        library: Every mission.
+        declarations: Every skill.
+    """
+
+    def __init__(self, library: MissionLibrary, declarations: Mapping[str, SkillDeclaration]) -> None:
+        self.library = library
+        self.declarations = declarations
+        self._known: dict[Mission, MissionFacts] = {}
+        self._callees: dict[Mission, tuple[str, ...]] = {}
+        self._kinds: dict[Mission, Mapping[str, Kind]] = {}
+
+    def of(self, mission: Mission) -> MissionFacts:
+        """What is known of a mission."""
+        if mission in self._known:
+            return self._known[mission]
+        waiting, begun = [mission], set[Mission]()
+        while waiting:
+            top = waiting[-1]
+            if top not in self._known and top not in begun:
+                begun.add(top)
+                below = map(self.library.find, self.callees(top))
+                waiting += [each for each in below if each is not None and each not in begun]
+                continue
+            waiting.pop()
+            if top not in self._known:
+                self._known[top] = _FactsOfMission(top, self).result()
+        return self._known[mission]
+
+    def called(self, name: str) -> MissionFacts | None:
+        """What is known of a mission that is called; None when there is none, or it calls itself."""
+        mission = self.library.find(name)
+        return self._known.get(mission) if mission is not None else None
+
+    def calls(self, mission: Mission) -> Iterator[model.CallMission]:
+        """Every call of another mission."""
+        return (node for node in mission.nodes() if isinstance(node, model.CallMission))
+
+    def callees(self, mission: Mission) -> tuple[str, ...]:
+        """The missions that a mission calls, each once."""
+        known = self._callees.get(mission)
+        if known is None:
+            names = dict.fromkeys(call.mission.text for call in self.calls(mission))
+            known = self._callees[mission] = tuple(names)
+        return known
+
+    def callees_of(self, name: str) -> tuple[str, ...]:
+        """The missions that the mission of a name calls; none when there is no such mission."""
+        mission = self.library.find(name)
+        return self.callees(mission) if mission is not None else ()
+
+    def cycle_of(self, mission: Mission) -> frozenset[str]:
+        """The missions through which a mission calls itself, itself among them; none when it does not."""
+        return self._cycles.get(mission.name, NOTHING)
+
+    @cached_property
+    def _cycles(self) -> dict[str, frozenset[str]]:
+        return cycles(self.library.names(), self.callees_of)
+
+    def output_kinds(self, node: model.RunSkill | model.CallMission) -> Mapping[str, Kind]:
+        """The outputs that a node can give, with their kinds."""
+        if isinstance(node, model.RunSkill):
+            declaration = self.declarations.get(node.skill)
+            return {name: port.kind for name, port in declaration.outputs.items()} if declaration else {}
+        mission = self.library.find(node.mission.text)
+        return {name: port.kind for name, port in mission.outputs.items()} if mission else {}
+
+    def writes(self, node: Node, kinds: Mapping[str, Kind]) -> Iterator[tuple[Literal, Kind | None]]:
+        """The keys that a node itself writes, each with its kind if that is known.
+
+        Args:
+            node: The node.
+            kinds: The kinds of keys that are known already.
+        """
+        match node:
+            case model.RunSkill(outputs=outputs) | model.CallMission(outputs=outputs):
+                given = self.output_kinds(node) if outputs else {}
+                yield from ((key, given.get(output.text)) for output, key in outputs)
+            case model.Set(values=values):
+                yield from ((key, kind_of(value, kinds)) for key, value in values)
+            case model.Retry(attempt_key=key) if key is not None:
+                yield key, Kind.INTEGER
+
+    def key_kinds(self, mission: Mission) -> Mapping[str, Kind]:
+        """The kinds of a mission's inputs and keys: as declared, else as the first writer has it.
+
+        Of the missions that it calls only the outputs are looked at, so this costs less than :meth:`of`.
+        """
+        known = self._kinds.get(mission)
+        if known is None:
+            known = self._kinds[mission] = self._find_kinds(mission)
+        return known
+
+    def _find_kinds(self, mission: Mission) -> dict[str, Kind]:
+        kinds = {name: port.kind for name, port in (*mission.keys.items(), *mission.inputs.items())}
+        for node in mission.nodes():
+            for key, kind in self.writes(node, kinds):
+                if kind is not None:
+                    kinds.setdefault(key.text, kind)
+        return kinds
+
+    def names_in(self, node: Node) -> Iterator[tuple[Literal, model.Value, str]]:
+        """The inputs of a skill or a called mission that name something: (input, value, what it names)."""
+        if isinstance(node, model.RunSkill):
+            declaration = self.declarations.get(node.skill)
+            ports = declaration.inputs if declaration else {}
+            wanted: Mapping[str, str] = {name: port.names for name, port in ports.items() if port.names}
+        elif isinstance(node, model.CallMission):
+            called = self.called(node.mission.text)
+            wanted = called.names if called else {}
+        else:
+            return
+        yield from ((name, value, wanted[name.text]) for name, value in node.inputs if name.text in wanted)
+
+
+class _FactsOfMission:
+    """Gathers the facts of one mission from the leaves up."""
+
+    def __init__(self, mission: Mission, analysis: Analysis) -> None:
+        self._mission = mission
+        self._analysis = analysis
+        self._outcomes = MissionOutcomes(mission, analysis.declarations, self._called_outcomes).by_node
+        self._nodes: dict[Node, NodeFacts] = {}
+        self._all = tuple(mission.nodes())
+
+    def result(self) -> MissionFacts:
+        if self._mission.tree is not None:
+            self._gather(self._mission.tree)
+        return MissionFacts(
+            mission=self._mission,
+            nodes=self._nodes,
+            kinds=self._analysis.key_kinds(self._mission),
+            names=self._names(),
+            all=self._all,
+        )
+
+    def _called_outcomes(self, name: str) -> NodeOutcomes | None:
+        called = self._analysis.called(name)
+        return called.root.outcomes if called is not None and called.root is not None else None
+
+    def _gather(self, node: Node) -> NodeFacts:
+        below = [self._gather(part) for part in node.parts]
+        if node.cleanup is not None:
+            below.append(self._gather(node.cleanup))
+        resources, known = NOTHING, True
+        lasting = isinstance(node, model.Wait | model.Delay)
+        match node:
+            case model.RunSkill(skill=skill):
+                declaration = self._analysis.declarations.get(skill)
+                resources, known = (declaration.resources, True) if declaration else (NOTHING, False)
+                lasting = declaration is not None and not declaration.instant
+            case model.CallMission(mission=mission):
+                called = self._analysis.called(mission.text)
+                known = called is not None and called.root is not None
+                below += [called.root] if called is not None and called.root is not None else []
+        gathered = NodeFacts(
+            outcomes=self._outcomes.get(node, SUCCEEDS),
+            resources=resources.union(*(part.resources for part in below)),
+            known=known and all(part.known for part in below),
+            lasting=lasting or any(part.lasting for part in below),
+            depth=1 + max((part.depth for part in below), default=0),
+            count=1 + sum(part.count for part in below),
+        )
+        self._nodes[node] = gathered
+        return gathered
+
+    def _names(self) -> dict[str, str]:
+        names: dict[str, str] = {}
+        for node in self._all:
+            named = [
+                (value.key, what)
+                for _, value, what in self._analysis.names_in(node)
+                if isinstance(value, model.Reference)
+            ]
+            if isinstance(node, model.RunSkill) and node.skill in self._analysis.declarations:
+                ports = self._analysis.declarations[node.skill].outputs
+                named += [
+                    (key.text, ports[output.text].names)
+                    for output, key in node.outputs
+                    if output.text in ports and ports[output.text].names
+                ]
+            for key, what in named:
+                # A room is a hotspot too, but not every hotspot is a room.
+                if what == "room" or key not in names:
+                    names[key] = what
+        return names
+
+
+def reachable(start: Iterable[str], next_to: Callable[[str], Iterable[str]]) -> dict[str, str]:
+    """Every name that can be reached from some names, each with the name from which it was reached first."""
+    came_from: dict[str, str] = {}
+    waiting = list(start)
+    for name in waiting:
+        for found in next_to(name):
+            if found not in came_from:
+                came_from[found] = name
+                waiting.append(found)
+    return came_from
+
+
+def callers_among(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dict[str, list[str]]:
+    """Each mission that some missions call, with those among them that call it."""
+    callers: dict[str, list[str]] = {}
+    for name in names:
+        for called in callees(name):
+            callers.setdefault(called, []).append(name)
+    return callers
+
+
+def chain_back(
+    start: str, goal: str, cycle: frozenset[str], callees: Callable[[str], Iterable[str]]
+) -> list[str]:
+    """The shortest chain of calls from one mission to another in the same cycle, both ends included."""
+    callers = callers_among(sorted(cycle), callees)
+    back = reachable([goal], lambda name: callers.get(name, ()))
+    chain = [start]
+    while chain[-1] != goal:
+        chain.append(back[chain[-1]])
+    return chain
+
+
+def cycles(names: Iterable[str], callees: Callable[[str], Iterable[str]]) -> dict[str, frozenset[str]]:
+    """Each mission that calls itself, with all missions through which it does (itself among them).
+
+    Linear in the number of calls.
+
+    Args:
+        names: Where to begin.
+        callees: The missions that a mission calls.
+
+    Source: Tarjan, Depth-first search and linear graph algorithms, 1972 (strongly connected components).
+    """
+    number: dict[str, int] = {}
+    lowest: dict[str, float] = {}
+    open_names: list[str] = []
+    work: list[tuple[str, Iterator[str]]] = []
+    found: dict[str, frozenset[str]] = {}
+
+    def begin(name: str) -> None:
+        number[name] = lowest[name] = len(number)
+        open_names.append(name)
+        work.append((name, iter(callees(name))))
+
+    def close(name: str) -> None:
+        group = [open_names.pop()]
+        while group[-1] != name:
+            group.append(open_names.pop())
+        lowest.update(dict.fromkeys(group, math.inf))
+        if len(group) > 1 or name in callees(name):
+            found.update(dict.fromkeys(group, frozenset(group)))
+
+    for start in names:
+        if start not in number:
+            begin(start)
+        while work:
+            name, below = work[-1]
+            called = next(below, None)
+            if called is not None and called not in number:
+                begin(called)
+            elif called is not None:
+                lowest[name] = min(lowest[name], lowest[called])
+            else:
+                work.pop()
+                above = work[-1][0] if work else name
+                lowest[above] = min(lowest[above], lowest[name])
+                if lowest[name] == number[name]:
+                    close(name)
+    return found
+
+
+MAX_NODES = 50_000
+"""How many nodes a mission has at most, those of the missions that it calls counted at every call."""
+MAX_TREE_DEPTH = 150
+"""The greatest height of a tree in nodes, those of called missions included."""
+
+
+def too_large(mission: Mission, analysis: Analysis) -> Iterator[ConfigError]:
+    """Why a mission is too large to run, with everything that it calls; nothing when it is not.
+
+    Args:
+        mission: The mission.
+        analysis: Its surroundings.
+    """
+    root = analysis.of(mission).root
+    if root is None or mission.tree is None:
+        return
+    problems: list[tuple[str, str]] = []
+    if root.count > MAX_NODES:
+        shown = str(root.count) if root.count < 10**9 else "more than a billion"
+        message = (
+            f"the mission has {shown} nodes with those of the missions that it calls; {MAX_NODES} can run"
+        )
+        problems.append((message, "repeat: instead of writing a call many times"))
+    if root.depth > MAX_TREE_DEPTH:
+        message = f"{root.depth} nodes are nested, with those of called missions; {MAX_TREE_DEPTH} can run"
+        problems.append((message, "fewer missions that call each other"))
+    place = mission.tree.position
+    for message, valid in problems:
+        yield ConfigError(message, file=mission.file, line=place.line, column=place.column, valid=[valid])

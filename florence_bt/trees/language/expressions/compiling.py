@@ -1,0 +1,77 @@
+"""From the syntax tree of an expression to what a behaviour tree evaluates; and what is constant in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+
+from florence_bt.behaviours.expressions import CompiledExpression, Evaluate, junction, operation, pose_part
+from florence_bt.behaviours.keys import KeyReference, KeyStore, ValueProblem
+from florence_bt.core.declaration import Kind
+from florence_bt.trees.language.expressions import syntax
+from florence_bt.trees.language.expressions.checking import check_kinds
+from florence_bt.trees.language.quantities import format_value
+
+
+def compile_expression(
+    expression: syntax.Expression, kinds: Mapping[str, Kind | None] | None = None
+) -> CompiledExpression:
+    """Make an expression ready to be computed.
+
+    Args:
+        expression: The expression.
+        kinds: The kinds of the keys, as far as they are known: they say how values are shown in reasons.
+    """
+    known = {key: kind for key in expression.keys if (kind := (kinds or {}).get(key)) is not None}
+    shown = {key: partial(format_value, kind=kind) for key, kind in known.items()}
+    return CompiledExpression(expression.text, _compiled(expression.term), expression.keys, shown)
+
+
+def _compiled(term: syntax.Term) -> Evaluate:
+    match term:
+        case syntax.Constant(value=value):
+            return lambda keys: value
+        case syntax.Key(key=key):
+            return KeyReference(key).resolve
+        case syntax.PosePart(pose=pose, part=part):
+            return pose_part(_compiled(pose), part)
+        case syntax.Unary(operator=sign, operand=operand):
+            return operation("not" if sign == "not" else "negate", _compiled(operand))
+        case syntax.Binary(operator=("and" | "or") as word, left=left, right=right):
+            return junction(word == "or", _compiled(left), _compiled(right))
+        case syntax.Binary(operator=sign, left=left, right=right):
+            return operation(sign, _compiled(left), _compiled(right))
+        case syntax.Function(name=name, arguments=arguments):
+            return operation(name, *(_compiled(argument) for argument in arguments))
+
+
+_ARITHMETIC = frozenset("+-*/")
+
+
+def constant_of(expression: syntax.Expression | None) -> bool | None:
+    """Whether a condition always holds (True) or never does (False); None when that depends on keys."""
+    if expression is None:
+        return None
+    try:
+        value = compile_expression(expression).resolve(KeyStore())
+    except ValueProblem:
+        # It needs a key, or has no value: the first is as it should be, the second is found elsewhere.
+        return None
+    if not isinstance(value, bool) or check_kinds(expression, {}).problems:
+        return None
+    return value
+
+
+def can_break(expression: syntax.Expression) -> bool:
+    """Whether the evaluation of an expression can fail: a division by zero, an infinite number."""
+    return any(
+        isinstance(part, syntax.Function)
+        or (isinstance(part, syntax.Binary) and part.operator in _ARITHMETIC)
+        for part in _walk(expression.term)
+    )
+
+
+def _walk(term: syntax.Term) -> Iterator[syntax.Term]:
+    yield term
+    for part in syntax.parts_of(term):
+        yield from _walk(part)

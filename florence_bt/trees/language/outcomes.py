@@ -1,0 +1,252 @@
+"""How each node of a mission can end, found without running it: the basis of what is never reached.
+
+Everything here errs on one side: what is said to be impossible is impossible; what is said to be possible may
+in truth never happen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.trees.language import model
+from florence_bt.trees.language.expressions.compiling import can_break, constant_of
+from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Value
+from florence_bt.trees.language.vocabulary import FAILED
+
+OWN_CODES = {
+    "missing_key": "a key was read that nothing has written",
+    "no_skill": "this robot lacks the skill",
+    "bad_output": "the skill succeeded without giving what it promises",
+}
+"""Codes that the tree itself gives the use of a skill, beside those of the skill."""
+
+COUNT = Port(Kind.INTEGER, "", minimum=1)
+"""What ``retry`` and ``repeat`` take."""
+PAUSE = Port(Kind.DURATION, "", minimum=0.0)
+"""What ``wait``, ``timeout``, ``delay`` and ``cooldown`` take."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodeOutcomes:
+    """The outcomes that a node can have.
+
+    Attributes:
+        can_succeed: Whether it can succeed.
+        codes: The codes it can fail with; none when it cannot fail.
+        skip_succeeds: Whether it counts as success when a guard keeps it from starting; else it has failed.
+    """
+
+    can_succeed: bool
+    codes: frozenset[str]
+    skip_succeeds: bool = True
+
+    @property
+    def can_fail(self) -> bool:
+        """Whether it can fail."""
+        return bool(self.codes)
+
+
+SUCCEEDS = NodeOutcomes(True, frozenset())
+_NO_CODES = frozenset[str]()
+_WHATEVER_A_VALUE_DOES = frozenset({"missing_key", "bad_input"})
+
+
+class MissionOutcomes:
+    """Finds the outcomes of every node of one mission.
+
+    Args:
+        mission: The mission.
+        declarations: The skills by name.
+        called: Gives the outcomes of a mission that is called, None when they are not known.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        declarations: Mapping[str, SkillDeclaration],
+        called: Callable[[str], NodeOutcomes | None],
+    ) -> None:
+        self._inputs = mission.inputs
+        self._declared = mission.keys
+        self._declarations = declarations
+        self._called = called
+        self.by_node: dict[Node, NodeOutcomes] = {}
+        """The outcomes of each node."""
+        if mission.tree is not None:
+            self._of(mission.tree, in_selector=False)
+
+    def _of(self, node: Node, *, in_selector: bool) -> NodeOutcomes:
+        """The outcomes of a node.
+
+        Args:
+            node: The node.
+            in_selector: Whether the nearest composite above is a selector: there a skipped node has failed.
+        """
+        outcomes = self._bare(node, in_selector)
+        if node.cleanup is not None:
+            self._of(node.cleanup, in_selector=False)
+        if node.guards:
+            outcomes = self._guarded(node, outcomes, in_selector)
+        self.by_node[node] = outcomes
+        return outcomes
+
+    def _guarded(self, node: Node, outcomes: NodeOutcomes, in_selector: bool) -> NodeOutcomes:
+        codes = outcomes.codes.union(*(self._of_expression(guard) for guard in node.guards))
+        never = constant_of(node.when) is False or constant_of(node.unless) is True
+        can_succeed = outcomes.can_succeed and not never and constant_of(node.holds) is not False
+        if constant_of(node.holds) is not True and node.holds is not None:
+            codes |= {"guard_failed"}
+        if node.when is None and node.unless is None:
+            return NodeOutcomes(can_succeed, codes)
+        if in_selector:
+            return NodeOutcomes(can_succeed, codes | {"skipped"}, skip_succeeds=False)
+        return NodeOutcomes(True, codes)
+
+    def _bare(self, node: Node, in_selector: bool) -> NodeOutcomes:
+        match node:
+            case model.Sequence(children=children):
+                parts = [self._of(child, in_selector=False) for child in children]
+                return NodeOutcomes(all(part.can_succeed for part in parts), _codes(parts))
+            case model.Selector(children=children):
+                parts = [self._of(child, in_selector=True) for child in children]
+                return _selector(parts)
+            case model.Parallel():
+                return _parallel(node, [self._of(child, in_selector=False) for child in node.children])
+            case model.If():
+                return self._if(node, in_selector)
+            case model.Switch():
+                return self._switch(node, in_selector)
+            case model.Wrapper(child=child):
+                return self._wrapper(node, self._of(child, in_selector=in_selector))
+        return self._leaf(node)
+
+    def _if(self, node: model.If, in_selector: bool) -> NodeOutcomes:
+        then = self._of(node.then, in_selector=in_selector)
+        other = self._of(node.otherwise, in_selector=in_selector) if node.otherwise is not None else SUCCEEDS
+        if isinstance(node.condition, Expression):
+            fixed, codes = constant_of(node.condition), self._of_expression(node.condition)
+        else:
+            asked, codes = self._of(node.condition, in_selector=in_selector), _NO_CODES
+            fixed = None if asked.can_succeed and asked.can_fail else asked.can_succeed
+        ways = [then, other] if fixed is None else [then if fixed else other]
+        return NodeOutcomes(any(way.can_succeed for way in ways), _codes(ways) | codes)
+
+    def _switch(self, node: model.Switch, in_selector: bool) -> NodeOutcomes:
+        ways = [self._of(part, in_selector=in_selector) for part in node.parts]
+        codes = _codes(ways) | self._of_value(node.value)
+        if node.default is None:
+            codes |= {"no_case"}
+        return NodeOutcomes(any(way.can_succeed for way in ways), codes)
+
+    def _wrapper(self, node: model.Wrapper, child: NodeOutcomes) -> NodeOutcomes:
+        match node:
+            case model.Succeed() | model.Force(success=True):
+                return SUCCEEDS
+            case model.Force(success=False):
+                return NodeOutcomes(False, child.codes | ({"forced"} if child.can_succeed else _NO_CODES))
+            case model.Invert():
+                return NodeOutcomes(
+                    child.can_fail, frozenset({"inverted"}) if child.can_succeed else _NO_CODES
+                )
+            case model.Timeout(duration=value):
+                return NodeOutcomes(
+                    child.can_succeed, child.codes | self._of_value(value, PAUSE) | {"timed_out"}
+                )
+            case model.Cooldown(duration=value):
+                return NodeOutcomes(
+                    child.can_succeed, child.codes | self._of_value(value, PAUSE) | {"cooling_down"}
+                )
+            case model.Delay(duration=value):
+                return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE))
+            case model.Retry(attempts=value) | model.Repeat(rounds=value):
+                return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, COUNT))
+        return child
+
+    def _leaf(self, node: Node) -> NodeOutcomes:
+        match node:
+            case model.Condition(condition=condition):
+                fixed = constant_of(condition)
+                codes = self._of_expression(condition) | ({"not_so"} if fixed is not True else _NO_CODES)
+                return NodeOutcomes(fixed is not False, codes)
+            case model.Fail(code=code, reason=reason):
+                return NodeOutcomes(False, self._of_value(reason) | {code.text if code else FAILED})
+            case model.Wait(duration=duration):
+                return NodeOutcomes(True, self._of_value(duration, PAUSE))
+            case model.Set(values=values):
+                return NodeOutcomes(
+                    True, _NO_CODES.union(*(self._of_write(key, value) for key, value in values))
+                )
+            case model.RunSkill(skill=skill):
+                declaration = self._declarations.get(skill)
+                declared = declaration.failures if declaration else ()
+                given = [self._of_value(value) for _, value in node.inputs]
+                return NodeOutcomes(True, frozenset({*declared, *COMMON_CODES, *OWN_CODES}).union(*given))
+            case model.CallMission(mission=mission):
+                below = self._called(mission.text) or SUCCEEDS
+                given = [self._of_value(value) for _, value in node.inputs]
+                codes = below.codes.union(*given, _WHATEVER_A_VALUE_DOES if node.inputs else ())
+                return NodeOutcomes(
+                    below.can_succeed, codes | ({"bad_output"} if node.outputs else _NO_CODES)
+                )
+        return NodeOutcomes(True, _NO_CODES)
+
+    def _of_write(self, key: Literal, value: Value) -> frozenset[str]:
+        checked = key.text in self._declared and not isinstance(value, Literal)
+        return self._of_value(value) | ({"bad_output"} if checked else _NO_CODES)
+
+    def _of_value(self, value: Value, port: Port | None = None) -> frozenset[str]:
+        """The codes with which reading a value can fail; ``port`` is what the node itself demands of it."""
+        if isinstance(value, Literal):
+            return _NO_CODES
+        codes = self._of_expression(value) if isinstance(value, Expression) else _NO_CODES
+        if any(not self._always_there(reference.key) for reference in model.references(value)):
+            codes |= {"missing_key"}
+        if port is not None and not self._within(value, port):
+            codes |= {"bad_input"}
+        return codes
+
+    def _of_expression(self, expression: Expression) -> frozenset[str]:
+        missing = any(not self._always_there(key) for key in expression.keys)
+        return frozenset(
+            (["missing_key"] if missing else []) + (["bad_expression"] if can_break(expression) else [])
+        )
+
+    def _always_there(self, key: str) -> bool:
+        return key in self._inputs or (key in self._declared and not self._declared[key].required)
+
+    def _within(self, value: Value, port: Port) -> bool:
+        """Whether a value is the input of the mission with limits that are no wider than those of a port."""
+        given = self._inputs.get(value.key) if isinstance(value, model.Reference) else None
+        if given is None or given.kind is not port.kind or port.minimum is None:
+            return False
+        return given.minimum is not None and given.minimum >= port.minimum
+
+
+def _codes(outcomes: Iterable[NodeOutcomes]) -> frozenset[str]:
+    return _NO_CODES.union(*(each.codes for each in outcomes))
+
+
+def _selector(parts: list[NodeOutcomes]) -> NodeOutcomes:
+    can_succeed = any(part.can_succeed for part in parts)
+    if not parts or not all(part.can_fail for part in parts):
+        return NodeOutcomes(can_succeed, _NO_CODES)
+    # It fails as the last one did; one that was skipped may leave the word to those before it.
+    return NodeOutcomes(can_succeed, _codes(parts) if "skipped" in parts[-1].codes else parts[-1].codes)
+
+
+def _parallel(node: model.Parallel, parts: list[NodeOutcomes]) -> NodeOutcomes:
+    policy, count = node.policy, len(parts)
+    can_succeed = sum(part.can_succeed for part in parts)
+    can_fail = sum(part.can_fail for part in parts)
+    if policy.kind is PolicyKind.SELECTED:
+        selected = set(node.selected)
+        wanted = [part for child, part in zip(node.children, parts, strict=True) if child in selected]
+        return NodeOutcomes(all(part.can_succeed for part in wanted), _codes(parts))
+    needed = min(policy.successes_needed(count), count)  # what cannot be is found elsewhere
+    too_many = count - needed + 1
+    if policy.kind is PolicyKind.COUNTED and policy.fail is not None:
+        too_many = min(too_many, policy.fail)
+    return NodeOutcomes(can_succeed >= needed, _codes(parts) if can_fail >= too_many else _NO_CODES)

@@ -1,0 +1,157 @@
+"""Declared inputs, outputs and keys: of a mission, or of a skill that is declared in a file."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import Any
+
+from florence_bt.core.declaration import REQUIRED, Kind, Port
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar
+from florence_bt.trees.language import quantities
+from florence_bt.trees.language.model import default_of
+from florence_bt.trees.language.reader import Reader
+from florence_bt.trees.language.values import tree_value
+from florence_bt.trees.language.vocabulary import KEY_KEYS, by_spelling
+
+_OTHER_KINDS = by_spelling(
+    {
+        "text": ("string", "str", "label", "room", "hotspot"),
+        "boolean": ("bool",),
+        "integer": ("int",),
+        "number": ("float", "double"),
+        "length": ("distance", "meter", "meters", "m", "cm"),
+        "duration": ("time", "second", "seconds", "s", "min"),
+        "angle": ("degree", "degrees", "deg", "rad"),
+        "speed": ("velocity",),
+        "pose": ("position",),
+    }
+)
+"""What other languages call the types."""
+
+
+def read_ports(
+    reader: Reader, source: YamlNode | None, what: str, keys: tuple[str, ...]
+) -> tuple[dict[str, Port], dict[str, Position]]:
+    """A table of ports: of a mission, or of a skill that is declared in a file.
+
+    Args:
+        reader: Receives what is wrong.
+        source: The table, or None when there is none.
+        what: What a port is called in messages, such as ``an input``.
+        keys: What a port may say about itself.
+
+    Returns:
+        The ports, and where each stands, by name.
+    """
+    ports, positions = {}, {}
+    table = reader.mapping(source, what.split()[1] + "s")
+    for key, item in table.entries if table else ():
+        name = reader.identifier(key, what)
+        if not isinstance(item, YamlMapping):
+            written = item.text if isinstance(item, YamlScalar) else ""
+            kinds = (
+                _OTHER_KINDS.get(written, written)
+                if _is_kind(written)
+                else "|".join(kind.value for kind in Kind)
+            )
+            valid = [f"{key.text}: {{type: {kinds}}}"]
+            reader.error(key.position, f"{what} is a mapping with its type", valid)
+        elif name is not None:
+            positions[name.text] = name.position
+            default = item.get("default")
+            if default is not None:
+                positions[default_of(name.text)] = default.position
+            ports[name.text] = _port(reader, name.text, item, keys)
+    return ports, positions
+
+
+def _port(reader: Reader, name: str, fields: YamlMapping, keys: tuple[str, ...]) -> Port:
+    for key, value in fields.entries:
+        if key.text in keys:
+            continue
+        if key.text in KEY_KEYS and isinstance(value, YamlScalar):
+            # Outputs are keys too, and these can have a value at the start, and limits.
+            message, valid = (
+                f"an output has no {key.text}",
+                f"keys: {{{name}: {{{key.text}: {value.text}, ...}}}}",
+            )
+            reader.error(key.position, message, [valid])
+        else:
+            reader.unknown(key.position, f"unknown key of {name!r} {key.text!r}", key.text, keys)
+    kind = _kind(reader, name, fields)
+    description = fields.get("description")
+    text = reader.text(description, "description") if description is not None else None
+    minimum, maximum = (_limit(reader, fields, key, kind) for key in ("min", "max"))
+    port = Port(kind, text or "", REQUIRED, minimum, maximum)
+    if minimum is not None and maximum is not None and minimum > maximum:
+        reader.error(fields.position, f"the minimum of {name!r} is above its maximum")
+    default = fields.get("default")
+    if default is None or "default" not in keys:
+        return port
+    value = _literal(reader, default, kind, f"the default of {name!r}")
+    problem = quantities.out_of_range(value, port) if value is not None else None
+    if problem:
+        reader.error(default.position, f"the default of {name!r}: {problem}", quantities.range_of(port))
+    return Port(kind, text or "", value, minimum, maximum)
+
+
+def _kind(reader: Reader, name: str, fields: YamlMapping) -> Kind:
+    source = fields.get("type")
+    known = [kind.value for kind in Kind]
+    if source is None:
+        if not any(get_close_matches(key.text, ["type"]) for key, _ in fields.entries):
+            reader.error(fields.position, f"{name!r} needs a type", known)
+        return Kind.TEXT
+    written = source.text if isinstance(source, YamlScalar) else "this"
+    if written in known:
+        return Kind(written)
+    if reader.full:
+        return Kind.TEXT
+    other = _OTHER_KINDS.get(written)
+    valid = [other] if other is not None else closest_first(written, known)
+    reader.error(source.position, f"the type of {name!r} cannot be {written!r}", valid)
+    return Kind(valid[0])
+
+
+def _is_kind(text: str) -> bool:
+    return text in _OTHER_KINDS or text in {kind.value for kind in Kind}
+
+
+def _limit(reader: Reader, fields: YamlMapping, key: str, kind: Kind) -> Any:
+    source = fields.get(key)
+    if source is None:
+        return None
+    if kind not in quantities.NUMERIC_KINDS:
+        reader.error(source.position, f"{quantities.with_article(kind)} has no {key}")
+        return None
+    return _literal(reader, source, kind, key)
+
+
+def _literal(reader: Reader, source: YamlNode, kind: Kind, what: str) -> Any:
+    if kind is Kind.POSE and isinstance(source, YamlMapping):
+        return _pose(reader, source, what)
+    if not isinstance(source, YamlScalar) or (source.empty and kind is not Kind.TEXT):
+        reader.error(source.position, f"{what} must be a single {kind.value}", [quantities.example_of(kind)])
+        return None
+    try:
+        return quantities.read_value(source.text, kind)
+    except ConfigError as error:
+        reader.error(source.position, f"{what}: {error.problem}", error.valid)
+        return None
+
+
+def _pose(reader: Reader, source: YamlMapping, what: str) -> Pose2 | None:
+    value = reader.value(source, what)
+    if value is None:
+        return None
+    try:
+        pose = tree_value(value, Kind.POSE)
+    except ConfigError as error:
+        reader.error(source.position, f"{what}: {error.problem}", error.valid)
+        return None
+    if isinstance(pose, Pose2):
+        return pose
+    reader.error(source.position, f"{what} cannot refer to keys", [quantities.example_of(Kind.POSE)])
+    return None

@@ -1,0 +1,248 @@
+"""Reads the parts of a file that missions and skill files share: names, texts, values and expressions.
+
+What is wrong is added to the findings, and the reading goes on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from florence_bt.core.declaration import Kind
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlScalar, YamlSequence
+from florence_bt.core.unquoted_commas import UnquotedComma, unquoted_commas
+from florence_bt.trees.language.expressions.parser import closing_brace, parse_expression
+from florence_bt.trees.language.findings import FindingList
+from florence_bt.trees.language.model import Expression, Literal, PoseParts, Reference, Template, Value
+from florence_bt.trees.language.quantities import read_value
+from florence_bt.trees.language.vocabulary import IDENTIFIER
+
+_DOLLAR = re.compile(r"\$(?:(?P<dollar>\$)|(?P<key>[a-z][a-z0-9_]*)|\{(?P<braced>[a-z][a-z0-9_]*)\}|)")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+_POSE = "{x: 1 m, y: 2 m, yaw: 90 deg}"
+
+_BOOLEAN_WORDS = {
+    "yes": "true",
+    "on": "true",
+    "true": "true",
+    "no": "false",
+    "off": "false",
+    "false": "false",
+}
+"""What people write for true and false."""
+_OTHER_YAWS = ("theta", "phi", "th", "angle", "heading", "orientation")
+"""What others call the heading of a pose."""
+
+
+class Reader(FindingList):
+    """Reads parts of one file; each method returns None, or leaves out, what it added to the findings."""
+
+    def mapping(self, source: YamlNode | None, what: str) -> YamlMapping | None:
+        """A mapping, or None (a finding, unless nothing was written)."""
+        if isinstance(source, YamlMapping):
+            return source
+        if source is not None and not (isinstance(source, YamlScalar) and source.empty):
+            first = source.items[0] if isinstance(source, YamlSequence) and source.items else source
+            name = (
+                first.text if isinstance(first, YamlScalar) and IDENTIFIER.fullmatch(first.text) else "name"
+            )
+            dashes = ", without dashes" if isinstance(source, YamlSequence) else ""
+            valid = [f"{what}: {{{name}: ...}}{dashes}"]
+            self.error(source.position, f"{what} must be a mapping (key: value)", valid)
+        return None
+
+    def text(self, source: YamlNode, what: str) -> str | None:
+        """A text that is not empty."""
+        if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
+            return source.text.strip()
+        self.error(source.position, f"{what} must be a text")
+        return None
+
+    def identifier(self, source: YamlNode, what: str, valid: Iterable[str] = ()) -> Literal | None:
+        """A name in lower case; ``valid`` is what would have worked, if the caller knows better."""
+        if isinstance(source, YamlScalar) and IDENTIFIER.fullmatch(source.text):
+            return Literal(source.text, True, source.position)
+        written = source.text if isinstance(source, YamlScalar) and not source.empty else ""
+        message = f"{what} must be a name of lower-case letters, digits and underscores"
+        suggestion = _as_name(written)
+        valid = tuple(valid) or ((suggestion,) if suggestion else ())
+        self.error(source.position, message + (f", not {written!r}" if written else ""), valid)
+        return None
+
+    def duration(self, source: YamlNode, what: str) -> float | None:
+        """A duration in seconds; zero for what is not a scalar."""
+        try:
+            return float(read_value(source.text, Kind.DURATION)) if isinstance(source, YamlScalar) else 0.0
+        except ConfigError as error:
+            self.error(source.position, f"{what}: {error.problem}", error.valid)
+            return None
+
+    def choice(self, source: YamlNode, what: str, choices: Iterable[str], default: str) -> str:
+        """One of a few words."""
+        choices = tuple(choices)
+        if isinstance(source, YamlScalar) and source.text in choices:
+            return source.text
+        written = source.text if isinstance(source, YamlScalar) else "this"
+        suggestion = _BOOLEAN_WORDS.get(written.lower())
+        valid = (suggestion,) if suggestion in choices else choices
+        self.error(source.position, f"{what} cannot be {written!r}", valid)
+        return default
+
+    def identifiers(self, source: YamlNode, what: str) -> tuple[Literal, ...]:
+        """A list of names, or a single one."""
+        items = source.items if isinstance(source, YamlSequence) else (source,)
+        return tuple(name for item in items if (name := self.identifier(item, what)) is not None)
+
+    def values(self, source: YamlNode | None, what: str) -> tuple[tuple[Literal, Value], ...]:
+        """A mapping of names to values; those that cannot be read are left out."""
+        mapping = self.mapping(source, what)
+        pairs: list[tuple[Literal, Value]] = []
+        fallen_apart = {text.key: text for text in unquoted_commas(mapping)} if mapping else {}
+        pieces = {piece for text in fallen_apart.values() for piece in text.pieces}
+        for key, item in mapping.entries if mapping else ():
+            if key in pieces:
+                continue
+            name = self.identifier(key, f"a name in {what}")
+            if key in fallen_apart:
+                self.unquoted_comma(fallen_apart[key])
+                continue
+            value = self.value(item, f"{key.text!r}")
+            if name is not None and value is not None:
+                pairs.append((name, value))
+        return tuple(pairs)
+
+    def unquoted_comma(self, text: UnquotedComma) -> None:
+        """Add a text that fell apart at its commas."""
+        message = f"{text.key.text!r}: a text with commas needs quotes here"
+        if text.whole.startswith("(") and text.whole.endswith(")"):
+            self.error(text.first.position, f"{message}, and a pose is a mapping", [_POSE])
+        else:
+            self.error(text.first.position, message, [text.valid])
+
+    def keys(self, source: YamlNode | None) -> tuple[tuple[Literal, Literal], ...]:
+        """``out``: a mapping of outputs and the keys that receive them."""
+        mapping = self.mapping(source, "out")
+        pairs = []
+        for key, item in mapping.entries if mapping else ():
+            output = self.identifier(key, "an output")
+            target = self.identifier(_without_dollar(item), "a key")
+            if output is not None and target is not None:
+                pairs.append((output, target))
+        return tuple(pairs)
+
+    def value(self, source: YamlNode, what: str) -> Value | None:
+        """A literal, a reference, a text with keys, or a pose."""
+        if isinstance(source, YamlMapping):
+            return self._pose(source, what)
+        if isinstance(source, YamlSequence):
+            valid = [_POSE] if len(source.items) == 3 else ["a single value"]
+            self.error(source.position, f"{what} cannot be a list", valid)
+            return None
+        if source.empty:
+            # What begins with # is a comment.
+            self.error(source.position, f"{what} has no value", ["a value", 'quotes round it: "..."'])
+            return None
+        return self._scalar(source)
+
+    def expression(self, source: YamlNode, what: str) -> Expression | None:
+        """An expression that stands alone; ``${`` and ``}`` round it do no harm."""
+        if not isinstance(source, YamlScalar) or source.empty or not source.text.strip():
+            valid = ["$distance < 1 m", "$found and not $done"]
+            self.error(source.position, f"{what} needs an expression", valid)
+            return None
+        text = source.text.rstrip()
+        start = len(text) - len(text.lstrip())
+        if text.startswith("${", start) and closing_brace(text, start + 2) == len(text) - 1:
+            inside = text[start + 2 : -1]
+            if not IDENTIFIER.fullmatch(inside):
+                return self._parsed(source, inside, start + 2)
+        return self._parsed(source, text[start:], start)
+
+    def _parsed(self, source: YamlScalar, text: str, offset: int) -> Expression | None:
+        """Parse a part of a scalar; a line break counts as a space."""
+        column = source.first_column
+        place = source.position if column is None else Position(source.position.line, column + offset)
+        try:
+            return parse_expression(text, place, exact=column is not None)
+        except ConfigError as error:
+            self.error(Position(error.line or 1, error.column or 1), error.problem, error.valid)
+            return None
+
+    def _scalar(self, source: YamlScalar) -> Value | None:
+        text = source.text.strip()
+        if text.startswith("${") and closing_brace(text, 2) == len(text) - 1:
+            inside = text[2:-1]
+            if not IDENTIFIER.fullmatch(inside):
+                return self._parsed(source, inside, source.text.index("${") + 2)
+        parts: list[str | Reference] = []
+        end = 0
+        for match in _DOLLAR.finditer(source.text):
+            parts.append(source.text[end : match.start()])
+            end = match.end()
+            key = match["key"] or match["braced"]
+            if key:
+                parts.append(Reference(key, source.position))
+            elif match["dollar"]:
+                parts.append("$")
+            else:
+                self._lone_dollar(source, match.end())
+                return None
+        parts.append(source.text[end:])
+        parts = [part for part in parts if part != ""]
+        if len(parts) == 1 and isinstance(parts[0], Reference):
+            return parts[0]
+        if any(isinstance(part, Reference) for part in parts):
+            return Template(tuple(parts), source.position, source.quoted)
+        return Literal("".join(str(part) for part in parts), source.quoted, source.position)
+
+    def _lone_dollar(self, source: YamlScalar, after: int) -> None:
+        end = closing_brace(source.text, after + 1) if source.text.startswith("{", after) else None
+        if end is None:
+            name = _NAME.match(source.text, after)
+            suggestion = _as_name(name[0]) if name else None
+            valid = [f"${suggestion or 'key'}", "$$ for a dollar sign"]
+            problem = f"keys have lower-case letters, not ${name[0]}" if name and suggestion else "a lone $"
+            self.error(source.position, f"{problem} in {source.text!r}", valid)
+            return
+        written = source.text[after - 1 : end + 1]
+        valid = [f"set: {{key: {written!r}}} first, and $key in the text"]
+        self.error(source.position, f"the expression {written} must stand alone, not in a text", valid)
+
+    def _pose(self, mapping: YamlMapping, what: str) -> PoseParts | None:
+        parts: dict[str, Value] = {}
+        for key, item in mapping.entries:
+            if key.text in _OTHER_YAWS and mapping.key("yaw") is None:
+                self.error(key.position, f"unknown part of a pose {key.text!r}", ["yaw"])
+            elif key.text not in ("x", "y", "yaw"):
+                self.unknown(
+                    key.position, f"unknown part of a pose {key.text!r}", key.text, ("x", "y", "yaw")
+                )
+            elif (value := self.value(item, f"{key.text} of the pose")) is not None:
+                parts[key.text] = value
+        missing = [name for name in ("x", "y", "yaw") if mapping.key(name) is None]
+        other = next((key for key, _ in mapping.entries if key.text in _OTHER_YAWS), None)
+        if missing and not (missing == ["yaw"] and other is not None):
+            self.error(
+                mapping.position,
+                f"{what}: the pose lacks {', '.join(missing)}",
+                [_POSE],
+            )
+        return PoseParts(parts["x"], parts["y"], parts["yaw"], mapping.position) if len(parts) == 3 else None
+
+
+def _as_name(written: str) -> str | None:
+    """The name that was written in another way: ``My-Mission.yaml`` or ``$my_mission``."""
+    last = (
+        re.split(r"[/\\]", written)[-1].strip().removeprefix("$").removesuffix(".yaml").removesuffix(".yml")
+    )
+    name = re.sub(r"[\s-]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", last)).lower()
+    return name if IDENTIFIER.fullmatch(name) else None
+
+
+def _without_dollar(source: YamlNode) -> YamlNode:
+    """``out: {pose: $goal}`` means the key ``goal`` as well."""
+    if isinstance(source, YamlScalar) and source.text.startswith("$"):
+        return YamlScalar(source.text[1:], source.quoted, source.position)
+    return source

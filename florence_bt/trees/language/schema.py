@@ -1,0 +1,509 @@
+"""JSON Schema of mission files, so that editors complete and check them while they are written.
+
+Made from the vocabulary of the language, the declarations of the skills and the known missions. What a schema
+cannot say (whether a key has a value, whether a branch is ever reached) is left to ``florence check``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import COMMON_CODES
+from florence_bt.trees.language import vocabulary
+from florence_bt.trees.language.model import Mission
+from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_of, format_value, with_article
+
+Schema = dict[str, Any]
+
+NAME: Schema = {"type": "string", "pattern": f"^{vocabulary.IDENTIFIER.pattern}$"}
+TEXT: Schema = {"type": ["string", "number", "boolean"]}
+"""A text; one without quotes may look like a number."""
+EXPRESSION: Schema = {"$ref": "#/definitions/expression"}
+REFERENCE: Schema = {"$ref": "#/definitions/reference"}
+
+_NUMBER = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?"
+
+_REFERENCE = rf"\$({vocabulary.IDENTIFIER.pattern}|\{{[\s\S]+\}})"
+
+DEFINITIONS: dict[str, Schema] = {
+    "reference": {
+        "title": "a key, or an expression",
+        "type": "string",
+        "pattern": f"^{_REFERENCE}$",
+        "examples": ["$key", "${$distance + 0.5 m}"],
+    },
+    "expression": {
+        "title": "an expression",
+        "description": "Compares, computes and combines: or and not == != < <= > >= + - * /, keys as $key.",
+        "type": ["string", "boolean"],
+        "minLength": 1,
+        "examples": ["$distance < 1 m and not $found"],
+    },
+    "any": {
+        "title": "a value",
+        "anyOf": [TEXT, {"$ref": "#/definitions/pose"}],
+    },
+    "pose": {
+        "title": "a pose in the frame of the map",
+        "type": "object",
+        "properties": {axis: {"$ref": f"#/definitions/{kind}"} for axis, kind in
+                       (("x", "length"), ("y", "length"), ("yaw", "angle"))},
+        "required": ["x", "y", "yaw"],
+        "additionalProperties": False,
+    },
+}  # fmt: skip
+"""What the other schemas refer to."""
+
+
+def literal(kind: Kind) -> Schema:
+    """A value of a kind that is written out."""
+    match kind:
+        case Kind.TEXT:
+            return TEXT
+        case Kind.BOOLEAN:
+            return {"type": "boolean"}
+        case Kind.INTEGER:
+            return {"type": "integer"}
+        case Kind.NUMBER:
+            return {"type": "number"}
+        case Kind.POSE:
+            return {"$ref": "#/definitions/pose"}
+    return _quantity(kind)
+
+
+def _quantity(kind: Kind, *others: str) -> Schema:
+    """A number with its unit, or a text of another pattern; only 0 needs no unit.
+
+    One pattern: of several alternatives editors show only the types.
+    """
+    units = "|".join(re.escape(unit) for unit in UNITS[kind])
+    message = f"{with_article(kind)} is a number with its unit ({', '.join(UNITS[kind])}): {example_of(kind)}"
+    patterns = "|".join((rf"{_NUMBER}\s*({units})", *others))
+    written = {
+        "type": "string",
+        "pattern": f"^({patterns})$",
+        "examples": [example_of(kind)],
+        "errorMessage": message,
+    }
+    return {"anyOf": [written, {"const": 0, "errorMessage": message}]}
+
+
+def value(kind: Kind) -> Schema:
+    """A value of a kind: written out, a key, or an expression."""
+    title = f"{kind.value}, such as {example_of(kind)}"
+    if kind in UNITS:
+        return {"title": title, **_quantity(kind, _REFERENCE)}
+    return {"title": title, "anyOf": [literal(kind), REFERENCE]}
+
+
+def definitions() -> dict[str, Schema]:
+    """What the other schemas refer to: one definition per kind of value, and the common ones."""
+    kinds = {kind.value: value(kind) for kind in Kind if kind is not Kind.POSE}
+    return {**kinds, **DEFINITIONS, "a_pose": value(Kind.POSE)}
+
+
+def given(kind: Kind) -> Schema:
+    """A reference to the schema of a value of a kind."""
+    return {"$ref": f"#/definitions/{'a_pose' if kind is Kind.POSE else kind.value}"}
+
+
+def port(port: Port, labels: Mapping[str, Iterable[str]]) -> Schema:
+    """What an input takes.
+
+    Args:
+        port: The input.
+        labels: What a text can name (a hotspot, a room) -> the names that exist, where they are known.
+    """
+    schema: Schema = dict(given(port.kind))
+    if port.names in labels:
+        schema = {"anyOf": [{"enum": list(labels[port.names])}, REFERENCE]}
+    elif port.kind in (Kind.INTEGER, Kind.NUMBER) and (port.minimum, port.maximum) != (None, None):
+        limits = {"minimum": port.minimum, "maximum": port.maximum}
+        number = literal(port.kind) | {key: limit for key, limit in limits.items() if limit is not None}
+        schema = {"anyOf": [number, REFERENCE]}
+    schema["description"] = _about(port)
+    if not port.required and port.kind is not Kind.POSE:
+        schema["default"] = (
+            port.default
+            if port.kind in (Kind.BOOLEAN, Kind.INTEGER, Kind.NUMBER)
+            else format_value(port.default, port.kind)
+        )
+    return schema
+
+
+def _about(port: Port) -> str:
+    parts = [port.description.rstrip(".") or f"a {port.kind.value}"]
+    limits = [
+        f"{word} {format_value(limit, port.kind)}"
+        for word, limit in (("at least", port.minimum), ("at most", port.maximum))
+        if limit is not None
+    ]
+    if limits:
+        parts.append(", ".join(limits))
+    parts.append("required" if port.required else f"default {format_value(port.default, port.kind)}")
+    return "; ".join(parts)
+
+
+def table(owner: str, ports: Mapping[str, Port], labels: Mapping[str, Iterable[str]]) -> Schema:
+    """A table of inputs of a skill or a mission."""
+    required = [name for name, each in ports.items() if each.required]
+    schema: Schema = {
+        "title": f"inputs of {owner}",
+        "description": f"the inputs of {owner}",
+        "type": "object",
+        "properties": {name: port(each, labels) for name, each in ports.items()},
+        "additionalProperties": False,
+    }
+    if required:
+        schema["required"] = required
+    return schema
+
+
+def words(texts: Mapping[str, str]) -> Schema:
+    """One of some words, each with what it means; editors show that when they offer them."""
+    return {"enum": list(texts), "enumDescriptions": list(texts.values())}
+
+
+def where(*conditions: Schema) -> Schema:
+    """What must hold for a rule to count.
+
+    One by one: editors take a schema with ``properties`` and ``required`` for something to offer.
+    """
+    return conditions[0] if len(conditions) == 1 else {"allOf": list(conditions)}
+
+
+def refused(message: str) -> Schema:
+    """What nothing fits, with the reason for editors."""
+    return {"type": "null", "errorMessage": message}
+
+
+def targets(ports: Mapping[str, Port]) -> Schema:
+    """``out``: outputs and the keys that receive them."""
+    key = {"type": "string", "pattern": rf"^\$?{vocabulary.IDENTIFIER.pattern}$"}
+    return {
+        "type": "object",
+        "properties": {
+            name: key | {"description": f"{each.description or name} ({each.kind.value})"}
+            for name, each in ports.items()
+        },
+        "additionalProperties": False,
+    }
+
+
+NODE: Schema = {"$ref": "#/definitions/node"}
+_NODES: Schema = {"type": "array", "items": NODE, "minItems": 1}
+_COUNT: Schema = {"anyOf": [{"type": "integer", "minimum": 1}, REFERENCE]}
+_PAUSE = given(Kind.DURATION)
+_A_KEY: Schema = {"patternProperties": {f"^{vocabulary.IDENTIFIER.pattern}$": {"$ref": "#/definitions/any"}}}
+
+KIND_VALUES: dict[str, Schema] = {
+    "sequence": _NODES,
+    "selector": _NODES,
+    "parallel": _NODES,
+    "if": {"anyOf": [EXPRESSION, NODE]},
+    "switch": {"$ref": "#/definitions/any"},
+    "retry": _COUNT,
+    "repeat": _COUNT,
+    "timeout": _PAUSE,
+    "delay": _PAUSE,
+    "cooldown": _PAUSE,
+    "once": NODE,
+    "force": {"enum": list(vocabulary.FORCED)},
+    "invert": NODE,
+    "succeed": NODE,
+    "condition": EXPRESSION,
+    "fail": TEXT,
+    "wait": _PAUSE,
+    "set": {"type": "object", **_A_KEY, "additionalProperties": False, "minProperties": 1},
+}
+"""Kind key -> what stands behind it; ``run`` depends on the missions."""
+
+MODIFIER_TEXTS: dict[str, str] = {
+    "name": "shown instead of the name that the kind gives",
+    "when": "must hold before the node starts; the node is skipped otherwise",
+    "unless": "must not hold before the node starts; the node is skipped otherwise",
+    "while": "must hold all along; the node is stopped and fails otherwise",
+    "because": "the reason of a failure in your own words, or one for each code",
+    "finally": "a node that is done afterwards, on success, failure and cancel alike",
+    "do": "the node that this one is about",
+    "then": "what is done when the condition holds",
+    "else": "what is done when the condition does not hold",
+    "cases": "the values, each with the node that is done for it",
+    "default": "what is done when no case fits",
+    "on": "only failures with these codes are worth another attempt",
+    "attempt": "the key that receives the number of the attempt",
+    "memory": "false: conditions are watched while a later node runs",
+    "policy": "when the parallel is done: all, any, the names of branches, or numbers",
+    "code": "the code of the failure",
+    "with": "the inputs of the mission",
+    "out": "the outputs, each with the key that receives it",
+    "every": "how often a composite without memory asks this condition again, 1 s if not given",
+}
+"""Modifier -> what it does."""
+
+_POLICIES = {
+    "all": "succeeds when all have succeeded, fails at the first failure",
+    "any": "succeeds at the first success, fails when all have failed",
+}
+_NEEDED = {**dict.fromkeys(vocabulary.MODIFIERS["do"], "do"), "if": "then", "switch": "cases"}
+"""Kind key -> the modifier that it cannot be without."""
+
+
+class NodeSchemas:
+    """Makes the schema of nodes.
+
+    Args:
+        declarations: The skills by name.
+        missions: The missions that can be called.
+        labels: What a text can name (a hotspot, a room) -> the names that exist, where they are known.
+    """
+
+    def __init__(
+        self,
+        declarations: Mapping[str, SkillDeclaration],
+        missions: Iterable[Mission],
+        labels: Mapping[str, Iterable[str]],
+    ) -> None:
+        self._declarations = declarations
+        self._missions = sorted(missions, key=lambda mission: mission.name)
+        self._labels = labels
+
+    def code(self) -> Schema:
+        """The schema of a code: one that is known, or one of the author's own."""
+        return {"anyOf": [words(self._codes()), NAME]}
+
+    def node(self) -> Schema:
+        """The schema of a node."""
+        properties = {**self._kinds(), **self._skills(), **self._modifiers()}
+        # A word that is not known is said to be unknown, and nothing else is made of it.
+        known: Schema = {"propertyNames": {"enum": list(properties)}}
+        return {
+            "title": "a node",
+            "type": "object",
+            "properties": properties,
+            "additionalProperties": False,
+            "allOf": [
+                *self._one_kind(known),
+                *self._rules(known),
+                *self._skill_rules(),
+                *self._call_rules(),
+            ],
+        }
+
+    def _one_kind(self, known: Schema) -> Iterable[Schema]:
+        kinds = [{"required": [kind]} for kind in (*vocabulary.NODE_KINDS, *self._declarations)]
+        none, one = {"not": {"anyOf": kinds}}, {"oneOf": kinds}
+        yield {"if": where(known, none), "then": refused("a node needs a kind, or the name of a skill")}
+        several = where({"anyOf": kinds}, {"not": one})
+        message = "a node has one kind only: several nodes stand in a list, each behind a dash"
+        yield {"if": several, "then": refused(message)}
+
+    def _kinds(self) -> dict[str, Schema]:
+        missions = {mission.name: mission.description or "a mission" for mission in self._missions}
+        run: Schema = {"anyOf": [words(missions), NAME]} if missions else NAME
+        values = {**KIND_VALUES, "run": run}
+        return {kind: {"description": text, **values[kind]} for kind, text in vocabulary.NODE_KINDS.items()}
+
+    def _skills(self) -> dict[str, Schema]:
+        schemas = {}
+        for name, skill in self._declarations.items():
+            schema = table(name, skill.inputs, self._labels)
+            if "required" not in schema:
+                schema["type"] = ["object", "null"]
+            about = skill.summary.rstrip(".")
+            codes = ", ".join(skill.failures) or "none of its own"
+            schema["description"] = f"{about}. Fails with: {codes}."
+            if skill.deprecated:
+                schema["deprecated"] = True
+            schemas[name] = schema
+        return schemas
+
+    def _modifiers(self) -> dict[str, Schema]:
+        codes = self._codes()
+        code: Schema = {"$ref": "#/definitions/code"}
+        values: dict[str, Schema] = {
+            "name": TEXT,
+            "when": EXPRESSION,
+            "unless": EXPRESSION,
+            "while": EXPRESSION,
+            "because": {
+                "anyOf": [
+                    TEXT,
+                    {
+                        "type": "object",
+                        "properties": {name: {**TEXT, "description": about} for name, about in codes.items()},
+                        "additionalProperties": TEXT,
+                        "propertyNames": NAME,
+                    },
+                ]
+            },
+            "finally": NODE,
+            "do": NODE,
+            "then": NODE,
+            "else": NODE,
+            "cases": {"type": "object", "additionalProperties": NODE, "minProperties": 1},
+            "default": NODE,
+            "on": {"anyOf": [code, {"type": "array", "items": code}]},
+            "attempt": NAME,
+            "memory": {"type": "boolean", "default": True, "errorMessage": "true or false"},
+            "policy": _policy(),
+            "code": code,
+            "with": {"type": ["object", "null"], **_A_KEY, "additionalProperties": False},
+            "out": {"type": ["object", "null"], "propertyNames": NAME},
+            "every": literal(Kind.DURATION),
+        }
+        return {name: {"description": text, **values[name]} for name, text in MODIFIER_TEXTS.items()}
+
+    def _codes(self) -> dict[str, str]:
+        """Every code with what it means."""
+        declared = (skill.failures.items() for skill in self._declarations.values())
+        known = {code: about for failures in declared for code, about in failures}
+        return dict(sorted({**known, **COMMON_CODES, **vocabulary.TREE_CODES}.items()))
+
+    # ---- what goes together ---------------------------------------------------------------------------
+
+    def _rules(self, known: Schema) -> Iterable[Schema]:
+        for modifier, owners in vocabulary.MODIFIERS.items():
+            kinds = [
+                kind
+                for owner in owners
+                for kind in ([owner] if owner in vocabulary.NODE_KINDS else self._declarations)
+            ]
+            elsewhere: Schema = {"not": {"anyOf": [{"required": [kind]} for kind in kinds]}} if kinds else {}
+            message = f"{modifier!r} belongs to {' and '.join(owners)}"
+            then: Schema = {"properties": {modifier: False}, "errorMessage": message}
+            yield {"if": where({"required": [modifier]}, known, elsewhere), "then": then}
+        for kind, modifier in _NEEDED.items():
+            yield _rule(kind, {"required": [modifier]})
+
+    def _skill_rules(self) -> Iterable[Schema]:
+        for name, skill in self._declarations.items():
+            yield _rule(name, {"properties": {"out": targets(skill.outputs)}})
+
+    def _call_rules(self) -> Iterable[Schema]:
+        for mission in self._missions:
+            inputs = table(mission.name, mission.inputs, self._labels)
+            then: Schema = {"properties": {"with": inputs, "out": targets(mission.outputs)}}
+            if "required" in inputs:
+                then = where(then, {"required": ["with"]})
+            called = where({"required": ["run"]}, {"properties": {"run": {"const": mission.name}}})
+            yield {"if": called, "then": then}
+
+
+def _rule(key: str, then: Schema) -> Schema:
+    return {"if": {"required": [key]}, "then": then}
+
+
+def _policy() -> Schema:
+    numbers = {key: {"type": "integer", "minimum": 1} for key in vocabulary.POLICY_KEYS}
+    counted: Schema = {
+        "type": "object",
+        "properties": numbers,
+        "required": [vocabulary.POLICY_KEYS[0]],
+        "additionalProperties": False,
+    }
+    named = words({each: _POLICIES[each] for each in vocabulary.POLICIES})
+    return {"anyOf": [named, {"type": "array", "items": TEXT, "minItems": 1}, counted]}
+
+
+DRAFT = "http://json-schema.org/draft-07/schema#"
+"""The newest draft that YAML language servers of editors understand."""
+
+_TEXTS = {
+    "mission": "the name, equal to the name of the file",
+    "description": "what the mission does, for people",
+    "inputs": "what a caller gives; all are keys of the tree",
+    "outputs": "keys that are handed to the caller when the mission succeeds",
+    "keys": "further keys with their types; a default is the value at the start",
+    "on_restart": "what follows when the executor died while this mission ran",
+    "tree": "the root of the behaviour tree",
+}
+
+
+_RESTARTS = {
+    "abort": "the run is over",
+    "restart": "the mission begins again",
+    "resume": "the mission goes on where it stood",
+}
+_PORT_TEXTS: dict[str, Schema] = {
+    "type": {
+        **words({kind.value: f"such as {example_of(kind)}" for kind in Kind}),
+        "description": "what it holds",
+    },
+    "description": {**TEXT, "description": "what it is, for people"},
+    "default": {"description": "its value when none is given"},
+    "min": {"description": "the smallest value that is allowed"},
+    "max": {"description": "the largest value that is allowed"},
+}
+
+
+def make_schema(
+    declarations: Mapping[str, SkillDeclaration],
+    missions: Iterable[Mission] = (),
+    labels: Mapping[str, Iterable[str]] | None = None,
+) -> Schema:
+    """The JSON Schema (draft-07) of a mission file.
+
+    Args:
+        declarations: The skills by name.
+        missions: The missions that can be called; others can be named too, their inputs are not checked.
+        labels: What a text can name (``hotspot``, ``room``) -> the names that exist; where they are not given
+            any text will do.
+
+    Returns:
+        The schema, ready for ``json.dumps``.
+    """
+    values: dict[str, Schema] = {
+        "mission": NAME,
+        "description": TEXT,
+        "inputs": _ports(vocabulary.INPUT_KEYS),
+        "outputs": _ports(vocabulary.OUTPUT_KEYS),
+        "keys": _ports(vocabulary.KEY_KEYS),
+        "on_restart": {
+            **words({each: _RESTARTS[each] for each in vocabulary.ON_RESTART}),
+            "default": vocabulary.ON_RESTART[0],
+        },
+        "tree": NODE,
+    }
+    kinds = ", ".join(vocabulary.NODE_KINDS)
+    nodes = NodeSchemas(declarations, missions, labels or {})
+    return {
+        "$schema": DRAFT,
+        "$id": "urn:florence-bt:mission",
+        "title": "A mission of Florence BT",
+        "description": f"A behaviour tree over skills. Kinds of nodes: {kinds}; and skills.",
+        "type": "object",
+        "properties": {key: {"description": _TEXTS[key], **values[key]} for key in vocabulary.MISSION_KEYS},
+        "required": ["mission", "tree"],
+        "additionalProperties": False,
+        "definitions": {**definitions(), "code": nodes.code(), "node": nodes.node()},
+    }
+
+
+def _ports(keys: Iterable[str]) -> Schema:
+    """A table of declared inputs, outputs or keys."""
+    fields = {key: _PORT_TEXTS[key] for key in keys}
+    limited: list[str] = [key for key in ("min", "max") if key in fields]
+    rules = [_typed(kind, limited, fields) for kind in Kind] if "default" in fields else []
+    declared: Schema = {
+        "title": "what is declared",
+        "type": "object",
+        "properties": fields,
+        "required": ["type"],
+        "additionalProperties": False,
+        **({"allOf": rules} if rules else {}),
+    }
+    return {"type": ["object", "null"], "propertyNames": NAME, "additionalProperties": declared}
+
+
+def _typed(kind: Kind, limited: list[str], fields: Mapping[str, Schema]) -> Schema:
+    """A default and limits are of the declared type; only numbers have limits."""
+    of_kind: dict[str, Schema | bool] = {"default": literal(kind)}
+    of_kind |= {key: literal(kind) if kind in NUMERIC_KINDS else False for key in limited}
+    return {
+        "if": where({"required": ["type"]}, {"properties": {"type": {"const": kind.value}}}),
+        "then": {"properties": of_kind},
+    }

@@ -1,0 +1,111 @@
+"""The vocabulary of the mission language: kinds of nodes, modifiers, and where each modifier belongs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+NODE_KINDS: dict[str, str] = {
+    "sequence": "does its nodes one after the other, until one fails",
+    "selector": "tries its nodes one after the other, until one succeeds",
+    "parallel": "does its nodes at the same time",
+    "if": "does one of two nodes",
+    "switch": "does the node whose case is equal to a value",
+    "retry": "starts a node again when it fails, at most so many times",
+    "repeat": "does a node so many times",
+    "timeout": "stops a node that takes longer",
+    "delay": "pauses before a node starts",
+    "cooldown": "refuses to start a node again too soon after its success",
+    "once": "does a node once and keeps its result",
+    "force": "does a node and ends one way, however the node ends",
+    "invert": "turns the success of a node into failure and its failure into success",
+    "succeed": "does a node and counts its failure as success",
+    "condition": "succeeds when an expression holds",
+    "fail": "fails with a reason",
+    "wait": "pauses",
+    "set": "writes keys",
+    "run": "runs another mission with keys of its own",
+}
+"""Kind key -> what the node does."""
+
+GUARDS = ("when", "unless", "while")
+"""Modifiers that say when a node may start and go on; their values are expressions."""
+
+ANYWHERE = ("name", *GUARDS, "because", "finally")
+"""Modifiers that every node may have."""
+
+MODIFIERS: dict[str, tuple[str, ...]] = {
+    "do": ("retry", "repeat", "timeout", "delay", "cooldown", "force"),
+    "then": ("if",),
+    "else": ("if",),
+    "cases": ("switch",),
+    "default": ("switch",),
+    "on": ("retry",),
+    "attempt": ("retry",),
+    "memory": ("sequence", "selector", "if"),
+    "policy": ("parallel",),
+    "code": ("fail",),
+    "with": ("run",),
+    "out": ("run", "a skill"),
+    "every": ("a skill",),
+}
+"""Further modifiers -> the kinds that they belong to."""
+
+NEVER_INPUTS = (
+    "out",
+    "every",
+    "because",
+    "finally",
+    "do",
+    "with",
+    "when",
+    "unless",
+    "while",
+    "then",
+    "else",
+    "cases",
+)
+"""Modifiers that are not good names for inputs: found there, they are indented one step too far."""
+
+RESERVED = frozenset((*NODE_KINDS, *ANYWHERE, *MODIFIERS))
+"""Names that no skill can have."""
+
+MISSION_KEYS = ("mission", "description", "inputs", "outputs", "keys", "on_restart", "tree")
+INPUT_KEYS = ("type", "default", "min", "max", "description")
+KEY_KEYS = INPUT_KEYS
+OUTPUT_KEYS = ("type", "description")
+POLICIES = ("all", "any")
+"""Policies of a parallel that are a word; the others are a list of names, or a table."""
+POLICY_KEYS = ("succeed", "fail")
+FORCED = ("success", "failure")
+ON_RESTART = ("abort", "restart", "resume")
+
+IDENTIFIER = re.compile(r"[a-z][a-z0-9_]*")
+"""How missions, skills, inputs, outputs, keys and codes are named."""
+
+FAILED = "failed"
+"""The code of ``fail`` when it names none."""
+
+TREE_CODES: dict[str, str] = {
+    "missing_key": "a key was read that nothing has written",
+    "bad_input": "an input does not fit what the skill or mission declares",
+    "bad_output": "a skill succeeded without giving what it promises, or a key was given what it cannot hold",
+    "bad_expression": "an expression has no value: a division by zero, a number without end",
+    "no_skill": "this robot lacks the skill",
+    "timed_out": "a time-out or a deadline passed",
+    "cancelled": "a skill was cancelled by its own side",
+    "inverted": "what was inverted succeeded",
+    "forced": "what is forced to fail succeeded",
+    "skipped": "`when` or `unless` kept a node of a selector from starting",
+    "guard_failed": "`while` did not hold",
+    "not_so": "the expression of a `condition` does not hold",
+    "no_case": "no case of a `switch` fits",
+    "cooling_down": "a cool-down has not passed",
+    "failed": "`fail` without a code",
+}
+"""Codes that the tree itself gives -> what they mean."""
+
+
+def by_spelling(spellings: Mapping[str, Iterable[str]]) -> dict[str, str]:
+    """Word -> what others call it, turned round: what others call it -> the word."""
+    return {other: word for word, others in spellings.items() for other in others}

@@ -1,0 +1,43 @@
+"""ARCHITECTURE.md names folders, modules and functions that exist."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "florence_bt"
+TEXT = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+QUOTED = sorted(set(re.findall(r"`([^`\n]+)`", TEXT)))
+
+
+def methods() -> set[str]:
+    found = set()
+    for file in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found |= {
+                    f"{node.name}.{part.name}" for part in node.body if isinstance(part, ast.FunctionDef)
+                }
+    return found
+
+
+@pytest.mark.parametrize("name", [name for name in QUOTED if re.fullmatch(r"[a-z_]+/[a-z_/]*(/|\.py)", name)])
+def test_modules_exist(name):
+    assert (PACKAGE / name).exists()
+
+
+def test_methods_exist():
+    named = {name for name in QUOTED if re.fullmatch(r"[A-Z]\w+\.[a-z_]+", name)}
+    assert len(named) >= 10
+    assert named <= methods()
+
+
+def test_the_table_has_every_layer_and_folder():
+    layers = dict.fromkeys(re.findall(r"^\| `(\w+)` \|", TEXT, re.M))
+    rest = {"behaviours", "skills", "drivers"}
+    assert set(layers) == {path.parent.name for path in PACKAGE.glob("*/__init__.py")} >= rest
+    for folder in ("app", "simulation", "skills", "trees"):
+        for part in (PACKAGE / folder).glob("*/__init__.py"):
+            assert f"`{part.parent.name}`" in TEXT, part
