@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from florence_bt.mission_testing.mocks.board import Mock, MockError, SkillCall
-    from florence_bt.mission_testing.mocks.replies import MockReply, fail, never, raises, succeed
+    from florence_bt.mission_testing.mocks.scripts import MockReply, fail, never, raises, succeed
     from florence_bt.mission_testing.play import Play
     from florence_bt.mission_testing.stage import Stage
 
@@ -31,7 +31,7 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(("Mock", "MockError", "SkillCall"), "mocks.board"),
-    **dict.fromkeys(("MockReply", "fail", "never", "raises", "succeed"), "mocks.replies"),
+    **dict.fromkeys(("MockReply", "fail", "never", "raises", "succeed"), "mocks.scripts"),
     "Play": "play",
     "Stage": "stage",
 }

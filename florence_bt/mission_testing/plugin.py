@@ -74,7 +74,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 def looks_like_scenarios(path: Path) -> bool:
     """Whether a YAML file in a folder is meant to hold scenarios; one that cannot be read counts too."""
     from florence_bt.core.errors import ConfigError
-    from florence_bt.core.plain_yaml import read_bytes
+    from florence_bt.core.text_files import read_bytes
 
     try:
         data = read_bytes(path)

@@ -14,8 +14,15 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import Result
 from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.mission_testing.mocks.mocks import Routine, RoutineRun, ScriptedRun, Step, broken_function
-from florence_bt.mission_testing.mocks.replies import MockReply
-from florence_bt.mission_testing.mocks.scripts import Function, Item, Script, item_per_call, items_of, to_step
+from florence_bt.mission_testing.mocks.scripts import (
+    Function,
+    Item,
+    MockReply,
+    Script,
+    item_per_call,
+    items_of,
+    to_step,
+)
 from florence_bt.mission_testing.paths import (
     MissionMap,
     Pattern,

@@ -22,8 +22,8 @@ from florence_bt.core.plain_yaml import Position, YamlMapping, YamlNode, YamlSca
 from florence_bt.core.skill import Inputs
 from florence_bt.core.unquoted_commas import unquoted_commas
 from florence_bt.mission_testing.mocks.board import MockError, check_outputs
-from florence_bt.mission_testing.mocks.replies import MockReply
 from florence_bt.mission_testing.mocks.scripts import (
+    MockReply,
     Script,
     ScriptError,
     item_per_call,

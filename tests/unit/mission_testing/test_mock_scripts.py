@@ -13,21 +13,19 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
-from florence_bt.mission_testing.mocks.replies import (
+from florence_bt.mission_testing.mocks.scripts import (
     Ending,
     MockReply,
     ReplyPhase,
+    ScriptError,
     bind_reply,
     fail,
-    never,
-    raises,
-    succeed,
-)
-from florence_bt.mission_testing.mocks.scripts import (
-    ScriptError,
     item_per_call,
     items_of,
+    never,
     parse_script,
+    raises,
+    succeed,
     to_step,
 )
 
