@@ -33,7 +33,7 @@ def doctor(
         from rich.console import Console
 
         from florence_bt.app.doctor.examination import examine
-        from florence_bt.app.doctor.report import as_json, healthy, print_table
+        from florence_bt.app.doctor.finding import as_json, healthy, print_table
 
         findings = list(examine(config, out, hardware=hardware))
         if form == "json":

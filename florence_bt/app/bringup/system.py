@@ -9,23 +9,89 @@ from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-from florence_bt.app.bringup.device_report import DeviceReport, report_missing
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
 from florence_bt.app.bringup.heartbeat import KILLED_AFTER_S, SILENT_S
 from florence_bt.app.bringup.hold import HungDriverStop, RobotHold, stop_base
 from florence_bt.app.bringup.locks import lock_domain, lock_folder
 from florence_bt.app.bringup.make_safe import BaseSafety
 from florence_bt.app.bringup.options import BringUp
-from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only
 from florence_bt.app.bringup.signals import ignored, once
-from florence_bt.app.bringup.simulated import clear_ports
+from florence_bt.app.bringup.simulated import clear_ports, people_at_home
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
-from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
+from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, NODES, groups
 from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
+from florence_bt.core.paths import find_data
 from florence_bt.core.serving import ServedAction
+from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
+from florence_bt.ros.qos import RELIABLE
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.served import ACTIONS, SERVED
+from florence_bt.trees.language.loader import MissionLibrary
+
+
+def check_options(options: BringUp) -> None:
+    """Read every file that the bring-up will read.
+
+    Raises:
+        ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
+            and what would have worked.
+    """
+    file = Path(options.config_file) if options.config_file else find_data("config", "robot.yaml")
+    known = {node for nodes in NODES.values() for node in nodes}
+    refuse_unknown_nodes(load_config(file), known, str(file))
+    load_map(options.map_file or find_data("maps", "flat.yaml"))
+    MissionLibrary.load([Path(folder) for folder in options.mission_folders])
+    load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
+    if options.in_flat:
+        people_at_home(load_flat(), options)
+
+
+DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
+"""The drivers; each publishes its diagnostics once a second."""
+
+
+class DeviceReport:
+    """Keeps the newest diagnostics of the drivers.
+
+    Args:
+        node: Subscribes to ``diagnostics``.
+    """
+
+    def __init__(self, node: FlorenceNode) -> None:
+        self._status: dict[str, DiagnosticStatus] = {}
+        node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self._status |= {status.name: status for status in message.status}
+
+    def missing(self) -> list[str]:
+        """A line for each device that does not work, with what to do about it as its driver says."""
+        silent = set(DEVICE_NODES) - {name.partition(":")[0] for name in self._status}
+        return [
+            *(
+                f"{name}: {status.message}"
+                for name, status in sorted(self._status.items())
+                if status.level == DiagnosticStatus.ERROR
+            ),
+            *(f"{name}: its driver says nothing; see the logs" for name in sorted(silent)),
+        ]
+
+
+def report_missing(report: DeviceReport, say: Callable[[str], None]) -> None:
+    """Report which devices do not work, if any."""
+    lines = report.missing()
+    for line in lines:
+        say(f"device missing: {line}")
+    if lines:
+        say("one that is plugged in later is used at once; florence doctor looks into each")
+
 
 READY_BUDGET_S = 90.0
 """Wall seconds that all nodes get to start; the first start compiles the hot loops."""

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("rclpy")
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from florence_bt.app.bringup.device_report import DEVICE_NODES, DeviceReport, report_missing
+from florence_bt.app.bringup.system import DEVICE_NODES, DeviceReport, report_missing
 
 
 class Topic:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.app.bringup.options import BringUp
-from florence_bt.app.bringup.preflight import check_options
+from florence_bt.app.bringup.system import check_options
 from florence_bt.app.bringup.topology import NODES, factories, groups
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
