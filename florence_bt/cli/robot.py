@@ -25,7 +25,7 @@ def doctor(
 ) -> None:
     """Look at ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
 
-    Changes nothing and moves nothing. A base that nobody uses is put into passive mode for the question.
+    Changes nothing and moves nothing. A base that is not in use is put into passive mode for the question.
     """
     with errors_to_exit_codes():
         if form not in ("text", "json"):

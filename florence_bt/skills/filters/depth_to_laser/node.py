@@ -26,7 +26,7 @@ WARN_EVERY_S = 5.0
 class FakeLaserNode(FlorenceNode):
     """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``.
 
-    Works only while somebody listens, as the old nodelet did (REFERENCE 6.1).
+    Works only while there is a subscriber, as the old nodelet did (REFERENCE 6.1).
     """
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
