@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -80,15 +81,17 @@ def test_a_picture_that_cannot_be_begun_hinders_no_other(tmp_path, capfd):
     assert "a picture is not drawn" in capfd.readouterr().err
 
 
-def test_a_full_disk_is_reported_in_one_line(tmp_path, capsys):
+def test_a_full_disk_is_told_in_one_line(tmp_path, capsys):
     assert pictures.main("map.yaml", "spots.yaml", str(tmp_path / "gone")) == 1
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
-def test_the_end_without_a_picture_starts_nothing():
-    drawer = Drawer("raise SystemExit(1)")
+def test_nothing_was_drawn(tmp_path, capfd):
+    started = tmp_path / "started"
+    drawer = Drawer(f"open({str(started)!r}, 'w')")
     drawer.close()
-    assert drawer._closed and drawer._thread is None and drawer._drawing is None
+    assert not started.exists() and capfd.readouterr() == ("", "")
+    assert all(thread.name != "pictures" for thread in threading.enumerate())
 
 
 def test_the_real_command_names_the_folder(tmp_path):
