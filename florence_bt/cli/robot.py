@@ -25,7 +25,7 @@ def doctor(
 ) -> None:
     """Look at ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
 
-    Changes nothing and moves nothing. A base that nobody uses is put into passive mode for the question.
+    Changes nothing and moves nothing. A base that is not in use is put into passive mode for the question.
     """
     with errors_to_exit_codes():
         if form not in ("text", "json"):
@@ -33,7 +33,7 @@ def doctor(
         from rich.console import Console
 
         from florence_bt.app.doctor.examination import examine
-        from florence_bt.app.doctor.report import as_json, healthy, print_table
+        from florence_bt.app.doctor.finding import as_json, healthy, print_table
 
         findings = list(examine(config, out, hardware=hardware))
         if form == "json":

@@ -82,7 +82,7 @@ class MessageCondition:
                 watch.callback()
 
     def _limit_silence(self) -> None:
-        """Have a timer only while somebody watches and a message counts."""
+        """Have a timer only while there is a watch and a message counts."""
         if self._silence is not None:
             self._silence.cancel()
             self._silence = None

@@ -157,8 +157,8 @@ class RemoteRun:
     def _may_send(self) -> bool:
         return True
 
-    def _not_found(self, within_s: float, verb: str = "serves") -> Result:
-        reason = f"nobody {verb} {self._label}, looked within {within_s:g} s; start the node that does"
+    def _not_found(self, within_s: float, what: str = "server") -> Result:
+        reason = f"no {what} of {self._label} was found within {within_s:g} s; start its node"
         return failure("server_lost", reason)
 
     def _stop_with(self, result: Result) -> None:
@@ -226,7 +226,7 @@ class ServiceRun(RemoteRun):
 class TopicRun(RemoteRun):
     """A run that ends with the first message that says so, a deadline or a cancel.
 
-    A cancel ends it at once, with the stop command on its way: on a topic nobody can confirm it.
+    A cancel ends it at once, with the stop command on its way: a topic has no confirmation.
     """
 
     _settle_s = 0.0
@@ -265,7 +265,7 @@ class TopicRun(RemoteRun):
 
     def _too_late(self) -> None:
         if not self.sent:
-            self._stop_with(self._not_found(self._deadlines.accept_s, "listens to"))
+            self._stop_with(self._not_found(self._deadlines.accept_s, "subscriber"))
             return
         reason = f"{self._label} reported no end within {self._deadlines.result_s:g} s"
         self._stop_with(failure("timed_out", reason))
@@ -377,7 +377,7 @@ class ActionRun(RemoteRun):
 
     @property
     def goal_open(self) -> bool:
-        """Whether a goal may be running on the server that nobody has ended: to be waited for at the end."""
+        """Whether a goal may still be running on the server; a node that leaves waits for its end."""
         if not self.sent or self._over:
             return False
         return self._stop.asking or self._state.phase is not Phase.DONE
@@ -407,7 +407,7 @@ class ActionRun(RemoteRun):
         self._handle(Event.CANCEL)
 
     def shut_down(self) -> None:
-        """Ask for the end although nobody will be there for the acceptance: the node goes away."""
+        """Ask for the end also before the acceptance: the node goes away."""
         self.cancel()
         if self.sent and not self._over:
             self._stop.begin()
@@ -510,7 +510,7 @@ class ActionRun(RemoteRun):
         return f"{self._label} did not answer the goal {limit}; the goal {self.goal_id} may be open"
 
     def _no_result(self) -> None:
-        # The phase is ACTIVE here: the server still works, and nobody will look at the goal any more.
+        # The phase is ACTIVE here: the server still works on a goal that has no run any more.
         self._stop.begin()
         self._finish(
             failure("timed_out", f"{self._label} had no result within {self._deadlines.result_s:g} s")

@@ -32,7 +32,7 @@ class _Server(ActionServer):
     """An action server that leaves the execution to others until there is a result.
 
     A server cannot answer a client that it has not discovered yet. rclpy then
-    forgets the goal, which its owner works on already: nobody could stop it. Here the owner
+    forgets the goal, which its owner works on already: it could not be stopped. Here the owner
     gets it anyway, and the answer is sent again.
 
     Attributes:

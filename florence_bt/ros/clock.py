@@ -168,9 +168,9 @@ class SteadyClock(TimerQueue):
 class RosClock(TimerQueue):
     """The ROS time of a node, the wall clock or a simulated one.
 
-    With simulated time, the time is zero until the first message on ``/clock``. Who waits across that moment,
-    or while the clock is set back (a simulation that starts over, a wall clock that is corrected), keeps the
-    rest of the wait: only the epoch changes.
+    With simulated time, the time is zero until the first message on ``/clock``. A wait across that moment,
+    or while the clock is set back (a simulation that starts over, a wall clock that is corrected), keeps its
+    remaining length: only the epoch changes.
 
     Attributes:
         source: What gives the simulated time; None when rclpy does, and for the wall clock.
@@ -240,7 +240,7 @@ class RosClock(TimerQueue):
             source.listen()
 
     def was_asked(self) -> bool:
-        """Whether somebody waits, or has asked for the time since the last call of this."""
+        """Whether a timer runs, or the time was read since the last call of this."""
         asked, self._asked = self._asked, False
         return asked or self.waiting > 0 or self._others_wait()
 
@@ -250,7 +250,7 @@ class RosClock(TimerQueue):
         super().close()
 
     def _others_wait(self) -> bool:
-        """Whether a timer of rclpy runs on this clock beside ours, e.g. one of somebody's skill."""
+        """Whether a timer of rclpy runs on this clock beside ours, e.g. one of a third-party skill."""
         return any(
             timer is not self._timer
             and timer.clock.clock_type == ClockType.ROS_TIME
@@ -278,7 +278,7 @@ class RosClock(TimerQueue):
         self._begin_epoch()
 
     def _begin_epoch(self) -> None:
-        """Who waits goes on waiting for as long as before; what was stamped before is of no use."""
+        """Timers keep their remaining length; what was stamped before is useless."""
         self.rearm()
         for callback in self._on_reset:
             callback()

@@ -30,7 +30,7 @@ class Reach:
 
     Attributes:
         text: In words, for the log.
-        this_machine: Whether it is certainly nobody outside this machine.
+        this_machine: Whether it is certain that no other machine can.
         variables: What to set for it; None: to remove.
     """
 
@@ -40,7 +40,7 @@ class Reach:
 
 
 def reach_of(environment: Mapping[str, str]) -> Reach:
-    """Decide who can reach our nodes; what somebody has chosen by an environment variable counts.
+    """Decide who can reach our nodes; what the user has chosen by an environment variable counts.
 
     Args:
         environment: The environment variables of a process.

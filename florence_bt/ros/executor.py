@@ -101,7 +101,7 @@ class SpinLoop:
         self._executor.create_task(_nothing)
 
     def close(self) -> None:
-        """Serve nobody any more."""
+        """Stop serving all nodes."""
         for node in reversed(tuple(self._nodes)):
             self.remove(node)
         self._executor.shutdown()

@@ -87,7 +87,7 @@ class FlorenceNode(Node):
         self.steady = self._steady
 
     def get_clock(self) -> RclClock:
-        """The node's clock of rclpy; to be read at once: a kept one stands still while nobody asks here."""
+        """The node's clock of rclpy; to be read at once: a kept one is not brought up to date."""
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
         return super().get_clock()
@@ -95,7 +95,7 @@ class FlorenceNode(Node):
     def create_timer(
         self, timer_period_sec: float, callback: Callable[[], None], *arguments: Any, **options: Any
     ) -> RclTimer:
-        """A timer of rclpy; on simulated time it runs also while nobody else asks for the time."""
+        """A timer of rclpy; on simulated time it runs also while the time is not read otherwise."""
         if hasattr(self, "ros_timebase"):
             self.ros_timebase.refresh()
         return super().create_timer(timer_period_sec, self.guarded(callback), *arguments, **options)
@@ -271,7 +271,7 @@ class FlorenceNode(Node):
             executor.create_task(lambda: executor.create_task(destroy) and None)
 
     def destroy_node(self) -> None:
-        """Take the node away; nobody serves it any more."""
+        """Take the node away; no executor serves it any more."""
         while self._destroyers:
             self._destroyers.pop()()
         self._steady.close()

@@ -64,11 +64,11 @@ def run_nodes(
     rclpy.logging.get_logger("florence_bt").info(f"open to {reach.text}")
     loop = SpinLoop(keep_going=True)
     nodes: list[FlorenceNode] = []
-    pulse = _Pulse(beat)
+    heartbeat = _Heartbeat(beat)
     failed = False
 
     def go_on() -> bool:
-        pulse.keep()
+        heartbeat.keep()
         return not asked()
 
     with _asked_to_end(loop) as asked:
@@ -85,7 +85,7 @@ def run_nodes(
             gc.collect()
             gc.freeze()
             if nodes:
-                _when_ready(nodes, partial(_ready, nodes[0], on_ready, pulse), asked)
+                _when_ready(nodes, partial(_ready, nodes[0], on_ready, heartbeat), asked)
             loop.spin_while(go_on)
         except Exception as error:
             failed = True
@@ -94,7 +94,7 @@ def run_nodes(
     return 1 if failed else 0
 
 
-class _Pulse:
+class _Heartbeat:
     """Beats while events are handled: between two of them, and from a timer while there are none.
 
     The timer alone would not do: on a busy machine its turn comes after everything that waits already.
@@ -117,9 +117,9 @@ class _Pulse:
             self._beat()
 
 
-def _ready(node: FlorenceNode, on_ready: Callable[[], None], pulse: _Pulse) -> None:
+def _ready(node: FlorenceNode, on_ready: Callable[[], None], heartbeat: _Heartbeat) -> None:
     on_ready()
-    pulse.start(node)
+    heartbeat.start(node)
 
 
 def _when_ready(

@@ -91,7 +91,7 @@ class SharedClock:
         join_clock_topic(node)
 
     def listen(self) -> None:
-        """Receive each message from now on, and wait for the first one if somebody publishes any.
+        """Receive each message from now on, and wait for the first one if there is a publisher.
 
         For the loop's thread only. The threads that read devices ask for the time too: that is safe, because
         a driver always waits for its next diagnostics, so its process never rests.
@@ -112,7 +112,7 @@ class SharedClock:
         self._set_sure(sure=False)
 
     def _rest(self) -> None:
-        """Listen no more, unless somebody waits for a moment or has asked for the time lately."""
+        """Unsubscribe, unless a timer runs or the time was read lately."""
         self._look = None
         asked = [node.ros_timebase.was_asked() for node in self._nodes if isinstance(node, FlorenceNode)]
         if self._time is None or any(asked):

@@ -55,7 +55,7 @@ class TopicSkill(RemoteSkill):
         node.create_subscription(status[0], status[1], self._on_status, qos)
 
     def server_is_there(self) -> bool:
-        """Whether somebody listens to the commands."""
+        """Whether the commands have a subscriber."""
         return bool(self._commands.get_subscription_count() > 0)
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
@@ -105,7 +105,7 @@ class TopicCondition(MessageCondition):
         node.create_subscription(source[0], source[1], self.take, qos)
 
     def server_is_there(self) -> bool:
-        """Whether somebody publishes on the topic."""
+        """Whether the topic has a publisher."""
         return bool(self._node.count_publishers(self._topic) > 0)
 
 

@@ -39,7 +39,7 @@ class LatchedPublisher:
 
         Not before there is one, and not when a subscriber does not ask for earlier messages.
         """
-        return self._holds and not self._somebody_is_volatile()
+        return self._holds and not self._has_volatile_subscriber()
 
     @property
     def listeners(self) -> int:
@@ -61,7 +61,7 @@ class LatchedPublisher:
     def _make(self, message_type: Any, topic: str) -> Publisher:
         return self._node.create_publisher(message_type, topic, LATCHED)
 
-    def _somebody_is_volatile(self) -> bool:
+    def _has_volatile_subscriber(self) -> bool:
         listeners = self._node.get_subscriptions_info_by_topic(self.topic)
         return any(one.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL for one in listeners)
 

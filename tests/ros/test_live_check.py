@@ -133,7 +133,7 @@ def test_what_the_running_system_lacks_is_said_with_what_to_start(system):
         lines = system.compare("visit")
     assert [line.split(" (would")[0] for line in lines] == [
         "visit.yaml:5:28: error: the running locator says: there is no hotspot 'kitchen'",
-        "visit.yaml:6:7: error: nobody serves the skill 'ring_bell': no service /bell/ring"
+        "visit.yaml:6:7: error: the skill 'ring_bell' has no server: no service /bell/ring"
         " is in sight (in the mission ring_twice)",
         "visit.yaml:7:7: error: the robot has no skill 'greet': nothing connects it to a server",
     ]
@@ -164,4 +164,4 @@ def test_the_command_line_says_that_nothing_runs(start_process, tmp_path):
     file.write_text("mission: ring\ntree: {wait: 1 s}\n")
     child = start_process("-m", "florence_bt.cli", "check", "--live", file)
     assert child.process.wait(300.0) == NOT_THERE
-    assert "nobody serves florence_bt/list_missions" in child.output and "florence up --sim" in child.output
+    assert "no server of florence_bt/list_missions" in child.output and "florence up --sim" in child.output

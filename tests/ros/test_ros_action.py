@@ -265,7 +265,7 @@ def test_no_server(ros: Any, client: FlorenceNode) -> None:
     run = spin_skill(client, accept_s=0.3).start({"angle": 1.0})
     result = ros.spin_until(run.poll)
     assert result.code == "server_lost"
-    assert "nobody serves action /spin" in result.reason
+    assert "no server of action /spin" in result.reason
 
 
 def test_a_server_that_comes_late_is_found(ros: Any, client: FlorenceNode) -> None:

@@ -1,4 +1,4 @@
-"""What the drivers say about their devices while a robot comes up: who is missing, and what to do."""
+"""What the drivers publish about their devices while a robot comes up: which are missing, and what to do."""
 
 from __future__ import annotations
 

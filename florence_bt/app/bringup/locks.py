@@ -25,7 +25,7 @@ class Lock:
         instead: What the user can do when it is taken or cannot be used.
 
     Raises:
-        ConfigError: Somebody uses it, or the file cannot be written.
+        ConfigError: It is in use, or the file cannot be written.
     """
 
     def __init__(self, file: Path, place: str, instead: str) -> None:
@@ -92,7 +92,7 @@ def lock_domain() -> Lock:
     Discovery is too slow to find another system before it is disturbed: it takes seconds on a busy machine.
 
     Raises:
-        ConfigError: As :class:`Lock`; or somebody else has made, or may write to, the folder of the locks.
+        ConfigError: As :class:`Lock`; or another user has made, or may write to, the folder of the locks.
     """
     file = _domain_file()
     _own(file.parent)
@@ -100,7 +100,7 @@ def lock_domain() -> Lock:
 
 
 def _own(folder: Path) -> None:
-    """Make a folder in the temporary folder, where everybody may write, that nobody but us may write to.
+    """Make a folder in the temporary folder, where everybody may write, that only this user may write to.
 
     Not in XDG_RUNTIME_DIR: a service and a login of the same user would have different locks.
     """

@@ -88,7 +88,7 @@ class StandStill:
 
     def cancel(self) -> None:
         """Wait no longer; what was asked for stays asked for."""
-        self._finish(failure("cancelled", "nobody waited until the base stood"))
+        self._finish(failure("cancelled", "the wait for the standing base was cancelled"))
 
     def _step(self) -> None:
         """Ask the servers that have come into sight, and command zero again."""

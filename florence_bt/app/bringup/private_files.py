@@ -10,7 +10,7 @@ from pathlib import Path
 from florence_bt.core.errors import ConfigError
 
 PARTS = ("lock", "logs", "runs", "ports", "up", "options.json", "hotspots.yaml")
-"""What earlier bring-ups left in a folder. A folder that nobody else may enter protects what is in it."""
+"""What earlier bring-ups left in a folder. A folder that no other user may enter protects what is in it."""
 
 
 @contextmanager
@@ -25,7 +25,7 @@ def owner_only(folder: Path, runs: Path) -> Iterator[None]:
         runs: The folder of its runs.
 
     Raises:
-        ConfigError: The rights of a part cannot be changed, e.g. because it belongs to somebody else.
+        ConfigError: The rights of a part cannot be changed, e.g. because it belongs to another user.
     """
     before = os.umask(0o077)
     try:

@@ -140,7 +140,7 @@ class Supervisor:
             ConfigError: A log cannot be written. What was started is still ended by :meth:`stop`.
         """
         for group in groups:
-            # A Ctrl-C between a start and its note would leave a process that nobody ends.
+            # A Ctrl-C between a start and its note would leave a process behind.
             with held_back():
                 self._children.append(self._started(group))
 

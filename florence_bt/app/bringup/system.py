@@ -198,7 +198,7 @@ class System:
         return not self._devices.missing() and self.client.knows_pose()
 
     def _not_served(self) -> list[str]:
-        """The actions and services of the shipped missions that nobody serves yet."""
+        """The actions and services of the shipped missions that have no server yet."""
         names = {name for name, _ in self.client.node.get_service_names_and_types()}
         needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
         for served in SERVED:

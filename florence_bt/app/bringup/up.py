@@ -28,7 +28,7 @@ def run_up(options: BringUp) -> None:
     """Bring the system up, say how to use it, and keep it running.
 
     Raises:
-        KeyboardInterrupt: Somebody pressed Ctrl-C or sent SIGTERM (``signals``); by then everything is down.
+        KeyboardInterrupt: Ctrl-C was pressed, or SIGTERM came (``signals``); by then everything is down.
         FlorenceError: It did not come up, or a process died that cannot be started again; by then the rest is
             down too.
     """

@@ -14,7 +14,7 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.system import System
 from florence_bt.app.demo.pictures import PICTURE
 from florence_bt.app.runs.client import RunWatch
-from florence_bt.app.runs.live import Display, make_display, styled
+from florence_bt.app.runs.live import LiveDisplay, LogDisplay, make_display, styled
 from florence_bt.core.errors import DeviceTimeout
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.closeness import Closeness, closeness, closeness_text
@@ -69,7 +69,7 @@ def run_demo(options: BringUp, console: Console, *, headless: bool) -> DemoResul
         return _run_mission(system, display)
 
 
-def _run_mission(system: System, display: Display) -> DemoResult:
+def _run_mission(system: System, display: LiveDisplay | LogDisplay) -> DemoResult:
     client = system.client
     client.follow_truth()
     if not client.spin_until(lambda: bool(client.truth), TRUTH_BUDGET_S, watch=system.check):

@@ -26,7 +26,7 @@ SIMULATED_PATIENCE_S = 30.0
 """Simulated seconds that a sensor may be silent. A message that is lost comes again after three seconds of
 this machine's time, in which a simulation may run far ahead."""
 LOOK_PERIOD_S = 0.5
-"""Wall seconds between two questions whether somebody else wants the base."""
+"""Wall seconds between two questions whether a mission or a person wants the base."""
 _BOOLEAN, _DOUBLE = 1, 3
 """Types of rcl_interfaces/ParameterValue."""
 
@@ -66,13 +66,13 @@ def calibrate(
     Raises:
         SystemNotThere: No running system answers.
         ConfigError: A mission is running, the manual override is on, or a value is wrong.
-        KeyboardInterrupt: Somebody asked for the end; by then the base was stopped.
+        KeyboardInterrupt: A signal asked for the end; by then the base was stopped.
     """
     with MissionClient("florence_calibrate") as client:
         old = _parameters_of_base(client)
         # Of the base: the publisher of the time may not have been discovered yet.
         simulated = old.pop(SIMULATED) == 1.0
-        others = _Others(client)
+        claims = _Claims(client)
         has_gyro = GYRO_PARAMETER in old
         ended: list[bool] = []
 
@@ -90,7 +90,7 @@ def calibrate(
 
         with client.serving(make) as node:
             assert isinstance(node, CalibrationNode)
-            client.spin_until(lambda: bool(ended or others.claim), LONGEST_S, watch=others.look)
+            client.spin_until(lambda: bool(ended or claims.claim), LONGEST_S, watch=claims.look)
             measured = node.rounds
     result = measured.result
     factors = {ODOMETRY_PARAMETER: measured.odometry}
@@ -98,17 +98,17 @@ def calibrate(
         factors = {GYRO_PARAMETER: measured.gyro, **factors}
     return Calibrated(
         result is not None and result.succeeded,
-        (others.claim or "it was not done in time") if result is None else result.reason,
+        (claims.claim or "it was not done in time") if result is None else result.reason,
         {name: (old[name], factor, old[name] * factor) for name, factor in factors.items()},
         measured.rounds,
     )
 
 
-class _Others:
+class _Claims:
     """Who else wants the base: the calibration gives way to a mission and to the manual override.
 
     Raises:
-        ConfigError: Somebody has it already.
+        ConfigError: It is in use already.
     """
 
     def __init__(self, client: MissionClient) -> None:

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 
 class Severity(enum.Enum):
@@ -55,3 +62,53 @@ def warning(group: str, item: str, found: str, advice: str) -> HealthFinding:
 def problem(group: str, item: str, found: str, advice: str) -> HealthFinding:
     """Will not work."""
     return HealthFinding(group, item, Severity.PROBLEM, found, advice)
+
+
+_STYLES = {
+    Severity.OK: "green",
+    Severity.NOTE: "cyan",
+    Severity.WARNING: "yellow",
+    Severity.PROBLEM: "bold red",
+}
+
+
+def print_table(findings: Sequence[HealthFinding], console: Console) -> None:
+    """Print what was found, with what to do about it."""
+    table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
+    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    group = ""
+    for finding in findings:
+        if finding.group != group:
+            group = finding.group
+            table.add_row(Text(group, style="bold"), "", "")
+        text = Text(finding.found)
+        if finding.advice:
+            text.append(f"\n-> {finding.advice}", style="dim")
+        level = Text(finding.level.value, style=_STYLES[finding.level])
+        table.add_row(Text(f"  {finding.item}"), level, text)
+    console.print(table)
+    console.print(summary(findings))
+
+
+def summary(findings: Sequence[HealthFinding]) -> str:
+    """How many things are how bad, on one line."""
+    counts = Counter(finding.level for finding in findings)
+    problems, warnings = counts[Severity.PROBLEM], counts[Severity.WARNING]
+    if not problems and not warnings:
+        return f"{len(findings)} things looked at: all is well"
+    return (
+        f"{len(findings)} things looked at: {problems} problem{'s' * (problems != 1)}, "
+        f"{warnings} warning{'s' * (warnings != 1)}"
+    )
+
+
+def as_json(findings: Sequence[HealthFinding]) -> str:
+    """A list of objects with group, item, level, found and advice."""
+    return json.dumps([{**asdict(f), "level": f.level.value} for f in findings], indent=1)
+
+
+def healthy(findings: Sequence[HealthFinding]) -> bool:
+    """Whether nothing is a problem."""
+    return all(finding.level is not Severity.PROBLEM for finding in findings)

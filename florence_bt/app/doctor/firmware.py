@@ -39,7 +39,7 @@ def check_firmware(
 
     Args:
         config: The robot's configuration: node -> parameters.
-        free: Whether a port is there, allowed and used by nobody; others are not opened.
+        free: Whether a port is there, allowed and not in use; others are not opened.
         open_port: Opens a path at a baud rate.
         now: Seconds, for the limits.
     """

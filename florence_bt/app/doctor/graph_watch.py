@@ -22,7 +22,7 @@ NAME = "florence_doctor"
 
 
 def watch_graph(least: float, most: float) -> GraphView:
-    """See who is there and what the drivers say.
+    """See which nodes are there and what the drivers publish.
 
     Args:
         least: How long to look, in seconds; discovery and diagnostics at 1 Hz take two on an idle machine.

@@ -97,4 +97,4 @@ def users_of(port: Path, processes: Path = Path("/proc")) -> Iterator[str]:
                 name = (process / "comm").read_text(encoding="utf-8", errors="replace").strip()
                 yield f"{name} ({process.name})"
         except OSError:
-            continue  # it has ended, or belongs to somebody else: nothing can be said about it
+            continue  # it has ended, or belongs to another user: nothing can be said about it

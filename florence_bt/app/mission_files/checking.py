@@ -85,10 +85,10 @@ def check_files(files: Sequence[Path], options: CheckOptions | None = None) -> t
     if options.form not in FORMATS:
         raise ConfigError(f"there is no format {options.form!r}", valid=FORMATS)
     with _nothing_collected():
-        desk = _Desk(options)
+        checker = _Checker(options)
         paths = [path for given in files for path in _mission_files(given)]
-        findings = limit_findings([*desk.check(paths), *_other_endings(files)])
-    excerpts = Excerpts(desk.texts)
+        findings = limit_findings([*checker.check(paths), *_other_endings(files)])
+    excerpts = Excerpts(checker.texts)
     if options.form == "text":
         report = report_full(findings, excerpts, colour=options.colour)
         count = sum(not is_skills_file(path) for path in paths)
@@ -114,7 +114,7 @@ def _nothing_collected() -> Iterator[None]:
             gc.enable()
 
 
-class _Desk:
+class _Checker:
     """Everything that one call of ``florence check`` needs."""
 
     def __init__(self, options: CheckOptions) -> None:
@@ -175,7 +175,7 @@ def _name_in(source: YamlNode) -> str | None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Flat:
+class _FlatFiles:
     """What is known of the flat.
 
     Attributes:
@@ -215,14 +215,14 @@ class _Flat:
                 yield Finding(str(self.file), place.line, place.column, ERROR, message, valid)
 
 
-def _flat(options: CheckOptions) -> _Flat:
+def _flat(options: CheckOptions) -> _FlatFiles:
     problem_at = None
     if options.map_file is not None:
         from florence_bt.app.mission_files.map_places import problem_on_map
 
         problem_at = problem_on_map(options.map_file)
     file = options.hotspots or find_data("hotspots", "flat.yaml")
-    return _Flat(load_hotspots(file), file, options.hotspots is not None, options.live, problem_at)
+    return _FlatFiles(load_hotspots(file), file, options.hotspots is not None, options.live, problem_at)
 
 
 def _other_endings(given: Iterable[Path]) -> Iterator[Finding]:

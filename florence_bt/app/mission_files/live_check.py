@@ -1,7 +1,7 @@
 """``florence check --live``: do the missions fit the system that runs now?
 
-Asks the mission server which missions it has, the locator for hotspots, and the ROS graph whether somebody
-serves each skill that the missions use, those of called missions included.
+Asks the mission server which missions it has, the locator for hotspots, and the ROS graph for a server of
+each skill that the missions use, those of called missions included.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def compare_with_system(
         skills: Builds the skills of the system over a node.
 
     Returns:
-        What does not fit: skills that nobody serves, missions that the server lacks or has otherwise, and
+        What does not fit: skills without a server, missions that the server lacks or has otherwise, and
         hotspots that the locator lacks.
 
     Raises:
@@ -159,7 +159,7 @@ def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[s
     client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
     lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}
     return findings + [
-        need.finding(f"nobody serves the skill {need.name!r}: no {lost[need.name]} is in sight", _START)
+        need.finding(f"the skill {need.name!r} has no server: no {lost[need.name]} is in sight", _START)
         for need in needs
         if need.name in lost
     ]

@@ -124,7 +124,7 @@ class MissionClient:
             Whether the condition holds.
 
         Raises:
-            KeyboardInterrupt: Somebody asked for the end meanwhile.
+            KeyboardInterrupt: A signal asked for the end meanwhile.
         """
         end = time.monotonic() + budget_s
         # Callbacks run below C++ code, which does not survive a KeyboardInterrupt: it comes at the end.
@@ -157,12 +157,12 @@ class MissionClient:
             budget_s: Wall seconds to wait for the answer; more while a bring-up is seen on this machine.
 
         Raises:
-            SystemNotThere: Nobody serves it.
+            SystemNotThere: It has no server.
             DeviceTimeout: It does not answer.
         """
         client = self._client(service_type, name)
         if not self._comes_in_sight(client):
-            raise SystemNotThere(f"nobody serves {name}; is the system up? Start it with: florence up --sim")
+            raise SystemNotThere(f"no server of {name} is in sight; is the system up? Start it with: florence up --sim")
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):
             passed = time.monotonic() - begin

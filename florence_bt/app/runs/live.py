@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import Protocol
-
 from py_trees.common import Status
 from rich.console import Console
 from rich.live import Live
@@ -12,19 +10,6 @@ from rich.panel import Panel
 from rich.text import Text
 
 from florence_bt.trees.drawings.ascii import MARKS
-
-
-class Display(Protocol):
-    """Where a running mission is shown."""
-
-    def say(self, line: str) -> None:
-        """Tell something that happened."""
-
-    def show(self, tree: str) -> None:
-        """Show the tree as it stands."""
-
-    def close(self) -> None:
-        """Leave the terminal clean."""
 
 
 STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
@@ -85,6 +70,6 @@ class LogDisplay:
         """Nothing to clean."""
 
 
-def make_display(console: Console, *, headless: bool) -> Display:
+def make_display(console: Console, *, headless: bool) -> LiveDisplay | LogDisplay:
     """A live display on a terminal, log lines elsewhere or when asked for."""
     return LogDisplay(console) if headless or not console.is_terminal else LiveDisplay(console)

@@ -38,7 +38,7 @@ def run_mission(
     with MissionClient() as client:
         answer: Any = None
         try:
-            # A Ctrl-C between the question and the answer would leave a mission that nobody stops.
+            # A Ctrl-C between the question and the answer would leave a mission running.
             with held_back():
                 answer = client.run(mission, inputs, caller="florence run", policy=policy, priority=priority)
             name = f" (run {answer.run_id})" if answer.accepted else ""

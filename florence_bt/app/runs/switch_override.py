@@ -45,7 +45,7 @@ def switch_override(on: bool) -> str:
     context = rclpy.Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        _Switch(context).set(on)
+        _OverrideSwitch(context).set(on)
     finally:
         rclpy.shutdown(context=context)
     if on:
@@ -53,7 +53,7 @@ def switch_override(on: bool) -> str:
     return "the manual override is off: missions may start again; what was stopped stays stopped"
 
 
-class _Switch:
+class _OverrideSwitch:
     def __init__(self, context: rclpy.Context) -> None:
         self._node = rclpy.create_node(
             "florence_override", context=context, enable_rosout=False, start_parameter_services=False

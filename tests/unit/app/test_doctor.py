@@ -13,12 +13,22 @@ from rich.console import Console
 
 from florence_bt.app.bringup.topology import NODES
 from florence_bt.app.doctor import examination
-from florence_bt.app.doctor.finding import HealthFinding, Severity, good, note, problem, warning
+from florence_bt.app.doctor.finding import (
+    HealthFinding,
+    Severity,
+    as_json,
+    good,
+    healthy,
+    note,
+    print_table,
+    problem,
+    summary,
+    warning,
+)
 from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings, is_partial
 from florence_bt.app.doctor.libraries import LIBRARIES, check_libraries
 from florence_bt.app.doctor.machine import NOT_SYNCHRONISED, check_machine
 from florence_bt.app.doctor.ports import check_ports, users_of
-from florence_bt.app.doctor.report import as_json, healthy, print_table, summary
 from florence_bt.app.doctor.usb import check_usb
 
 TODAY = datetime(2026, 5, 4, 12, 0, tzinfo=UTC)

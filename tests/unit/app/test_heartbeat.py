@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from florence_bt.app.bringup.heartbeat import (
@@ -66,5 +68,7 @@ def test_a_supervisor_that_was_killed_is_no_error(monkeypatch):
     monkeypatch.setenv(FD_VARIABLE, str(monitor.writer))
     beat = heartbeat_of_this_process()
     monitor.close()
+    with pytest.raises(BrokenPipeError):
+        os.write(monitor.writer, b"\0")
     beat()
     monitor.started()

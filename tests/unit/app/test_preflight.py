@@ -66,7 +66,9 @@ def test_a_folder_of_missions_that_is_not_there_is_told(tmp_path):
 
 
 def test_a_folder_may_lie_deeper_than_the_path_of_a_socket(tmp_path):
-    check_options(BringUp(folder=str(tmp_path / ("x" * 120))))
+    folder = tmp_path / ("x" * 120)
+    check_options(BringUp(folder=str(folder)))
+    assert not folder.exists()
 
 
 def test_the_groups_of_a_bring_up():

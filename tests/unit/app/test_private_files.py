@@ -140,3 +140,4 @@ def test_a_folder_of_somebody_else_is_refused(lock_place):
 def test_the_folder_of_an_earlier_version_is_taken(lock_place):
     lock_place.parent.mkdir(mode=0o755)
     lock_domain().close()
+    assert lock_place.read_text().strip() == str(os.getpid())

@@ -124,10 +124,13 @@ def test_a_signal_goes_before_an_error_that_it_met():
         raise ValueError("on the way")
 
 
-def test_deaf_is_ignored():
+def test_ignored_signals_do_nothing_and_their_handlers_come_back():
+    before = signal.getsignal(signal.SIGINT)
     with ignored():
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            assert signal.getsignal(number) is signal.SIG_IGN
             signal.raise_signal(number)
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_on_other_threads_nothing_happens():

@@ -121,7 +121,7 @@ def test_nobody_serves() -> None:
     assert run.poll() is None
     clock.advance(0.01)
     assert ended(run).code == "server_lost"
-    assert "nobody serves action /dance" in ended(run).reason
+    assert "no server of action /dance" in ended(run).reason
 
 
 def test_no_answer_to_the_goal() -> None:

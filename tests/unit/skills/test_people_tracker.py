@@ -20,8 +20,7 @@ from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.look import LookForUser
 from florence_bt.skills.people.user_tracker.parameters import LookParameters, TrackerParameters
-from florence_bt.skills.people.user_tracker.tracker import UserTracker
-from florence_bt.skills.people.user_tracker.user_filter import filter_users
+from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
 
 PERIOD = 0.1
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.skills.filters.depth_to_laser.throttle import Throttle, ThrottleParameters
+from florence_bt.skills.filters.depth_to_laser.fake_laser import Throttle, ThrottleParameters
 
 
 def admitted(rate: float, count: int, max_rate: float) -> int:

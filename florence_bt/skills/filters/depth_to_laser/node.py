@@ -13,8 +13,12 @@ from florence_bt.core.sensing import CameraModel
 from florence_bt.ros.conversions import camera_model_from_ros, depth_from_ros, scan_to_ros, stamp_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import SENSOR
-from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
-from florence_bt.skills.filters.depth_to_laser.throttle import Throttle, ThrottleParameters
+from florence_bt.skills.filters.depth_to_laser.fake_laser import (
+    FakeLaser,
+    FakeLaserParameters,
+    Throttle,
+    ThrottleParameters,
+)
 
 WARN_EVERY_S = 5.0
 
@@ -22,7 +26,7 @@ WARN_EVERY_S = 5.0
 class FakeLaserNode(FlorenceNode):
     """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``.
 
-    Works only while somebody listens, as the old nodelet did (REFERENCE 6.1).
+    Works only while there is a subscriber, as the old nodelet did (REFERENCE 6.1).
     """
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:

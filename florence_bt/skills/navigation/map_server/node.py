@@ -42,7 +42,7 @@ class MapServerParameters:
 
 
 class MapServerNode(FlorenceNode):
-    """Loads one map and gives it to everybody who asks."""
+    """Loads one map and serves it."""
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("map_server", parameters=parameters, namespace=namespace)

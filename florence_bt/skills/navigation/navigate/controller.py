@@ -229,7 +229,7 @@ class Controller:
     def _stop_before(self, pose: Pose2, goal: Pose2, distance: float) -> Control:
         """Something stands right before the goal: near enough when the heading is right."""
         if abs(normalize_angle(goal.yaw - pose.yaw)) <= _BLOCKED_YAW_TOLERANCE:
-            return Control(STANDSTILL, distance, reached=True, text="as near as something lets it")
+            return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
         return Control(STANDSTILL, distance, blocked="something stands right before the goal")
 
     def _turn(self, left: float, clearance: Clearance) -> Twist2 | None:

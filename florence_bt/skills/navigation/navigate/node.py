@@ -228,7 +228,7 @@ class NavigationNode(FlorenceNode):
             self._overdue = None
 
     def _map_from_odom(self) -> Pose2 | None:
-        """The place of the odometry frame in the map, None when nobody has said so lately."""
+        """The place of the odometry frame in the map, None when it was not published lately."""
         buffer, now = self._frames.buffer, self.timebase.now()
         stamp = buffer.latest_stamp(self._p.odom_frame)
         if stamp is None or now - stamp > self._settings.cycle.sensor_timeout:

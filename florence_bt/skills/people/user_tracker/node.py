@@ -44,8 +44,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.tracker import UserTracker
-from florence_bt.skills.people.user_tracker.user_filter import filter_users
+from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
 
 WARNING_PERIOD_S = 5.0
 EMPTY_PICTURE = DepthImage(
