@@ -102,6 +102,12 @@ def test_a_script_that_fell_apart_is_told_once_and_read_as_it_was_meant(read):
     assert "'FALURE'" in wrong.message
 
 
+def test_what_is_expected_of_an_unknown_mission_is_no_further_error(read):
+    then = "{status: SUCCEEDED, outputs: {pose: 1}, keys: {room: hall}, called: {turn: 1}}"
+    (finding,) = read(f"- {{name: x, mission: nowhere, then: {then}}}").findings
+    assert "no mission 'nowhere'" in finding.message
+
+
 def test_a_single_word_without_its_colon_is_no_piece_of_a_text(play):
     (result,) = play("""
         - {name: x, when: [{at: 3 s, pause}, {at: 4 s, resume}], then: {status: SUCCEEDED, duration: 14 s}}
