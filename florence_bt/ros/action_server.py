@@ -76,6 +76,15 @@ class _Server(ActionServer):
         except Exception as error:
             self._node.failures.append(error)
 
+    async def _execute_goal(
+        self, execute_callback: Callable[..., Any], goal_handle: ServerGoalHandle
+    ) -> None:
+        # A task too. rclpy forgets a goal too early when a client uses the id of an older goal again.
+        try:
+            await super()._execute_goal(execute_callback, goal_handle)
+        except Exception as error:
+            self._node.failures.append(error)
+
     def notify_execute(
         self, goal_handle: ServerGoalHandle, execute_callback: Callable[..., Any] | None
     ) -> None:

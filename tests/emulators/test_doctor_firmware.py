@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from florence_bt.app.doctor.finding import HealthFinding, Severity
+from florence_bt.app.doctor.finding import HealthFinding, HealthLevel
 from florence_bt.app.doctor.firmware import check_firmware
 from florence_bt.core.errors import DeviceLost
 from florence_bt.simulation.emulators.create import CreateEmulator
@@ -56,11 +56,11 @@ def test_a_base_answers_also_when_it_streams(create):
     line = Line(create)
     line.write(bytes([128, 148, 2, 7, 35]))
     firmware, battery = ask(line)
-    assert firmware.level is Severity.OK and "passive" in firmware.found and "V" in firmware.found
-    assert battery == HealthFinding("battery", "base", Severity.OK, "90% of 2700 mAh")
+    assert firmware.level is HealthLevel.OK and "passive" in firmware.found and "V" in firmware.found
+    assert battery == HealthFinding("battery", "base", HealthLevel.OK, "90% of 2700 mAh")
 
 
-@pytest.mark.parametrize(("share", "level"), [(0.25, Severity.WARNING), (0.1, Severity.PROBLEM)])
+@pytest.mark.parametrize(("share", "level"), [(0.25, HealthLevel.WARNING), (0.1, HealthLevel.PROBLEM)])
 def test_a_low_battery(create, share, level):
     create.battery.charge_mah = share * 2700
     assert ask(Line(create))[1].level is level
@@ -69,7 +69,7 @@ def test_a_low_battery(create, share, level):
 def test_a_silent_base_costs_two_seconds_and_says_what_to_do():
     line = Line()
     (finding,) = ask(line)
-    assert finding.level is Severity.PROBLEM and "nothing" in finding.found and "cable" in finding.advice
+    assert finding.level is HealthLevel.PROBLEM and "nothing" in finding.found and "cable" in finding.advice
     assert line.now < 3.0
 
 
@@ -78,7 +78,7 @@ def test_a_port_that_cannot_be_opened_or_breaks_off():
         raise DeviceLost("/dev/create: in use")
 
     (finding,) = check_firmware(CONFIG, lambda path: path == "/dev/create", fails, lambda: 0.0)
-    assert finding.level is Severity.PROBLEM and "in use" in finding.found
+    assert finding.level is HealthLevel.PROBLEM and "in use" in finding.found
 
     class Broken(Line):
         def read(self, timeout_s):

@@ -7,6 +7,7 @@ that was held up itself. Both ends are non-blocking; beats that find the pipe fu
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -16,6 +17,8 @@ SILENT_S = 1.0
 """A process that has not beaten for so long does not answer. Nav2's bond waits for 4 s."""
 KILLED_AFTER_S = 5.0
 """A process that has not beaten for so long will not come back."""
+STACK_SIGNAL = signal.SIGUSR1
+"""Makes a process of a bring-up write the stacks of its threads into its log."""
 LONGEST_LOOK_S = 0.1
 """Two looks that are further apart count as this much silence: the supervisor was held up itself, and perhaps
 all processes, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""

@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 import ctypes
+import faulthandler
 import os
 import signal
 import sys
 from pathlib import Path
 from types import FrameType
 
-from florence_bt.app.bringup.heartbeat import heartbeat_of_this_process
+from florence_bt.app.bringup.heartbeat import STACK_SIGNAL, heartbeat_of_this_process
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.core.errors import FlorenceError
 
@@ -41,6 +42,7 @@ def main(group: str, options_file: Path, parent: int) -> int:
     from florence_bt.app.bringup.topology import REMAPPINGS, factories
     from florence_bt.ros.process import run_nodes
 
+    faulthandler.register(STACK_SIGNAL, all_threads=True)
     try:
         options = BringUp.read(options_file)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from florence_bt.app.bringup.heartbeat import FD_VARIABLE, KILLED_AFTER_S, HeartbeatMonitor
+from florence_bt.app.bringup.heartbeat import FD_VARIABLE, KILLED_AFTER_S, STACK_SIGNAL, HeartbeatMonitor
 from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.errors import ConfigError, FlorenceError
 
@@ -222,6 +222,10 @@ class Supervisor:
         """Write a line into the log of a process."""
         self._child(name).log.write(f"florence up: {line}\n".encode())
         self._child(name).log.flush()
+
+    def write_stack(self, name: str) -> None:
+        """Let a process that is up write into its log what it is doing; one that is stopped does so later."""
+        os.kill(self._child(name).process.pid, STACK_SIGNAL)
 
     def kill(self, name: str, why: str) -> None:
         """Kill a process; :meth:`check` then says that it died, and why."""

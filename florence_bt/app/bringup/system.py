@@ -143,7 +143,7 @@ class System:
         if BASE in self._hung & hung:
             self._hold.stop_by_port()
         for name in sorted(self._hung & silences.keys() - hung):
-            self._report(f"the process {name!r} answers again; goals that were cancelled stay cancelled")
+            self._report(f"the process {name!r} answers again")
         self._hung = hung
         if self._hold.held and not hung and not self._starting_again:
             self._hold.release()
@@ -161,7 +161,7 @@ class System:
         line = f"the process {name!r} has not answered for {SILENT_S:.1f} s; {done}"
         self._report(line)
         self._supervisor.note(name, line)
-        self._hold_still()
+        self._supervisor.write_stack(name)
 
     def keep_up(self) -> None:
         """As :meth:`check`, but start the mission server again: what it was doing is in its journal.

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 
-class Severity(enum.Enum):
+class HealthLevel(enum.Enum):
     """How bad it is."""
 
     OK = "ok"
@@ -39,36 +39,36 @@ class HealthFinding:
 
     group: str
     item: str
-    level: Severity
+    level: HealthLevel
     found: str
     advice: str = ""
 
 
 def good(group: str, item: str, found: str) -> HealthFinding:
     """All is well."""
-    return HealthFinding(group, item, Severity.OK, found)
+    return HealthFinding(group, item, HealthLevel.OK, found)
 
 
 def note(group: str, item: str, found: str, advice: str = "") -> HealthFinding:
     """Worth knowing."""
-    return HealthFinding(group, item, Severity.NOTE, found, advice)
+    return HealthFinding(group, item, HealthLevel.NOTE, found, advice)
 
 
 def warning(group: str, item: str, found: str, advice: str) -> HealthFinding:
     """Not as it should be."""
-    return HealthFinding(group, item, Severity.WARNING, found, advice)
+    return HealthFinding(group, item, HealthLevel.WARNING, found, advice)
 
 
 def problem(group: str, item: str, found: str, advice: str) -> HealthFinding:
     """Will not work."""
-    return HealthFinding(group, item, Severity.PROBLEM, found, advice)
+    return HealthFinding(group, item, HealthLevel.PROBLEM, found, advice)
 
 
 _STYLES = {
-    Severity.OK: "green",
-    Severity.NOTE: "cyan",
-    Severity.WARNING: "yellow",
-    Severity.PROBLEM: "bold red",
+    HealthLevel.OK: "green",
+    HealthLevel.NOTE: "cyan",
+    HealthLevel.WARNING: "yellow",
+    HealthLevel.PROBLEM: "bold red",
 }
 
 
@@ -95,7 +95,7 @@ def print_table(findings: Sequence[HealthFinding], console: Console) -> None:
 def summary(findings: Sequence[HealthFinding]) -> str:
     """How many things are how bad, on one line."""
     counts = Counter(finding.level for finding in findings)
-    problems, warnings = counts[Severity.PROBLEM], counts[Severity.WARNING]
+    problems, warnings = counts[HealthLevel.PROBLEM], counts[HealthLevel.WARNING]
     if not problems and not warnings:
         return f"{len(findings)} things looked at: all is well"
     return (
@@ -111,4 +111,4 @@ def as_json(findings: Sequence[HealthFinding]) -> str:
 
 def healthy(findings: Sequence[HealthFinding]) -> bool:
     """Whether nothing is a problem."""
-    return all(finding.level is not Severity.PROBLEM for finding in findings)
+    return all(finding.level is not HealthLevel.PROBLEM for finding in findings)

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.topology import NODES
-from florence_bt.app.doctor.finding import HealthFinding, Severity, good, note, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, HealthLevel, good, note, problem, warning
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
 GROUP = "ROS"
 BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
 """Share of the charge below which a warning or a problem is reported (our choice)."""
-_LEVELS = {0: Severity.OK, 1: Severity.WARNING, 2: Severity.PROBLEM, 3: Severity.PROBLEM}
+_LEVELS = {0: HealthLevel.OK, 1: HealthLevel.WARNING, 2: HealthLevel.PROBLEM, 3: HealthLevel.PROBLEM}
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +88,9 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     yield from _twice(view)
     yield from _battery(view.charge)
     for name, (level, message) in sorted(view.diagnostics.items()):
-        severity = _LEVELS.get(level, Severity.PROBLEM)
-        advice = (
-            "" if severity is Severity.OK else "see the driver's README.md and its log in the folder of --out"
-        )
+        severity = _LEVELS.get(level, HealthLevel.PROBLEM)
+        well = severity is HealthLevel.OK
+        advice = "" if well else "see the driver's README.md and its log in the folder of --out"
         yield HealthFinding("drivers", name, severity, message, advice)
 
 

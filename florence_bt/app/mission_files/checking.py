@@ -85,7 +85,7 @@ def check_files(files: Sequence[Path], options: CheckOptions | None = None) -> t
     if options.form not in FORMATS:
         raise ConfigError(f"there is no format {options.form!r}", valid=FORMATS)
     with _nothing_collected():
-        checker = _Checker(options)
+        checker = _MissionChecker(options)
         paths = [path for given in files for path in _mission_files(given)]
         findings = limit_findings([*checker.check(paths), *_other_endings(files)])
     excerpts = Excerpts(checker.texts)
@@ -114,7 +114,7 @@ def _nothing_collected() -> Iterator[None]:
             gc.enable()
 
 
-class _Checker:
+class _MissionChecker:
     """Everything that one call of ``florence check`` needs."""
 
     def __init__(self, options: CheckOptions) -> None:

@@ -15,7 +15,7 @@ from florence_bt.app.bringup.topology import NODES
 from florence_bt.app.doctor import examination
 from florence_bt.app.doctor.finding import (
     HealthFinding,
-    Severity,
+    HealthLevel,
     as_json,
     good,
     healthy,
@@ -44,7 +44,7 @@ def newest(name: str) -> str:
 
 def test_libraries_that_are_all_there():
     findings = by_item(check_libraries(newest, lambda name: "libfreenect.so.0.5"))
-    assert all(f.level is Severity.OK for name, f in findings.items() if name != "Python")
+    assert all(f.level is HealthLevel.OK for name, f in findings.items() if name != "Python")
     assert set(findings) == {"Python", "libfreenect", *(library.name for library in LIBRARIES)}
 
 
@@ -55,9 +55,9 @@ def test_missing_and_old_libraries():
         return "1.25.9" if name == "numpy" else newest(name)
 
     findings = by_item(check_libraries(version, lambda name: None))
-    assert findings["PyYAML"].level is Severity.PROBLEM
+    assert findings["PyYAML"].level is HealthLevel.PROBLEM
     assert (
-        findings["numba"].level is Severity.WARNING
+        findings["numba"].level is HealthLevel.WARNING
         and "pip install 'numba>=0.60'" in findings["numba"].advice
     )
     assert "1.25.9 is too old" in findings["numpy"].found
@@ -65,7 +65,8 @@ def test_missing_and_old_libraries():
 
 
 @pytest.mark.parametrize(
-    ("free", "level"), [(5 << 30, Severity.OK), (500 << 20, Severity.WARNING), (1 << 20, Severity.PROBLEM)]
+    ("free", "level"),
+    [(5 << 30, HealthLevel.OK), (500 << 20, HealthLevel.WARNING), (1 << 20, HealthLevel.PROBLEM)],
 )
 def test_room_on_the_disk(tmp_path, free, level):
     findings = by_item(check_machine(tmp_path / "not" / "yet", lambda path: free, lambda: TODAY, lambda: 0))
@@ -75,10 +76,10 @@ def test_room_on_the_disk(tmp_path, free, level):
 @pytest.mark.parametrize(
     ("now", "state", "level"),
     [
-        (TODAY, 0, Severity.OK),
-        (TODAY, None, Severity.OK),
-        (TODAY, NOT_SYNCHRONISED, Severity.NOTE),
-        (datetime(1970, 1, 1, tzinfo=UTC), NOT_SYNCHRONISED, Severity.PROBLEM),
+        (TODAY, 0, HealthLevel.OK),
+        (TODAY, None, HealthLevel.OK),
+        (TODAY, NOT_SYNCHRONISED, HealthLevel.NOTE),
+        (datetime(1970, 1, 1, tzinfo=UTC), NOT_SYNCHRONISED, HealthLevel.PROBLEM),
     ],
 )
 def test_clock(tmp_path, now, state, level):
@@ -88,7 +89,7 @@ def test_clock(tmp_path, now, state, level):
 
 def test_the_real_machine_can_be_asked(tmp_path):
     findings = by_item(check_machine(tmp_path))
-    assert findings["disk"].level is not Severity.PROBLEM
+    assert findings["disk"].level is not HealthLevel.PROBLEM
     assert "clock" in findings and "compiled code" in findings
 
 
@@ -112,24 +113,24 @@ def process_with(proc, pid, name, *files):
 def test_a_port_that_is_fine(tmp_path, terminal):
     (tmp_path / "base").symlink_to(terminal)
     findings = list(check_ports({"turtlebot_node": str(tmp_path / "base")}, processes=tmp_path))
-    assert [f.level for f in findings] == [Severity.OK] and terminal in findings[0].found
+    assert [f.level for f in findings] == [HealthLevel.OK] and terminal in findings[0].found
 
 
 def test_a_port_that_is_not_there_names_those_that_are(tmp_path):
     (tmp_path / "usb-FTDI").touch()
     (finding,) = check_ports({"turtlebot_node": "/dev/not_there"}, by_id=tmp_path)
-    assert finding.level is Severity.PROBLEM and "usb-FTDI" in finding.advice
+    assert finding.level is HealthLevel.PROBLEM and "usb-FTDI" in finding.advice
 
 
 def test_a_port_that_is_a_file(tmp_path):
     (tmp_path / "base").touch()
     (finding,) = check_ports({"turtlebot_node": str(tmp_path / "base")})
-    assert finding.level is Severity.PROBLEM and "not a serial device" in finding.found
+    assert finding.level is HealthLevel.PROBLEM and "not a serial device" in finding.found
 
 
 def test_a_port_that_is_not_allowed(terminal):
     (finding,) = check_ports({"hokuyo_node": terminal}, allowed=lambda path: False)
-    assert finding.level is Severity.PROBLEM
+    assert finding.level is HealthLevel.PROBLEM
     assert "dialout" in finding.advice and "99-florence.rules" in finding.advice
 
 
@@ -139,7 +140,7 @@ def test_a_port_in_use(tmp_path, terminal):
     (tmp_path / "99" / "fd").mkdir(parents=True)  # has ended meanwhile: nothing to read
     assert list(users_of(terminal, tmp_path)) == ["florence (4711)"]
     (finding,) = check_ports({"hokuyo_node": terminal}, processes=tmp_path)
-    assert finding.level is Severity.NOTE and "florence (4711)" in finding.found
+    assert finding.level is HealthLevel.NOTE and "florence (4711)" in finding.found
 
 
 def plug(sysfs, name, vendor, product, bus, device):
@@ -155,16 +156,16 @@ def test_usb_devices(tmp_path):
     (tmp_path / "1-2:1.0").mkdir()
     asked = []
     findings = by_item(check_usb(tmp_path, tmp_path, lambda path: asked.append(path)))
-    assert findings["cable of the Create"].level is Severity.OK
-    assert findings["Hokuyo laser"].level is Severity.NOTE
-    assert findings["Kinect camera"].level is Severity.PROBLEM
+    assert findings["cable of the Create"].level is HealthLevel.OK
+    assert findings["Hokuyo laser"].level is HealthLevel.NOTE
+    assert findings["Kinect camera"].level is HealthLevel.PROBLEM
     assert asked == [tmp_path / "001" / "017"]
     assert "12 V" in findings["Kinect motor"].advice
 
 
 def test_a_machine_without_usb(tmp_path):
     (finding,) = check_usb(tmp_path / "none")
-    assert finding.level is Severity.NOTE
+    assert finding.level is HealthLevel.NOTE
 
 
 def everything() -> tuple[str, ...]:
@@ -173,12 +174,12 @@ def everything() -> tuple[str, ...]:
 
 def test_a_graph_where_all_is_well():
     findings = list(check_graph(GraphView(everything(), 1, 0.8, {"turtlebot_node: Battery": (0, "ok")})))
-    assert all(f.level is Severity.OK for f in findings) and len(findings) == 3
+    assert all(f.level is HealthLevel.OK for f in findings) and len(findings) == 3
 
 
 def test_no_system():
     (finding,) = check_graph(GraphView(("/somebody_else",)))
-    assert finding.level is Severity.NOTE and "florence up" in finding.advice
+    assert finding.level is HealthLevel.NOTE and "florence up" in finding.advice
 
 
 @pytest.mark.parametrize(
@@ -202,17 +203,20 @@ def test_what_is_wrong_in_a_graph():
     findings = by_item(check_graph(view))
     assert "navigate" in findings["system"].found
     assert "2 nodes" in findings["/hokuyo_node"].found
-    assert findings["/clock"].level is Severity.PROBLEM
-    assert findings["base"].level is Severity.PROBLEM and "10%" in findings["base"].found
-    assert findings["hokuyo_node: Connection"].level is Severity.PROBLEM
+    assert findings["/clock"].level is HealthLevel.PROBLEM
+    assert findings["base"].level is HealthLevel.PROBLEM and "10%" in findings["base"].found
+    assert findings["hokuyo_node: Connection"].level is HealthLevel.PROBLEM
 
 
 @pytest.mark.parametrize(
     ("environment", "levels"),
     [
-        ({}, [Severity.OK, Severity.OK]),
-        ({"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, [Severity.OK, Severity.NOTE]),
-        ({"ROS_DOMAIN_ID": "seven"}, [Severity.PROBLEM, Severity.OK]),
+        ({}, [HealthLevel.OK, HealthLevel.OK]),
+        (
+            {"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"},
+            [HealthLevel.OK, HealthLevel.NOTE],
+        ),
+        ({"ROS_DOMAIN_ID": "seven"}, [HealthLevel.PROBLEM, HealthLevel.OK]),
     ],
 )
 def test_settings_of_ros(environment, levels):
@@ -236,7 +240,7 @@ def test_a_wrong_configuration_is_a_finding(monkeypatch, tmp_path):
     file = tmp_path / "robot.yaml"
     file.write_text("hokuyo_nod: {port: x}\n")
     findings = [f for f in examination.examine(file, tmp_path, hardware=False) if f.group == "configuration"]
-    assert findings[0].level is Severity.PROBLEM and "hokuyo_node" in findings[0].found
+    assert findings[0].level is HealthLevel.PROBLEM and "hokuyo_node" in findings[0].found
 
 
 def test_table_and_json():
