@@ -61,7 +61,7 @@ class BackgroundCheck:
 
     def when_fresh(self, then: WhenFresh) -> None:
         """Call back when every edit until now has been checked: at once when there is none."""
-        if not self._waiting and not self._edited():
+        if not self._waiting and not _edited(self._missions):
             then("", self._missions.refresh())
             return
         self._waiting.append(then)
@@ -75,12 +75,6 @@ class BackgroundCheck:
         """End a check that goes on; nobody is called back any more."""
         self._waiting.clear()
         self._stop()
-
-    def _edited(self) -> bool:
-        try:
-            return self._missions.edited()
-        except OSError:
-            return False  # a folder that is out of reach for a moment changes nothing
 
     def _start(self) -> None:
         self._checks += 1
@@ -104,14 +98,18 @@ class BackgroundCheck:
             report = pickle.Unpickler(source).load()
             begin = source.position
             missions = pickle.Unpickler(source).load()
-        self._call_soon(lambda: self._checked(check, report, missions, pickled[begin:]))
+        # Compares texts, which takes as long as the files are large; so not on the executor's thread.
+        again = _edited(missions)
+        self._call_soon(lambda: self._checked(check, report, missions, pickled[begin:], again))
 
-    def _checked(self, check: _Check, report: ReloadReport, missions: MissionFolders, pickled: bytes) -> None:
+    def _checked(
+        self, check: _Check, report: ReloadReport, missions: MissionFolders, pickled: bytes, again: bool
+    ) -> None:
         if check is not self._check:
             return  # it came too late
         self._missions, self._pickled, self._report = missions, pickled, report
         self._adopt(missions)
-        if not self._edited():
+        if not again:
             self._answer("")
         elif self._checks < AGAIN:
             self._start()
@@ -140,6 +138,13 @@ class BackgroundCheck:
         if self._check is not None:
             self._check.stop()
             self._check = None
+
+
+def _edited(missions: MissionFolders) -> bool:
+    try:
+        return missions.edited()
+    except OSError:
+        return False  # a folder that is out of reach for a moment changes nothing
 
 
 class _Check:
