@@ -237,7 +237,7 @@ def test_a_newer_server_does_not_stand_in_for_the_one_that_had_the_goal(ros, cli
     run = skill_of(client, lost_s=0.5).start({})
     ros.spin_until(lambda: run.phase.value == "active", what="the acceptance")
     channel = run._channel
-    ros.spin_until(lambda: channel._servers, what="the first look after the server")
+    ros.spin_until(lambda: channel.seen_servers, what="the first look after the server")
     serve("new")
     ros.spin_until(lambda: channel.servers() == 2, what="the newer server")
     old._server.destroy()  # without an end of its goal, as when it is killed
