@@ -76,7 +76,7 @@ def test_an_empty_file_has_no_hotspots(text: str) -> None:
         ("hotspots:\n  - {label: '', x: 1, y: 2}", ":2:13", "label must be a text"),
         ("hotspots:\n  - {label: a, x: 1, y: 2, kynd: room}", ":2:28", "kind"),
         ("hotspots:\n  - {label: a, x: 1, y: 2, kind: rom}", ":2:34", "room"),
-        ("hotspots:\n  - {label: a, x: 1, x: 1, y: 2}", ":2:22", "twice"),
+        ("hotspots:\n  - {label: a, x: 1, x: 1, y: 2}", ":2:22", "duplicated"),
         ("hotspots:\n  - {label: a, x: 1, y: 2}\n  - {label: a, x: 3, y: 2}", ":3:5", "twice"),
         ("hotspots:\n  - {label: a, x: 1, y: 2, polygon: [[0, 0], [1, 1]]}", ":2:37", "at least 3"),
         ("hotspots:\n  - {label: a, x: 1, y: 2, polygon: [[0], [1, 1], [1, 0]]}", ":2:38", "two numbers"),
