@@ -375,3 +375,30 @@ def test_no_second_goal_beside_one_that_the_server_does_not_end(ros: Any, client
     third.cancel()
     spinner.server.finish(Spin.Result(), Outcome.CANCELLED)
     ros.spin_until(lambda: third.poll() is not None, what="the end")
+
+
+def test_a_goal_that_rclpy_forgot_too_early_is_a_failure_of_the_node_and_not_of_the_process(
+    ros: Any, client: FlorenceNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when a client uses the id of an older goal again, which expires."""
+    spinner = ros.add(Spinner())
+    reported: list[BaseException] = []
+    server = spinner.server._server
+    execute = type(server)._execute_goal
+
+    async def execute_goal(self: Any, *arguments: Any) -> None:
+        futures = dict(self._result_futures)
+        self._result_futures.clear()
+        await execute(self, *arguments)
+        self._result_futures.update(futures)
+        for future in futures.values():
+            future.set_result(Spin.Impl.GetResultService.Response(status=6))
+        reported.extend(spinner.failures)
+        spinner.failures.clear()
+
+    monkeypatch.setattr(type(server), "_execute_goal", execute_goal)
+    run = spin_skill(client).start({"angle": 1.0})
+    ros.spin_until(lambda: spinner.server.active, what="the goal")
+    spinner.server.finish(Spin.Result(), Outcome.SUCCEEDED)
+    ros.spin_until(run.poll, what="the result")
+    assert isinstance(reported[0], KeyError)
