@@ -9,6 +9,7 @@ is measured in ``steady``, the time of this machine: a simulation that runs fast
 from __future__ import annotations
 
 import enum
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -174,7 +175,7 @@ class RemoteRun:
         self._deadline = timer
 
 
-class RemoteSkill:
+class RemoteSkill(ABC):
     """A skill whose runs another process performs.
 
     Attributes:
@@ -194,8 +195,9 @@ class RemoteSkill:
             return FinishedRun(failure("bad_input", f"no {self._what} for {self.label}: {error}"))
         return self._begin(message, inputs)
 
+    @abstractmethod
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
-        raise NotImplementedError
+        """Send a message."""
 
 
 class ServiceRun(RemoteRun):
