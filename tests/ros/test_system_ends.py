@@ -195,6 +195,9 @@ def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_proces
     kill_process(folder, "missions", signal.SIGCONT)
     system.wait_for("the process 'missions' answers again", PATIENCE_S)
     system.wait_for("the robot may drive again", PATIENCE_S)
+    status = start_process(*FLORENCE, "status")
+    assert status.process.wait(PATIENCE_S) == 0 and "patrol: RUNNING" in status.output, status.output
+    assert "Current thread" in (folder / "logs" / "missions.log").read_text()
 
     kill_process(folder, "missions", signal.SIGSTOP)
     system.wait_for("the process 'missions' did not answer for 5 s and was killed", PATIENCE_S)

@@ -115,5 +115,5 @@ def test_the_document_has_an_example_of_everything():
 
 def test_the_page_of_the_skills_is_current():
     assert (DOCS / "skills.md").read_text() == skills_page(DECLARATIONS), (
-        "write it anew: python tools/skills_page.py docs/skills.md"
+        "write it again: python tools/skills_page.py docs/skills.md"
     )
