@@ -197,7 +197,7 @@ def test_a_hung_mission_server_stops_the_robot_and_is_started_again(start_proces
     system.wait_for("the robot may drive again", PATIENCE_S)
     status = start_process(*FLORENCE, "status")
     assert status.process.wait(PATIENCE_S) == 0 and "patrol: RUNNING" in status.output, status.output
-    assert "Current thread" in (folder / "logs" / "missions.log").read_text()
+    assert "(most recent call first)" in (folder / "logs" / "missions.log").read_text()
 
     kill_process(folder, "missions", signal.SIGSTOP)
     system.wait_for("the process 'missions' did not answer for 5 s and was killed", PATIENCE_S)
