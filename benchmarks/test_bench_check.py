@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import os
+import queue
+import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from florence_bt.app.mission_files.checking import check_files
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.runtime.background_check import BackgroundCheck
+from florence_bt.runtime.missions import MissionFolders
 
 MISSIONS = 200
+SLEEP_S = 0.001
+"""Of the executor's thread between two looks; what a look takes beyond it is a pause."""
 
 BODY = """\
 mission: {name}
@@ -116,3 +125,44 @@ def test_a_file_that_means_harm(benchmark, figures, tmp_path):
         f"{benchmark.stats.stats.median:.2f} s",
         "limit 1 s; the first 200 are told",
     )
+
+
+def test_an_edit_beside_a_running_mission(benchmark, figures, tmp_path):
+    """How long the executor's thread is held up while a file of 300 kB is read, checked and taken over."""
+    file, lines = tmp_path / "large.yaml", "    - turn: {{angle: {} deg}}\n" * 10_000
+    pauses: list[float] = []
+    calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+
+    def edit(degrees: int) -> None:
+        body = lines.format(*[degrees] * 10_000)
+        file.write_text(f"mission: large\ndescription: Long.\ntree:\n  sequence:\n{body}")
+
+    def reload() -> None:
+        edit(len(pauses) + 1)
+        answers: list[str] = []
+        calls.put(lambda: check.when_fresh(lambda problem, report: answers.append(problem)))
+        longest = 0.0
+        while not answers:
+            begin = time.perf_counter()
+            if not calls.empty():
+                calls.get()()
+            time.sleep(SLEEP_S)
+            longest = max(longest, time.perf_counter() - begin - SLEEP_S)
+        assert answers == [""]
+        pauses.append(longest)
+
+    edit(0)
+    declarations = {"turn": SkillDeclaration("turn", "Turn.", inputs={"angle": Port(Kind.ANGLE, "how far")})}
+    missions = MissionFolders.of([tmp_path], declarations, built_in=False)
+    check = BackgroundCheck(missions, lambda missions: None, calls.put, ManualClock())
+    try:
+        benchmark.pedantic(reload, rounds=10, warmup_rounds=1)
+    finally:
+        check.close()
+    figures.add(
+        "longest pause of the executor's thread while a file of 300 kB is taken over",
+        f"{statistics.median(pauses) * 1000:.1f} ms",
+        f"the worst of {len(pauses)} edits {max(pauses) * 1000:.1f} ms; limit 5 ms; "
+        f"an edit counts after {benchmark.stats.stats.median:.1f} s",
+    )
+    assert statistics.median(pauses) < 0.005

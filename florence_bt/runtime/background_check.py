@@ -1,23 +1,23 @@
-"""Reads and checks edited mission files beside the executor: in a process of its own, once per edit.
+"""Reads and checks edited mission files beside the executor: in a process of its own.
 
 A thread would not do: it shares the interpreter, and while a file of 304 kB was read and checked the executor
 waited up to 600 ms for its turn. The process gets the missions in force as a pickle, takes the edits over as
-:meth:`MissionFolders.refresh` does, and gives its missions back. They are read in small slices, and replace
-those in force at once.
+:meth:`MissionFolders.refresh` does, and gives its missions back. They are read in small slices, replace those
+in force at once, and those are freed in small slices too. The process is started with the node and stays:
+a start holds every thread up for some milliseconds.
 """
 
 from __future__ import annotations
 
 import gc
 import pickle
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from florence_bt.core.clock import Clock, Timer
+from florence_bt.runtime.check_process import PROTOCOL, CheckFailed, CheckProcess
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
 
 LIMIT_S = 25.0
@@ -56,7 +56,7 @@ class BackgroundCheck:
         self._waiting: list[WhenFresh] = []
         self._report = ReloadReport()
         self._checks = 0
-        self._check: _Check | None = None
+        self._process: CheckProcess | None = CheckProcess()
         self._limit: Timer | None = None
 
     def when_fresh(self, then: WhenFresh) -> None:
@@ -73,42 +73,49 @@ class BackgroundCheck:
 
     def close(self) -> None:
         """End a check that goes on; nobody is called back any more."""
-        self._waiting.clear()
-        self._stop()
+        self._stop_waiting()
+        if self._process is not None:
+            self._process.close()
+            self._process = None
 
     def _start(self) -> None:
         self._checks += 1
-        check = self._check = _Check()
-        threading.Thread(target=self._work, args=(check,), name="check", daemon=True).start()
+        threading.Thread(target=self._work, args=(self._process,), name="check", daemon=True).start()
 
-    def _work(self, check: _Check) -> None:
-        """Start the process, wait for it, and read its output; on a thread of its own."""
+    def _work(self, process: CheckProcess | None) -> None:
+        """Let the process check, and read its answer; on a thread of its own, because a start takes time."""
         try:
-            code, pickled = check.run(self._pickled)
-        except OSError as error:
-            problem = f"the missions cannot be checked: {error}"
-            self._call_soon(lambda: self._failed(check, problem))
+            if process is None:
+                process = self._process = CheckProcess()
+            answer = process.check(self._pickled)
+        except (OSError, CheckFailed) as error:
+            if process is None or not process.killed:
+                problem = f"the missions cannot be checked: {error}"
+                self._call_soon(lambda: self._failed(problem))
             return
-        if code != 0:
-            problem = f"the check of the missions ended with code {code}; its error is in the log"
-            self._call_soon(lambda: self._failed(check, problem))
-            return
-        source = _Slices(pickled)
+        source = _Slices(answer)
         with collector_paused():
             report = pickle.Unpickler(source).load()
             begin = source.position
             missions = pickle.Unpickler(source).load()
         # Compares texts, which takes as long as the files are large; so not on the executor's thread.
         again = _edited(missions)
-        self._call_soon(lambda: self._checked(check, report, missions, pickled[begin:], again))
+        self._call_soon(lambda: self._checked(process, report, missions, answer[begin:], again))
 
     def _checked(
-        self, check: _Check, report: ReloadReport, missions: MissionFolders, pickled: bytes, again: bool
+        self,
+        process: CheckProcess,
+        report: ReloadReport,
+        missions: MissionFolders,
+        pickled: bytes,
+        again: bool,
     ) -> None:
-        if check is not self._check:
+        if process.killed:
             return  # it came too late
+        replaced: list[object] = [self._missions]
         self._missions, self._pickled, self._report = missions, pickled, report
         self._adopt(missions)
+        threading.Thread(target=_free, args=(replaced,), name="free", daemon=True).start()
         if not again:
             self._answer("")
         elif self._checks < AGAIN:
@@ -116,28 +123,28 @@ class BackgroundCheck:
         else:
             self._answer("the files of the missions are being written at this moment; ask again")
 
-    def _failed(self, check: _Check, problem: str) -> None:
-        if check is self._check:
-            self._answer(problem)
+    def _failed(self, problem: str) -> None:
+        self._process = None
+        self._answer(problem)
 
     def _too_late(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process = None
         self._answer(
             f"the edited missions were not checked within {LIMIT_S:g} s; undo the edit, or ask again"
         )
 
     def _answer(self, problem: str) -> None:
-        waiting, self._waiting = self._waiting, []
-        self._stop()
-        for then in waiting:
+        for then in self._stop_waiting():
             then(problem, self._report)
 
-    def _stop(self) -> None:
+    def _stop_waiting(self) -> list[WhenFresh]:
+        waiting, self._waiting = self._waiting, []
         if self._limit is not None:
             self._limit.cancel()
             self._limit = None
-        if self._check is not None:
-            self._check.stop()
-            self._check = None
+        return waiting
 
 
 def _edited(missions: MissionFolders) -> bool:
@@ -145,38 +152,6 @@ def _edited(missions: MissionFolders) -> bool:
         return missions.edited()
     except OSError:
         return False  # a folder that is out of reach for a moment changes nothing
-
-
-class _Check:
-    """The process of one check. It is started on the thread that waits for it: a start takes up to 40 ms."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._stopped = False
-
-    def run(self, pickled: bytes) -> tuple[int, bytes]:
-        """Run the process to its end; its exit code and its output.
-
-        Raises:
-            OSError: It cannot be started.
-        """
-        process = subprocess.Popen(
-            [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-        with self._lock:
-            self._process = process
-            if self._stopped:
-                process.kill()
-        output, _ = process.communicate(pickled)
-        return process.returncode, output
-
-    def stop(self) -> None:
-        """End the process, now or as soon as it has started."""
-        with self._lock:
-            self._stopped = True
-            if self._process is not None and self._process.poll() is None:
-                self._process.kill()
 
 
 @contextmanager
@@ -194,45 +169,59 @@ def collector_paused() -> Iterator[None]:
         gc.enable()
 
 
-PROTOCOL = 3
-"""Of the pickles: later ones are read in frames of 64 kB, which keeps the interpreter for 10 ms at a time."""
+def _free(parts: list[object]) -> None:
+    """Let go of a model object by object; all at once that would keep the interpreter for 10 ms and more.
+
+    Args:
+        parts: The model; everything that it is made of is added.
+    """
+    pace = _Pace()
+    seen = set()
+    for part in parts:
+        for inner in gc.get_referents(part):
+            pace.keep()
+            if id(inner) not in seen and _is_model(type(inner)):
+                seen.add(id(inner))
+                parts.append(inner)
+    parts.reverse()  # whole before part
+    while parts:
+        parts.pop()
+        pace.keep()
 
 
-class _Slices:
-    """Bytes to unpickle; whoever reads them lets other threads run every :data:`SLICE_S`."""
+def _is_model(kind: type) -> bool:
+    return kind in (dict, list, tuple) or kind.__module__.startswith("florence_bt.trees.")
 
-    def __init__(self, data: bytes) -> None:
-        self.position = 0
-        self._data = data
+
+class _Pace:
+    """Lets other threads run every :data:`SLICE_S`."""
+
+    def __init__(self) -> None:
         self._until = time.perf_counter() + SLICE_S
 
-    def read(self, count: int) -> bytes:
-        """The next bytes."""
-        self._yield_cpu()
-        begin, self.position = self.position, self.position + count
-        return self._data[begin : self.position]
-
-    def readline(self) -> bytes:
-        """The next line."""
-        self._yield_cpu()
-        begin, self.position = self.position, self._data.index(b"\n", self.position) + 1
-        return self._data[begin : self.position]
-
-    def _yield_cpu(self) -> None:
+    def keep(self) -> None:
+        """Pause when a slice is over."""
         if time.perf_counter() >= self._until:
             time.sleep(SLICE_S)
             self._until = time.perf_counter() + SLICE_S
 
 
-def main() -> None:
-    """Take edits over: missions in on the standard input, the report and the missions out."""
-    missions: MissionFolders = pickle.load(sys.stdin.buffer)
-    report = missions.refresh()
-    for mission in missions.library:
-        missions.findings_of(mission)
-    pickle.dump(report, sys.stdout.buffer, PROTOCOL)
-    pickle.dump(missions, sys.stdout.buffer, PROTOCOL)
+class _Slices:
+    """Bytes to unpickle; whoever reads them keeps the pace."""
 
+    def __init__(self, data: bytes) -> None:
+        self.position = 0
+        self._data = data
+        self._pace = _Pace()
 
-if __name__ == "__main__":
-    main()
+    def read(self, count: int) -> bytes:
+        """The next bytes."""
+        self._pace.keep()
+        begin, self.position = self.position, self.position + count
+        return self._data[begin : self.position]
+
+    def readline(self) -> bytes:
+        """The next line."""
+        self._pace.keep()
+        begin, self.position = self.position, self._data.index(b"\n", self.position) + 1
+        return self._data[begin : self.position]

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import queue
+import signal
+import sys
 import threading
+import weakref
 
 import pytest
 
@@ -13,6 +17,7 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.runtime import background_check
 from florence_bt.runtime import missions as mission_files
 from florence_bt.runtime.background_check import LIMIT_S, BackgroundCheck
+from florence_bt.runtime.check_process import CheckProcess
 from florence_bt.runtime.missions import MissionFolders, ReloadReport
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -64,8 +69,8 @@ def bench(tmp_path, monkeypatch):
     bench.check.close()
 
 
-def test_nothing_is_started_when_nothing_was_edited(bench, monkeypatch):
-    monkeypatch.setattr(background_check.subprocess, "Popen", None)
+def test_nothing_is_checked_when_nothing_was_edited(bench, monkeypatch):
+    monkeypatch.setattr(CheckProcess, "check", None)
     bench.ask()
     assert bench.answers == [("", ReloadReport())]
 
@@ -105,15 +110,14 @@ def test_an_edit_during_the_check_is_checked_too(bench):
 
 def test_a_check_that_takes_too_long_is_given_up(bench):
     bench.edit("Greets kindly.")
+    process = bench.check._process
+    os.kill(process.pid, signal.SIGSTOP)
     bench.ask()
-    check = bench.check._check
     bench.clock.advance(LIMIT_S)
-    assert "not checked within 25 s" in bench.answers.pop()[0]
-    bench.soon.get(timeout=300.0)()
-    assert check._process.returncode != 0, "it was killed"
-    assert bench.answers == [] and bench.description == "Greets."
+    assert "not checked within 25 s" in bench.answers.pop()[0] and process.killed
     bench.ask()
     assert bench.run()[0] == "" and bench.description == "Greets kindly."
+    assert bench.soon.empty(), "nobody heard of the check that was killed"
 
 
 def test_a_process_that_breaks_is_told(bench):
@@ -123,18 +127,45 @@ def test_a_process_that_breaks_is_told(bench):
     assert "ended with code 1" in bench.run()[0] and bench.description == "Greets."
 
 
-def test_the_process_is_not_started_on_the_thread_of_the_executor(bench, monkeypatch):
-    starters, start = [], background_check.subprocess.Popen
-
-    def watched(*arguments, **options):
-        starters.append(threading.current_thread())
-        return start(*arguments, **options)
-
-    monkeypatch.setattr(background_check.subprocess, "Popen", watched)
+def test_a_process_that_died_between_two_edits_is_told_and_replaced(bench):
+    os.kill(bench.check._process.pid, signal.SIGKILL)
     bench.edit("Greets kindly.")
     bench.ask()
-    assert bench.run()[0] == ""
-    assert len(starters) == 1 and starters[0] is not threading.current_thread()
+    assert "ended with code -9" in bench.run()[0]
+    bench.ask()
+    assert bench.run()[0] == "" and bench.description == "Greets kindly."
+
+
+def test_one_process_checks_every_edit_and_ends_with_its_owner(bench, monkeypatch):
+    threads, check = [], CheckProcess.check
+
+    def watched(process, pickled):
+        threads.append(threading.current_thread())
+        return check(process, pickled)
+
+    monkeypatch.setattr(CheckProcess, "check", watched)
+    process = bench.check._process
+    for description in ("Greets kindly.", "Greets again."):
+        bench.edit(description)
+        bench.ask()
+        assert bench.run()[0] == "" and bench.description == description
+    assert bench.check._process is process
+    assert len(threads) == 2 and threading.current_thread() not in threads
+    bench.check.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+def test_what_was_replaced_is_freed_beside_the_executor(bench):
+    freed_by = []
+    weakref.finalize(bench.missions.library, lambda: freed_by.append(threading.current_thread().name))
+    bench.edit("Greets kindly.")
+    bench.ask()
+    bench.run()
+    for thread in threading.enumerate():
+        if thread.name == "free":
+            thread.join()
+    assert freed_by == ["free"]
 
 
 def test_a_folder_out_of_reach_changes_nothing(bench):
@@ -145,16 +176,26 @@ def test_a_folder_out_of_reach_changes_nothing(bench):
     assert problem == "" and "cannot be read" in report.held["the folders"] and bench.description == "Greets."
 
 
-def test_missions_are_read_in_slices(tmp_path, monkeypatch):
-    bench = Bench(tmp_path)
-    bench.edit("Greets.\ninputs:\n  whom: {type: text}", "$whom")
-    bench.missions.refresh()
+def test_missions_are_read_and_freed_in_slices(tmp_path, monkeypatch):
+    folder = Bench(tmp_path)
+    folder.check.close()
+    folder.edit("Greets.\ninputs:\n  whom: {type: text}", "$whom")
+    folder.missions.refresh()
     pauses = []
     now = iter(range(10**9))
     monkeypatch.setattr(background_check.time, "perf_counter", lambda: next(now))
     monkeypatch.setattr(background_check.time, "sleep", pauses.append)
-    data = pickle.dumps(bench.missions, background_check.PROTOCOL)
+    data = pickle.dumps(folder.missions, background_check.PROTOCOL)
     source = background_check._Slices(data)
     read = pickle.Unpickler(source).load()
     assert [*read.library.get("greet").required_inputs()] == ["whom"] and source.position == len(data)
     assert len(pauses) > 100, "others may run after every part, not only at the end"
+
+    pauses.clear()
+    tree, freed_after = read.library.get("greet").tree, []
+    weakref.finalize(read.library, lambda: freed_after.append(len(pauses)))
+    parts = [read]
+    del read
+    background_check._free(parts)
+    assert parts == [] and freed_after and len(pauses) > freed_after[0] + 10
+    assert sys.getrefcount(tree) == 2, "only this test holds it"
