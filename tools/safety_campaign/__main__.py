@@ -7,6 +7,7 @@ Each brings systems up by itself, in the ROS domain of ROS_DOMAIN_ID, and ends t
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -92,6 +93,7 @@ def main() -> int:
         "--write", type=Path, metavar="PAGE", help="put the result between the marks of this page"
     )
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what was started is ended, too
     text = ATTACKS[options.attack](options)
     print(text)
     if options.write:

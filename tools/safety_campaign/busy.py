@@ -2,21 +2,17 @@
 
 Each run is a ``florence demo`` of its own (its own seed, so its own room, person and noise) beside two busy
 loops for each core. It is bounded in time: a run that takes longer than its limit is ended and has failed.
-
-    python tools/safety_campaign/busy.py --runs 50 --seed 1
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -152,21 +148,3 @@ def _reason(folder: Path) -> str:
             return f"{result.get('code', '')}: {result['reason']}"
     lines = (folder / "demo.txt").read_text().strip().splitlines()
     return lines[-1] if lines else "no output"
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run it from the command line; exit code 1 when a run failed."""
-    parser = argparse.ArgumentParser(description="goto_user beside busy loops")
-    parser.add_argument("--runs", type=int, default=50)
-    parser.add_argument("--seed", type=int, default=1, help="seed of the first run")
-    parser.add_argument("--loops", type=int, help="busy loops; two for each core when not given")
-    parser.add_argument("--out", type=Path, help="folder for the runs; a temporary one when not given")
-    given = parser.parse_args(arguments)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the loops and the demo end too
-    report = goto_user_beside_load(given.runs, given.seed, loops=given.loops, folder=given.out)
-    print(report.text())
-    return 0 if report.succeeded == len(report.runs) else 1
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
