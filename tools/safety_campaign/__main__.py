@@ -15,6 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from tools.safety_campaign.busy import goto_user_beside_load
+from tools.safety_campaign.hangs import hang_many, hangs_table
 from tools.safety_campaign.kills import kill_many, kills_table
 from tools.safety_campaign.messages import attack_with_messages
 from tools.safety_campaign.overrides import override_many, overrides_table
@@ -35,6 +36,10 @@ def _overrides(options: argparse.Namespace) -> str:
 
 def _kills(options: argparse.Namespace) -> str:
     return kills_table(kill_many(options.count or 60, options.others, options.seed, _say))
+
+
+def _hangs(options: argparse.Namespace) -> str:
+    return hangs_table(hang_many(options.count or 20, options.others, options.seed, _say))
 
 
 def _messages(options: argparse.Namespace) -> str:
@@ -74,6 +79,7 @@ def _busy(options: argparse.Namespace) -> str:
 ATTACKS: dict[str, Callable[[argparse.Namespace], str]] = {
     "overrides": _overrides,
     "kills": _kills,
+    "hangs": _hangs,
     "messages": _messages,
     "restarts": _restarts,
     "busy": _busy,
@@ -87,7 +93,12 @@ def main() -> int:
     parser.add_argument(
         "--count", type=int, help="how often; of messages how many seconds (default: as in the docs)"
     )
-    parser.add_argument("--others", type=int, default=5, help="kills of each process but the mission server")
+    parser.add_argument(
+        "--others",
+        type=int,
+        default=5,
+        help="kills of each process but the mission server; ends beside a hung driver",
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the result between the marks of this page"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import signal
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,7 +13,6 @@ from tools.safety_campaign.tables import milliseconds, table
 OTHERS = ("hardware", "navigation", "people", "simulator")
 IN_A_ROW = 3
 """How often one bring-up starts its mission server again within ten minutes."""
-STAND_S = 20.0
 
 
 @dataclass(frozen=True)
@@ -51,36 +49,23 @@ def kill_many(missions: int, others: int, seed: int, say: Callable[[str], None] 
     return kills
 
 
-def _wait_for_drive(system: RunningSystem, dice: random.Random) -> bool:
-    if not system.spin_until(lambda: system.truth["moving"], 60.0):
-        return False
-    system.spin(dice.uniform(0.0, 2.0))
-    return system.spin_until(lambda: system.truth["moving"], 20.0)
-
-
-def _standing(system: RunningSystem) -> float:
-    begin = time.monotonic()
-    stood = system.spin_until(lambda: not system.truth["moving"], STAND_S)
-    return time.monotonic() - begin if stood else float("inf")
-
-
 def _kill_missions(system: RunningSystem, dice: random.Random) -> Kill:
-    if not _wait_for_drive(system, dice):
+    if not system.wait_for_drive(dice):
         raise CampaignFailed(f"the robot does not drive:\n{system.output}")
     before = system.pid("missions")
     system.send("missions", signal.SIGKILL)
-    standing = _standing(system)
+    standing = system.seconds_to_stand()
     system.wait(lambda: system.pid("missions") not in (None, before), "the new mission server", 60.0)
-    return Kill("missions", standing, _wait_for_drive(system, dice), 0)
+    return Kill("missions", standing, system.wait_for_drive(dice), 0)
 
 
 def _kill_other(group: str, seed: int, dice: random.Random) -> Kill:
     with RunningSystem(seed) as system:
         system.drive_by_mission()
-        if not _wait_for_drive(system, dice):
+        if not system.wait_for_drive(dice):
             raise CampaignFailed(f"the robot does not drive:\n{system.output}")
         system.send(group, signal.SIGKILL)
-        standing = float("nan") if group == "simulator" else _standing(system)
+        standing = float("nan") if group == "simulator" else system.seconds_to_stand()
         ended = system.spin_until(lambda: system.process.poll() is not None, 60.0)
         left = [name for name in (*OTHERS, "missions") if system.pid(name) is not None]
         well = ended and system.process.returncode == 3 and f"'{group}'" in system.output

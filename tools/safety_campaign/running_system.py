@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import shutil
 import signal
 import subprocess
@@ -32,6 +33,8 @@ FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
 GROUPS = ("simulator", "hardware", "navigation", "people", "missions")
 READY_S = 300.0
 END_S = 60.0
+DRIVE_S = 60.0
+STAND_S = 20.0
 PATROL = """\
 mission: patrol
 description: Drives to and fro until somebody ends it.
@@ -178,6 +181,19 @@ class RunningSystem:
         self.wait(future.done, "the answer of the mission server")
         if not future.result().accepted:
             raise CampaignFailed(f"patrol was refused: {future.result().message}")
+
+    def wait_for_drive(self, dice: random.Random) -> bool:
+        """Wait for a random moment of a drive; whether there was one."""
+        if not self.spin_until(lambda: self.truth["moving"], DRIVE_S):
+            return False
+        self.spin(dice.uniform(0.0, 2.0))
+        return self.spin_until(lambda: self.truth["moving"], DRIVE_S)
+
+    def seconds_to_stand(self) -> float:
+        """How long the base moves on from now; infinite when it does not come to rest."""
+        begin = time.monotonic()
+        stood = self.spin_until(lambda: not self.truth["moving"], STAND_S)
+        return time.monotonic() - begin if stood else float("inf")
 
     def drives_again(self) -> bool:
         """Whether a mission drives the robot once everything that holds it was let go."""
