@@ -69,9 +69,13 @@ class Stage:
         self._by_id: dict[str, Play] = {}
         self._early: list[tuple[MissionRun, RunEvent]] = []
         self.executor = Executor(
-            self.library, self._board.skills(), self.declarations, self.clock, RunIds("test")
+            self.library,
+            self._board.skills(),
+            self.declarations,
+            self.clock,
+            RunIds("test"),
+            on_tick=self._on_tick,
         )
-        self.executor.on_tick = self._on_tick
         self.executor.add_listener(self._on_event)
 
     # ---- missions and mocks ---------------------------------------------------------------------------

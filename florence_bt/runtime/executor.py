@@ -57,11 +57,11 @@ class Executor:
         stopwatch: Tells seconds, to measure how long steps take; the clock when not given.
         yield_cpu: Called when the skills of a tick were started and only the telling is left.
         reload_at_trigger: Whether a trigger takes edits over itself; otherwise whoever calls it sees to that.
+        on_tick: Called with the run after each tick.
 
     Attributes:
         current: The run that is not over yet, or None.
         last: The run that ended last, or None.
-        on_tick: Called with the run after each tick.
         woken: When the last step began, on the stopwatch.
     """
 
@@ -79,13 +79,13 @@ class Executor:
         stopwatch: Callable[[], float] | None = None,
         yield_cpu: Callable[[], None] = lambda: None,
         reload_at_trigger: bool = True,
+        on_tick: Callable[[MissionRun], None] = lambda run: None,
     ) -> None:
         self.current: MissionRun | None = None
         self.last: MissionRun | None = None
         self._queue = RunQueue(queue_limit)
         self._active: TreeRun | None = None
         self._missions = library
-        self.on_tick: Callable[[MissionRun], None] = lambda run: None
         self._skills = skills
         self._declarations = declarations
         self._clock = clock
@@ -97,6 +97,7 @@ class Executor:
         self._stopwatch = stopwatch or clock.now
         self._yield_cpu = yield_cpu
         self._reload_at_trigger = reload_at_trigger
+        self._on_tick = on_tick
         self.woken = 0.0
 
     def add_listener(self, listener: Listener) -> None:
@@ -407,7 +408,7 @@ class Executor:
         self.wake()
 
     def _after_tick(self, run: MissionRun) -> None:
-        self._event_bus.call(run, self.on_tick)
+        self._event_bus.call(run, self._on_tick)
 
     def _on_over(self, run: MissionRun, status: RunStatus, why: Why | None) -> None:
         self.current = self._active = None

@@ -110,6 +110,7 @@ class MissionNode(FlorenceNode):
             stopwatch=time.perf_counter,
             yield_cpu=os.sched_yield,
             reload_at_trigger=False,
+            on_tick=self._after_tick,
         )
         self._edits = BackgroundCheck(missions, self._missions.adopt, self.call_soon, self.steady)
         self.on_close(self._edits.close)
@@ -134,7 +135,6 @@ class MissionNode(FlorenceNode):
             self, self._missions, self._declarations, self._skills, runs_folder, self._robot_goals
         )
         self._missions.add_listener(self._on_event)
-        self._missions.on_tick = self._after_tick
         self._queries.log_findings()
 
     def _recover(self, safety: Safety | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -73,7 +74,9 @@ class Bench:
             {"drive": DRIVE, "work": WORK},
             self.clock,
             RunIds("T"),
+            on_tick=lambda run: self.on_tick(run),
         )
+        self.on_tick: Callable[[MissionRun], None] = lambda run: None
         self.events: list[RunEvent] = []
         self.executor.add_listener(self._on_event)
 

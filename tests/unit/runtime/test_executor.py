@@ -224,7 +224,7 @@ def test_stop_all_drops_the_queue_too(bench):
 
 def test_a_tree_that_wakes_itself_for_ever_is_failed(bench):
     run = bench.executor.trigger(MissionRequest("drive_once"))
-    bench.executor.on_tick = lambda run: bench.executor.wake()
+    bench.on_tick = lambda run: bench.executor.wake()
     bench.clock.advance(0.5)
     assert run.status is RunStatus.FAILED and run.code == "spinning" and bench.drive.active == 0
 

@@ -338,7 +338,7 @@ def test_a_listener_that_breaks_takes_no_run_down_and_is_told_once(bench):
         raise RuntimeError("a bug in a listener")
 
     bench.executor.add_listener(broken)
-    bench.executor.on_tick = lambda run: broken(run, None)
+    bench.on_tick = lambda run: broken(run, None)
     run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(10.0)
     assert run.status is RunStatus.SUCCEEDED
