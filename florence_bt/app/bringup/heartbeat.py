@@ -10,13 +10,15 @@ import os
 import signal
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
 FD_VARIABLE = "FLORENCE_HEARTBEAT_FD"
 """Environment variable: the file descriptor into which a process of a bring-up writes its heartbeats."""
 SILENT_S = 1.0
 """A process that has not beaten for so long does not answer. Nav2's bond waits for 4 s."""
 KILLED_AFTER_S = 5.0
-"""A process that has not beaten for so long will not come back."""
+"""A process that has not beaten for so long will not come back. After the first :data:`SILENT_S` the time
+that it waits for a processor does not count: on a machine that is too busy a process is late, not hung."""
 STACK_SIGNAL = signal.SIGUSR1
 """Makes a process of a bring-up write the stacks of its threads into its log."""
 LONGEST_LOOK_S = 0.1
@@ -46,8 +48,8 @@ class HeartbeatMonitor:
 
     Attributes:
         writer: The file descriptor for the process; :meth:`started` closes it here.
-        silent_s: Seconds without a beat so far; 0 before the first, because a process that starts has a
-            budget of its own.
+        silent_s: Seconds without a beat so far, as :data:`KILLED_AFTER_S` counts them; 0 before the first,
+            because a process that starts has a budget of its own.
     """
 
     def __init__(self, now: float) -> None:
@@ -56,6 +58,8 @@ class HeartbeatMonitor:
             os.set_blocking(descriptor, False)
         self._looked = now
         self._has_beaten = False
+        self._pid = 0
+        self._waited_s = 0.0
         self.silent_s = 0.0
 
     @property
@@ -68,9 +72,10 @@ class HeartbeatMonitor:
         """Whether the process has answered at all."""
         return self._has_beaten
 
-    def started(self) -> None:
+    def started(self, pid: int) -> None:
         """The process has its end of the pipe now."""
         os.close(self.writer)
+        self._pid = pid
 
     def look(self, now: float) -> None:
         """Take the beats that came; call it several times a second.
@@ -86,8 +91,23 @@ class HeartbeatMonitor:
         if came:
             self._has_beaten, self.silent_s = True, 0.0
         elif self._has_beaten:
+            if self.is_silent:
+                before, self._waited_s = self._waited_s, waited_for_a_processor(self._pid)
+                passed -= min(passed, self._waited_s - before)
             self.silent_s += passed
 
     def close(self) -> None:
         """Close the pipe."""
         os.close(self._reader)
+
+
+def waited_for_a_processor(pid: int) -> float:
+    """How long the main thread of a process could have run and had no processor, seconds since it began.
+
+    The second field of ``/proc/PID/schedstat`` (Linux, Documentation/scheduler/sched-stats). 0 when the
+    kernel does not count, or the process is gone.
+    """
+    try:
+        return int(Path(f"/proc/{pid}/schedstat").read_text(encoding="ascii").split()[1]) / 1e9
+    except OSError:
+        return 0.0

@@ -190,7 +190,7 @@ class Supervisor:
             start_new_session=True,
             pass_fds=(*self._keep_open, heart.writer),
         )
-        heart.started()
+        heart.started(process.pid)
         return _Child(group, process, log_file, log, heart)
 
     def check(self) -> None:
@@ -207,7 +207,8 @@ class Supervisor:
         """Take the heartbeats that came; call it several times a second.
 
         Returns:
-            By name, the seconds since the last heartbeat of every process that has beaten at all and runs.
+            By name, how long every process that has beaten at all and runs has been silent
+            (:class:`HeartbeatMonitor`).
         """
         now = self._now()
         for child in self._children:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 
 import pytest
 
+from florence_bt.app.bringup import heartbeat
 from florence_bt.app.bringup.heartbeat import (
     FD_VARIABLE,
     LONGEST_LOOK_S,
     SILENT_S,
     HeartbeatMonitor,
     heartbeat_of_this_process,
+    waited_for_a_processor,
 )
 
 
@@ -40,7 +44,7 @@ def test_silence_counts_from_the_first_beat_on(monitor, beat):
     beat()
     monitor.look(61.2)
     assert monitor.silent_s == 0.0
-    monitor.started()
+    monitor.started(os.getpid())
 
 
 def test_who_looks_seldom_was_held_up_and_blames_nobody(monitor, beat):
@@ -48,7 +52,46 @@ def test_who_looks_seldom_was_held_up_and_blames_nobody(monitor, beat):
     monitor.look(0.0)
     monitor.look(3600.0)
     assert monitor.silent_s == LONGEST_LOOK_S
-    monitor.started()
+    monitor.started(os.getpid())
+
+
+def test_time_without_a_processor_makes_nobody_hang(monitor, beat, monkeypatch):
+    waited = iter([7.0, *(7.0 + 0.04 * look for look in range(1, 200))])
+    monkeypatch.setattr(heartbeat, "waited_for_a_processor", lambda pid: next(waited))
+    beat()
+    looks = 0
+    monitor.look(0.0)
+    while not monitor.is_silent:
+        looks += 1
+        monitor.look(0.05 * looks)
+    assert looks == pytest.approx(SILENT_S / 0.05, abs=1), "the robot is held as soon as ever"
+    for look in range(101):
+        monitor.look(0.05 * (looks + 1 + look))
+    assert monitor.silent_s == pytest.approx(SILENT_S + 100 * 0.01)
+    monitor.started(os.getpid())
+
+
+def test_the_kernel_tells_who_waits_for_a_processor():
+    core = min(os.sched_getaffinity(0))
+    spin = f"import os, time; os.sched_setaffinity(0, [{core}]); print(flush=True)\nwhile True: pass"
+    stand = "import signal; print(flush=True); signal.pause()"
+    rivals = [start_python(spin), start_python(spin), start_python(stand)]
+    try:
+        before = [waited_for_a_processor(rival.pid) for rival in rivals]
+        while waited_for_a_processor(rivals[0].pid) < before[0] + 0.05:
+            pass
+        assert waited_for_a_processor(rivals[2].pid) < before[2] + 0.05
+    finally:
+        for rival in rivals:
+            with rival:
+                rival.kill()
+    assert waited_for_a_processor(rivals[0].pid) == 0.0, "it is gone"
+
+
+def start_python(code):
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    process.stdout.readline()
+    return process
 
 
 def test_a_full_pipe_holds_nobody_up_and_is_read_whole(monitor, beat):
@@ -60,7 +103,7 @@ def test_a_full_pipe_holds_nobody_up_and_is_read_whole(monitor, beat):
     beat()
     monitor.look(11.0)
     assert monitor.silent_s == 0.0
-    monitor.started()
+    monitor.started(os.getpid())
 
 
 def test_a_supervisor_that_was_killed_is_no_error(monkeypatch):
@@ -71,4 +114,4 @@ def test_a_supervisor_that_was_killed_is_no_error(monkeypatch):
     with pytest.raises(BrokenPipeError):
         os.write(monitor.writer, b"\0")
     beat()
-    monitor.started()
+    monitor.started(os.getpid())
