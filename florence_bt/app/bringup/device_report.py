@@ -14,7 +14,7 @@ DEVICE_NODES = ("turtlebot_node", "hokuyo_node", "kinect_node", "kinect_aux")
 
 
 class DeviceReport:
-    """Keeps the newest diagnostics of the drivers.
+    """Keeps the diagnostics of the drivers. A device that has worked is not missing when it falters.
 
     Args:
         node: Subscribes to ``diagnostics``.
@@ -22,19 +22,21 @@ class DeviceReport:
 
     def __init__(self, node: FlorenceNode) -> None:
         self._status: dict[str, DiagnosticStatus] = {}
+        self._worked: set[str] = set()
         node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, RELIABLE)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._status |= {status.name: status for status in message.status}
+        self._worked |= {status.name for status in message.status if status.level == DiagnosticStatus.OK}
 
     def missing(self) -> list[str]:
-        """A line for each device that does not work, with what to do about it as its driver says."""
+        """A line for each device that has not worked yet, with what to do about it as its driver says."""
         silent = set(DEVICE_NODES) - {name.partition(":")[0] for name in self._status}
         return [
             *(
                 f"{name}: {status.message}"
                 for name, status in sorted(self._status.items())
-                if status.level == DiagnosticStatus.ERROR
+                if status.level == DiagnosticStatus.ERROR and name not in self._worked
             ),
             *(f"{name}: its driver says nothing; see the logs" for name in sorted(silent)),
         ]

@@ -55,3 +55,13 @@ def test_nothing_is_told_when_all_is_well_in_the_end():
     topic.say(said(broken={}))
     report_missing(report, lines.append)
     assert lines == [] == report.missing()
+
+
+def test_a_device_that_worked_and_falters_is_not_missing():
+    topic = Topic()
+    report = DeviceReport(topic)
+    topic.say(said(broken={"kinect_node": "no depth pictures arrive"}))
+    topic.say(
+        said(broken={"turtlebot_node": "no good frame for 0.5 s", "kinect_node": "no depth pictures arrive"})
+    )
+    assert report.missing() == ["kinect_node: connection: no depth pictures arrive"]

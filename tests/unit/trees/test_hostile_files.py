@@ -13,7 +13,7 @@ import sys
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("hostile files")]  # one child for all
 
 MEMORY = 400_000_000
 """Bytes of address space that the child may have; Python with the checks takes about 100 MB."""
