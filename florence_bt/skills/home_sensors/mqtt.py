@@ -150,13 +150,14 @@ def require_paho() -> Any:
     """The module ``paho.mqtt.client``.
 
     Raises:
-        ConfigError: It is not installed.
+        ConfigError: It is not installed, or as old as that of Ubuntu 24.04 (1.6).
     """
     try:
         import paho.mqtt.client as paho
+        from paho.mqtt.enums import CallbackAPIVersion  # noqa: F401  # paho 1 has no such module
     except ModuleNotFoundError as error:
         raise ConfigError(
-            "home sensors over MQTT need paho-mqtt, which is not installed",
+            "home sensors over MQTT need paho-mqtt 2, which is not installed",
             valid=["pip install 'florence-bt[home]'"],
         ) from error
     return paho
