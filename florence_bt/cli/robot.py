@@ -20,6 +20,10 @@ def doctor(
         Path | None, typer.Option(help="The robot's configuration.", show_default="that of the package")
     ] = None,
     hardware: Annotated[bool, typer.Option(help="Whether to look at ports, USB and firmware.")] = True,
+    home: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The house's own sensors: asks their MQTT broker too.")
+    ] = None,
+    hotspots: Annotated[Path | None, typer.Option(help="Hotspots, whose rooms the sensors are in.")] = None,
     out: Annotated[Path, typer.Option(help="Folder where runs will go.")] = Path("runs"),
     form: Annotated[str, typer.Option("--format", help="text or json.")] = "text",
 ) -> None:
@@ -35,7 +39,7 @@ def doctor(
         from florence_bt.app.doctor.examination import examine
         from florence_bt.app.doctor.finding import as_json, healthy, print_table
 
-        findings = list(examine(config, out, hardware=hardware))
+        findings = list(examine(config, out, hardware=hardware, home_file=home, hotspots_file=hotspots))
         if form == "json":
             typer.echo(as_json(findings))
         else:

@@ -62,6 +62,9 @@ def up(
     ] = False,
     map_file: Annotated[Path | None, typer.Option("--map", help="Map of the flat (map_server YAML).")] = None,
     hotspots: Annotated[Path | None, typer.Option(help="Hotspots of the flat (YAML).")] = None,
+    home: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The house's own sensors, like config/home.yaml.")
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
     ] = None,
@@ -98,6 +101,7 @@ def up(
                 config_file=str(parameters.absolute()) if parameters else None,
                 map_file=str(map_file.absolute()) if map_file else None,
                 hotspots_file=str(hotspots.absolute()) if hotspots else None,
+                home_file=str(home.absolute()) if home else None,
                 mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
                 person=person,
                 start=parse_start(start) if start else None,

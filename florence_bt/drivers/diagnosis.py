@@ -1,38 +1,11 @@
-"""How well a device does, and how often it delivers; the nodes turn these values into diagnostic messages."""
+"""How often a device delivers."""
 
 from __future__ import annotations
 
-import enum
 from collections import deque
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 FREQUENCY_TOLERANCE = 0.05
 """hokuyo_node's window around the expected rate (REFERENCE 4.9)."""
-
-
-class Severity(enum.IntEnum):
-    """The levels of diagnostic_msgs/DiagnosticStatus."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
-
-
-@dataclass(frozen=True, slots=True)
-class Diagnosis:
-    """One line of diagnostics.
-
-    Attributes:
-        level: How bad it is.
-        message: What it is, in words.
-        values: Details by name.
-    """
-
-    level: Severity
-    message: str
-    values: Mapping[str, str] = field(default_factory=dict)
 
 
 def is_off(rate: float, expected: float, tolerance: float = FREQUENCY_TOLERANCE) -> bool:

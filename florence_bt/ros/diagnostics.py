@@ -3,31 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from florence_bt.core.diagnosis import Diagnosis
 from florence_bt.ros.conversions import stamp_to_ros
 
 
-class DiagnosisLike(Protocol):
-    """What a driver thinks of its device; see ``florence_bt.drivers.diagnosis.Diagnosis``."""
-
-    @property
-    def level(self) -> int:
-        """0 well, 1 warning, 2 error, 3 no news."""
-
-    @property
-    def message(self) -> str:
-        """What it is, in words."""
-
-    @property
-    def values(self) -> Mapping[str, str]:
-        """Details by name."""
-
-
 def diagnostics_to_ros(
-    found: Mapping[str, DiagnosisLike], node_name: str, hardware_id: str, stamp: float
+    found: Mapping[str, Diagnosis], node_name: str, hardware_id: str, stamp: float
 ) -> DiagnosticArray:
     """One message for ``diagnostics``.
 

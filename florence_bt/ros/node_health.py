@@ -5,11 +5,11 @@ from __future__ import annotations
 import traceback
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.qos import RELIABLE
 
@@ -24,13 +24,6 @@ REPORT_PERIOD_S = 1.0
 """Seconds between two diagnostics while something goes wrong."""
 REPORT_FOR_S = 10.0
 """Seconds without trouble after which the diagnostics say so, once, and rest."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Diagnosis:
-    level: int
-    message: str
-    values: Mapping[str, str]
 
 
 class NodeHealth:
@@ -100,8 +93,8 @@ class NodeHealth:
         now = node.steady.now()
         self._reporting = now < self._quiet_at
         found = {
-            "messages": self._diagnosis(self.refused, 1, "messages are refused"),
-            "callbacks": self._diagnosis(self.failed, 2, "callbacks fail"),
+            "messages": self._diagnosis(self.refused, Severity.WARN, "messages are refused"),
+            "callbacks": self._diagnosis(self.failed, Severity.ERROR, "callbacks fail"),
         }
         self._publisher.publish(
             diagnostics_to_ros(found, node.get_name(), node.get_name(), node.timebase.now())
@@ -109,8 +102,8 @@ class NodeHealth:
         if self._reporting:
             node.steady.call_at(now + REPORT_PERIOD_S, self._report)
 
-    def _diagnosis(self, counts: Mapping[str, int], level: int, problem: str) -> _Diagnosis:
+    def _diagnosis(self, counts: Mapping[str, int], level: Severity, problem: str) -> Diagnosis:
         values = {source: f"{count}; the last: {self._last[source]}" for source, count in counts.items()}
         if counts and self._reporting:
-            return _Diagnosis(level, problem, values)
-        return _Diagnosis(0, "no trouble", values)
+            return Diagnosis(level, problem, values)
+        return Diagnosis(Severity.OK, "no trouble", values)

@@ -11,3 +11,6 @@ it."""
 
 DOCK = "turtlebot_node/dock"
 """``std_srvs/SetBool``: the base drives to its dock by itself, or ends that."""
+
+USER_SEEN = "home_sensors/user_seen"
+"""``florence_interfaces/UserSeen``, latched: the room of the user by the home sensors."""

@@ -73,10 +73,10 @@ def problem_with(message: Any, now: Now | None = None) -> str | None:
     return None
 
 
-def check_time(sec: int, nanosec: int) -> None:
-    """Raise BadMessage when the present time cannot be this."""
+def check_time(sec: int, nanosec: int, name: str = "the time") -> None:
+    """Raise BadMessage when a time cannot be this."""
     if sec < 0 or nanosec >= NANO:
-        raise BadMessage(f"the time is {sec} s and {nanosec} ns", f"0 s and more, 0 to {NANO - 1} ns")
+        raise BadMessage(f"{name} is {sec} s and {nanosec} ns", f"0 s and more, 0 to {NANO - 1} ns")
 
 
 # ---- parts of messages --------------------------------------------------------------------------------
@@ -131,6 +131,16 @@ def _stamp(name: str, stamp: Any, now: Now | None) -> None:
             f"{name} is {abs(ahead):.1f} s {relation} the present time",
             f"within {MAX_STAMP_OFFSET_S:g} s of it",
         )
+
+
+def _moment(name: str) -> Check:
+    """A field that is a time of any age."""
+
+    def check(message: Any, now: Now | None) -> None:
+        stamp = getattr(message, name)
+        check_time(stamp.sec, stamp.nanosec, name)
+
+    return check
 
 
 def _clock(message: Any, now: Now | None) -> None:
@@ -334,12 +344,15 @@ CHECKS: Mapping[str, Check] = {
     "std_msgs/Float64": _numbers(MAX_DISTANCE_M, "", "data"),
     "tf2_msgs/TFMessage": _transforms,
     "florence_interfaces/DetectedUser": _numbers(MAX_DISTANCE_M, "m", "user_position_x", "user_position_y"),
+    # How old a report may be depends on the sensor: HomeSensors judges it.
+    "florence_interfaces/HomeEvent": _all(_names("sensor"), _moment("stamp")),
     "florence_interfaces/RunState": _names("run_id", "mission", "state", "code"),
     "florence_interfaces/TurtlebotSensorState": _all(
         lambda message, now: _header(message.header, now),
         _numbers(MAX_DISTANCE_M, "m", "distance"),
         _numbers(MAX_ANGLE_RAD, "rad", "angle"),
     ),
+    "florence_interfaces/UserSeen": _all(_names("room", "source"), _moment("since"), _moment("stamp")),
     "florence_interfaces/GetHotspot_Request": _names("label"),
     "florence_interfaces/GotoRoom_Request": _names("room"),
     "florence_interfaces/GotoXYPhi_Request": _PLANAR,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from florence_bt.core.diagnosis import Diagnosis
 from florence_bt.core.errors import DeviceError
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Diagnosis
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.simulation.emulators.create import CreateFaults
 from tests.emulators.create_bench import PtyBench
 

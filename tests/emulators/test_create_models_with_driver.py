@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.driver import TurtlebotDriver
 from florence_bt.drivers.turtlebot.hazards import CHARGING_TIMEOUT_S, RESET_PAUSE_S
 from florence_bt.drivers.turtlebot.parameters import DriveMode, TurtlebotParameters

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import DeviceError
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters

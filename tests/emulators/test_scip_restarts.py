@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from florence_bt.drivers.diagnosis import Diagnosis, Severity
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.simulation.emulators.scip import ScipFaults

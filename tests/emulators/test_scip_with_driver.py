@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from florence_bt.drivers.diagnosis import Severity
+from florence_bt.core.diagnosis import Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan

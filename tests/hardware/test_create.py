@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.geometry import Twist2
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import PACKETS, OiMode, decode_packets, implausible

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.sensing import LaserScan
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortParameters

@@ -31,6 +31,7 @@ from florence_bt.skills.filters.depth_to_laser.node import FakeLaserNode
 from florence_bt.skills.filters.laser_combinator.node import LaserCombinatorNode
 from florence_bt.skills.filters.laser_filter.node import LaserFilterNode
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
+from florence_bt.skills.home_sensors.node import HomeSensorsNode
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
 from florence_bt.skills.locator.node import LocatorNode
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
@@ -63,6 +64,13 @@ def locator(folder: Path) -> LocatorNode:
     return LocatorNode(parameters={"hotspots_file": str(folder / "hotspots.yaml")})
 
 
+def home_sensors(folder: Path) -> HomeSensorsNode:
+    (folder / "hotspots.yaml").write_text("hotspots: [{label: hall, x: 0, y: 0}]")
+    (folder / "home.yaml").write_text("sensors: {pir: {room: hall}}")
+    files = {"home_file": folder / "home.yaml", "hotspots_file": folder / "hotspots.yaml"}
+    return HomeSensorsNode(parameters={name: str(file) for name, file in files.items()})
+
+
 NODES: dict[str, Callable[[Path], FlorenceNode]] = {
     "navigate": lambda _: NavigationNode(),
     "localiser": lambda _: LocaliserNode(),
@@ -78,6 +86,7 @@ NODES: dict[str, Callable[[Path], FlorenceNode]] = {
     "approach_user": lambda _: ApproachNode(),
     "calibration": lambda _: CalibrationNode(lambda _: None, lambda: None),
     "tracker": tracker,
+    "home_sensors": home_sensors,
     "locator": locator,
 }
 

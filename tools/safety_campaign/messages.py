@@ -164,7 +164,12 @@ def _fill_spin(message: Any) -> None:
     message.target_yaw, message.time_allowance.sec = 1.0, 10
 
 
+def _fill_home_event(message: Any) -> None:
+    message.sensor, message.active = "pir", True
+
+
 _FILLED: dict[str, Callable[[Any], None]] = {
+    "HomeEvent": _fill_home_event,
     "LaserScan": _fill_scan,
     "OccupancyGrid": _fill_map,
     "Image": _fill_image,

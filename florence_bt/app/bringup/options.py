@@ -26,6 +26,7 @@ class BringUp:
         config_file: The robot's configuration, None for the one of the package.
         map_file: Map of the flat, None for the one of the package.
         hotspots_file: Hotspots of the flat, None for the one of the package.
+        home_file: The home sensors (docs/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, None for a random one, ``absent`` for nobody.
         user_room: Room in which the user was last seen; None takes the person's room.
         start: Pose of the robot at the start in the map frame, None for the flat's own.
@@ -41,6 +42,7 @@ class BringUp:
     config_file: str | None = None
     map_file: str | None = None
     hotspots_file: str | None = None
+    home_file: str | None = None
     person: str | None = None
     user_room: str | None = None
     start: tuple[float, float, float] | None = None

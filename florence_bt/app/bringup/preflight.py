@@ -10,6 +10,8 @@ from florence_bt.app.bringup.simulated import people_at_home
 from florence_bt.app.bringup.topology import NODES
 from florence_bt.core.paths import find_data
 from florence_bt.simulation.home.flat import load_flat
+from florence_bt.skills.home_sensors.mqtt import require_paho
+from florence_bt.skills.home_sensors.settings import load_home
 from florence_bt.skills.locator.hotspots import load_hotspots
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.trees.language.loader import MissionLibrary
@@ -27,6 +29,11 @@ def check_options(options: BringUp) -> None:
     refuse_unknown_nodes(load_config(file), known, str(file))
     load_map(options.map_file or find_data("maps", "flat.yaml"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
-    load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
+    hotspots = load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
+    if options.home_file is not None:
+        home = load_home(options.home_file, hotspots)
+        if home.mqtt is not None:
+            require_paho()
+            home.mqtt.password()
     if options.in_flat:
         people_at_home(load_flat(), options)

@@ -33,11 +33,14 @@ NODES: dict[str, tuple[str, ...]] = {
         "robot_description",
     ),
     "navigation": ("map_server", "localiser", "navigate"),
-    "people": ("user_tracker_ni_node", "florenceLocator", "approach_user"),
+    "people": ("user_tracker_ni_node", "florenceLocator", "approach_user", "home_sensors"),
     "missions": ("florence_bt",),
 }
 """Process -> its nodes, in the order of their start; ended the other way round, so that missions cancel first
 and the base is stopped by its driver before its port goes away."""
+
+OPTIONAL = ("home_sensors",)
+"""Nodes that are there only when the bring-up was given their file."""
 
 ENDED_TOGETHER = ("navigation", "people")
 """Processes that are ended side by side: neither needs the other."""
@@ -214,11 +217,17 @@ def _people(settings: _Settings) -> list[Factory]:
         hotspots_file=str(settings.hotspots_file),
         initial_user_room=user_room(settings.options),
     )
-    return [
+    nodes: list[Factory] = [
         partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),
         partial(LocatorNode, parameters=locator),
         partial(ApproachNode, parameters=settings.of("approach_user")),
     ]
+    if settings.options.home_file is not None:
+        from florence_bt.skills.home_sensors.node import HomeSensorsNode
+
+        files = {"home_file": settings.options.home_file, "hotspots_file": str(settings.hotspots_file)}
+        nodes.append(partial(HomeSensorsNode, parameters=settings.of("home_sensors", **files)))
+    return nodes
 
 
 def _missions(settings: _Settings) -> list[Factory]:

@@ -12,6 +12,7 @@ from florence_bt.app.bringup.topology import NODES
 from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.firmware import check_firmware
 from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings
+from florence_bt.app.doctor.home import check_home
 from florence_bt.app.doctor.libraries import check_libraries
 from florence_bt.app.doctor.machine import check_machine
 from florence_bt.app.doctor.ports import check_ports, users_of
@@ -23,13 +24,22 @@ WATCH_S, WATCH_LONGER_S = 2.5, 15.0
 """Seconds to look at the ROS graph, and how long when a part of a system has not been seen by then."""
 
 
-def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) -> Iterator[HealthFinding]:
+def examine(
+    config_file: Path | None,
+    folder: Path,
+    *,
+    hardware: bool = True,
+    home_file: Path | None = None,
+    hotspots_file: Path | None = None,
+) -> Iterator[HealthFinding]:
     """Look at everything.
 
     Args:
         config_file: The robot's configuration; None for the one of the package.
         folder: Where runs and logs will go.
         hardware: Whether to look at ports, USB and firmware too.
+        home_file: The home sensors; None for none.
+        hotspots_file: The rooms that they are in; None for those of the package.
     """
     yield from _guarded("libraries", check_libraries)
     yield from _guarded("machine", lambda: check_machine(folder))
@@ -43,6 +53,9 @@ def examine(config_file: Path | None, folder: Path, *, hardware: bool = True) ->
         yield problem("configuration", str(config_file), str(error), "correct the file")
     if hardware:
         yield from _hardware(config)
+    if home_file is not None:
+        home = home_file
+        yield from _guarded("home sensors", lambda: check_home(home, hotspots_file))
     yield from _ros()
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from florence_bt.app.bringup.topology import NODES
+from florence_bt.app.bringup.topology import NODES, OPTIONAL
 from florence_bt.app.doctor.finding import HealthFinding, HealthLevel, good, note, problem, warning
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
@@ -35,7 +35,13 @@ class GraphView:
 
 def wanted_nodes() -> list[str]:
     """The names, without namespace, of the nodes that a running system has (of a simulator only it has)."""
-    return [name for group, names in NODES.items() if group != "simulator" for name in names]
+    return [
+        name
+        for group, names in NODES.items()
+        if group != "simulator"
+        for name in names
+        if name not in OPTIONAL
+    ]
 
 
 def missing_nodes(view: GraphView) -> list[str]:

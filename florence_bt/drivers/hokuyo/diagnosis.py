@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from florence_bt.drivers.diagnosis import Diagnosis, Severity, is_off
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.drivers.diagnosis import is_off
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 

@@ -14,8 +14,8 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from sensor_msgs.msg import MultiEchoLaserScan
 
 from florence_bt.core.clock import call_every
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import DeviceError, DeviceTimeout
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.driver_port import DriverPort
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import HokuyoDriver

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import DeviceError, FrameError
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.hokuyo.codec import Measurement, decode_scan
 from florence_bt.drivers.hokuyo.conversation import Ask, Listen, Script
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry

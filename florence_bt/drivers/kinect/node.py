@@ -12,10 +12,10 @@ from rclpy.context import Context
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from florence_bt.core.clock import call_every
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.errors import DeviceError, DeviceTimeout
 from florence_bt.core.sensing import DepthImage
 from florence_bt.drivers.connection import Connection
-from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.kinect.camera import depth_to_points
 from florence_bt.drivers.kinect.codec import millimetres_from_metres
 from florence_bt.drivers.kinect.driver import KinectDriver, KinectParameters

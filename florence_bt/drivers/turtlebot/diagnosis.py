@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from florence_bt.drivers.diagnosis import Diagnosis, Severity
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.turtlebot.codec.packets import ChargingState, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.driver import BaseReading, TurtlebotDriver

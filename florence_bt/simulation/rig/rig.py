@@ -102,7 +102,7 @@ class Rig:
             driving=lambda: self._base.active,
             looking=lambda: self._people.running,
         )
-        self.locator = Locator(setting.hotspots, setting.user_room)
+        self.locator = Locator(setting.hotspots, self.clock, setting.user_room)
         self.locator.map = setting.grid
         self._base = _BaseSkills(self.robot, setting, self.clock)
         self._people = _PeopleSkills(self.robot, setting, self.clock)

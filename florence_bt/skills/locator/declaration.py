@@ -15,8 +15,12 @@ USER_UNKNOWN = "nobody has said yet where the user is (setUserPosRoom or setUser
 
 GET_USER_ROOM = SkillDeclaration(
     name="get_user_room",
-    summary="Look up the room where the user was last known to be",
-    outputs={"room": Port(Kind.TEXT, "the label of the room", names="room")},
+    summary="Look up the room where the user was last known to be, how long ago, and by which sensor",
+    outputs={
+        "room": Port(Kind.TEXT, "the label of the room", names="room"),
+        "age": Port(Kind.DURATION, "how long ago that was", minimum=0.0),
+        "source": Port(Kind.TEXT, "what said so: a home sensor, or the topic or service that was used"),
+    },
     failures={"user_unknown": "nobody has said yet where the user is"},
     deadline_s=5.0,
     instant=True,
@@ -76,10 +80,12 @@ def _in_room(inputs: Inputs, result: Result) -> Result:
 SERVED = (
     ServedService(
         skill=GET_USER_ROOM,
-        interface="florence_interfaces/srv/GetRoom",
-        name="florenceLocator/getUserPosRoom",
+        interface="florence_interfaces/srv/GetUserSeen",
+        name="florenceLocator/getUserSeen",
         result=lambda message: (
-            success(room=message.room) if message.valid else failure("user_unknown", USER_UNKNOWN)
+            success(room=message.room, age=message.age, source=message.source)
+            if message.valid
+            else failure("user_unknown", USER_UNKNOWN)
         ),
         component="locator",
         perform=lambda locator, inputs: locator.get_user_room(),

@@ -17,15 +17,8 @@ import yaml
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.plain_yaml import (
-    EmptyFile,
-    Position,
-    YamlMapping,
-    YamlNode,
-    YamlScalar,
-    YamlSequence,
-    parse_yaml,
-)
+from florence_bt.core.plain_yaml import EmptyFile, Position, YamlNode, parse_yaml
+from florence_bt.core.settings_file import SettingsReader
 from florence_bt.core.text_files import read_bytes
 
 KINDS = ("room", "object")
@@ -202,93 +195,47 @@ def _read_back(hotspots: Hotspots, path: Path) -> None:
             raise ConfigError(f"{wanted} would be read back as {found}", valid=["plain text as the label"])
 
 
-class _Reader:
-    """Walks the parts of one file and knows the place of each."""
-
-    def __init__(self, file: Path) -> None:
-        self._file = file
+class _Reader(SettingsReader):
+    """Reads the hotspots of one file."""
 
     def read(self, root: YamlNode) -> Hotspots:
-        top = self._table(root, ("hotspots",))
-        if "hotspots" not in top:
-            raise self._error("the list 'hotspots' is missing", root, valid=("hotspots:",))
+        top = self.mapping(root, ("hotspots",), needed=("hotspots",))
         hotspots: dict[str, Hotspot] = {}
         positions: dict[str, Position] = {}
-        for item in self._list(top["hotspots"], "hotspots"):
+        for item in self.sequence(top["hotspots"], "hotspots"):
             hotspot = self._hotspot(item)
             if hotspot.label in hotspots:
-                raise self._error(f"the label {hotspot.label!r} is there twice", item)
+                raise self.error(f"the label {hotspot.label!r} is there twice", item)
             hotspots[hotspot.label] = hotspot
             positions[hotspot.label] = item.position
         return Hotspots(hotspots.values(), positions)
 
     def _hotspot(self, source: YamlNode) -> Hotspot:
-        fields = self._table(source, FIELDS)
-        for name in ("label", "x", "y"):
-            if name not in fields:
-                raise self._error(f"{name!r} is missing", source, valid=FIELDS)
-        label = self._text(fields["label"], "label")
-        kind = self._text(fields["kind"], "kind") if "kind" in fields else "room"
-        if kind not in KINDS:
-            raise self._error(
-                f"the kind {kind!r} does not exist", fields["kind"], valid=closest_first(kind, KINDS)
-            )
+        fields = self.mapping(source, FIELDS, needed=("label", "x", "y"))
+        label = self.text(fields["label"], "label")
+        kind = self.choice(fields["kind"], "kind", KINDS) if "kind" in fields else "room"
         phi = self._angle(fields["phi"]) if "phi" in fields else 0.0
-        pose = Pose2(self._number(fields["x"], "x"), self._number(fields["y"], "y"), phi)
+        pose = Pose2(self.number(fields["x"], "x"), self.number(fields["y"], "y"), phi)
         polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()
         return Hotspot(label, pose, kind, polygon)
 
     def _polygon(self, source: YamlNode) -> tuple[Point, ...]:
         points = []
-        for item in self._list(source, "polygon"):
-            numbers = [self._number(number, "a corner") for number in self._list(item, "a corner")]
+        for item in self.sequence(source, "polygon"):
+            numbers = [self.number(number, "a corner") for number in self.sequence(item, "a corner")]
             if len(numbers) != 2:
-                raise self._error("a corner has two numbers", item, valid=("[1.0, 2.0]",))
+                raise self.error("a corner has two numbers", item, valid=("[1.0, 2.0]",))
             points.append((numbers[0], numbers[1]))
         if len(points) < 3:
-            raise self._error(f"a polygon has at least 3 corners, not {len(points)}", source)
+            raise self.error(f"a polygon has at least 3 corners, not {len(points)}", source)
         return tuple(points)
 
-    def _table(self, source: YamlNode, names: tuple[str, ...]) -> dict[str, YamlNode]:
-        if not isinstance(source, YamlMapping):
-            raise self._error("a mapping is needed here", source, valid=names)
-        for key, _ in source.entries:
-            if key.text not in names:
-                raise self._error(
-                    f"{key.text!r} is not known here", key, valid=closest_first(key.text, names)
-                )
-        return {key.text: value for key, value in source.entries}
-
-    def _list(self, source: YamlNode, name: str) -> tuple[YamlNode, ...]:
-        if not isinstance(source, YamlSequence):
-            raise self._error(f"{name} must be a list", source)
-        return source.items
-
-    def _text(self, source: YamlNode, name: str) -> str:
-        if not isinstance(source, YamlScalar) or not source.text.strip():
-            raise self._error(f"{name} must be a text", source)
-        return source.text
-
-    def _number(self, source: YamlNode, name: str) -> float:
-        text = source.text if isinstance(source, YamlScalar) else ""
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise self._error(f"{name} must be a finite number, not {text!r}", source)
-        return number
-
     def _angle(self, source: YamlNode) -> float:
-        angle = self._number(source, "phi")
+        angle = self.number(source, "phi")
         if abs(angle) > math.tau:
             problem = f"phi is in radians, and {angle:g} is more than a whole turn"
             in_degrees = (
                 (f"{math.radians(angle):.4f}, if {angle:g} degrees are meant",) if abs(angle) <= 360 else ()
             )
-            raise self._error(problem, source, valid=in_degrees or ("-3.14 to 3.14",))
+            raise self.error(problem, source, valid=in_degrees or ("-3.14 to 3.14",))
         return angle
-
-    def _error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:
-        position = source.position
-        return ConfigError(problem, file=self._file, line=position.line, column=position.column, valid=valid)

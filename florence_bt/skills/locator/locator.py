@@ -5,8 +5,11 @@ All poses are in the map frame.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
@@ -28,8 +31,29 @@ STATUS_OF_RUN_STATE = {
 Before the first goal an actionlib client answers LOST: it has no goal that it could know about.
 """
 
+MAX_AHEAD_S = 10.0
+"""How far ahead of the present time a sighting may be."""
 MAX_HOTSPOTS = 1000
 """More take so long to write and to read back that other requests would wait too long."""
+
+
+INITIAL_ROOM, SET_ROOM, SET_POSITION = "initial_user_room", "setUserPosRoom", "setUserPosXYPhi"
+"""What located the user: the parameter and the services of the document's table 11."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastSeen:
+    """When and how the user was last located.
+
+    Attributes:
+        source: The sensor, service or topic.
+        since: When it began to say where the user is, seconds; what began later counts.
+        at: Until when it said so, seconds.
+    """
+
+    source: str
+    since: float
+    at: float
 
 
 class Locator:
@@ -37,6 +61,7 @@ class Locator:
 
     Args:
         hotspots: The rooms and objects.
+        clock: Tells how long ago the user was seen.
         initial_user_room: The room to believe the user in at the start, empty for none.
 
     Raises:
@@ -46,8 +71,10 @@ class Locator:
         Document, section 3.8; REFERENCE 12.1, 12.3 to 12.5.
     """
 
-    def __init__(self, hotspots: Hotspots, initial_user_room: str = "") -> None:
+    def __init__(self, hotspots: Hotspots, clock: Clock, initial_user_room: str = "") -> None:
         self.hotspots = hotspots
+        self._clock = clock
+        self._last_seen: LastSeen | None = None
         self.robot: Pose2 | None = None
         """Where the robot is, None while that is not known."""
         self.goal: Pose2 | None = None
@@ -60,9 +87,10 @@ class Locator:
         """Whether a person has taken the robot over."""
         self._run_state = "IDLE"
         if initial_user_room:
-            result = self.set_user_room(initial_user_room)
+            # Believed, not seen: whatever a sensor says, also of the time before the start, replaces it.
+            result = self._see_in_room(initial_user_room, LastSeen(INITIAL_ROOM, -math.inf, clock.now()))
             if not result.succeeded:
-                raise ConfigError(f"initial_user_room: {result.reason}")
+                raise ConfigError(f"{INITIAL_ROOM}: {result.reason}")
 
     def room_of(self, x: float, y: float) -> str:
         """The room of a point: the polygon that contains it, else the nearest room hotspot, else empty."""
@@ -77,8 +105,8 @@ class Locator:
         """As :meth:`room_of`; empty when there is no pose."""
         return self.room_of(pose.x, pose.y) if pose is not None else ""
 
-    def set_user_position(self, pose: Pose2) -> Result:
-        """Take over a coordinate from a precise sensor.
+    def set_user_position(self, pose: Pose2, source: str = SET_POSITION) -> Result:
+        """Take over a coordinate from a precise sensor, which sees the user now.
 
         It always replaces the old one, unless it is not finite or in an obstacle of the map.
         """
@@ -91,6 +119,8 @@ class Locator:
                 "a place on free floor would be stored",
             )
         self.user = pose
+        now = self._clock.now()
+        self._last_seen = LastSeen(source, now, now)
         return success()
 
     def _in_obstacle(self, pose: Pose2) -> bool:
@@ -99,11 +129,34 @@ class Locator:
 
     def set_user_room(self, label: str) -> Result:
         """Take over a room from a coarse sensor; a known position in the same room stays as it is."""
+        now = self._clock.now()
+        return self._see_in_room(label, LastSeen(SET_ROOM, now, now))
+
+    def take_sighting(self, room: str, seen: LastSeen) -> Result:
+        """Take over a room from the home sensors, unless something else located the user after that began.
+
+        In the room where the user is anyway, it says how long they have been seen there.
+        """
+        now, last = self._clock.now(), self._last_seen
+        if seen.since > now + MAX_AHEAD_S or seen.at > now + MAX_AHEAD_S:
+            return failure("bad_input", f"{seen.source}: the user was seen in the future")
+        elsewhere = self.user is None or self.room_of_pose(self.user) != room
+        # What lies in the future was said before the clock was set back.
+        known = last if last is not None and last.at <= now + MAX_AHEAD_S else None
+        if known is not None and elsewhere and seen.since < known.since:
+            return success()
+        if known is not None and not elsewhere:
+            at = seen.at if seen.source == known.source else max(seen.at, known.at)
+            seen = LastSeen(seen.source, max(seen.since, known.since), at)
+        return self._see_in_room(room, seen)
+
+    def _see_in_room(self, label: str, seen: LastSeen) -> Result:
         hotspot = self.hotspots.get(label)
         if hotspot is None:
             return failure("unknown_hotspot", self.hotspots.unknown(label))
         if self.user is None or self.room_of_pose(self.user) != label:
             self.user = hotspot.pose
+        self._last_seen = seen
         return success()
 
     def set_hotspot(self, label: str, pose: Pose2) -> Result:
@@ -121,7 +174,9 @@ class Locator:
         """The skill ``get_user_room``."""
         if self.user is None:
             return failure("user_unknown", USER_UNKNOWN)
-        return success(room=self.room_of_pose(self.user))
+        assert self._last_seen is not None  # set together with the user
+        age = max(0.0, self._clock.now() - self._last_seen.at)
+        return success(room=self.room_of_pose(self.user), source=self._last_seen.source, age=age)
 
     def get_hotspot(self, label: str) -> Result:
         """The skill ``get_hotspot``."""

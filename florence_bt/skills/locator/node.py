@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from florence_interfaces.msg import DetectedUser, RunState
+from florence_interfaces.msg import DetectedUser, RunState, UserSeen
 from florence_interfaces.srv import (
     GetHotspot,
     GetRoom,
     GetStatus,
+    GetUserSeen,
     GetXYPhi,
     GotoRoom,
     GotoXYPhi,
@@ -29,14 +30,14 @@ from std_srvs.srv import Trigger
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformUnavailable
-from florence_bt.ros.conversions import grid_from_ros, pose_from_ros
+from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, stamp_from_ros
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
-from florence_bt.ros.topics import MANUAL_OVERRIDE
+from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
-from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.locator.locator import LastSeen, Locator
 
 RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
 ANSWER_WITHIN_S = 5.0
@@ -79,11 +80,12 @@ class LocatorNode(FlorenceNode):
         self._use = self.read_parameters(LocatorNodeParameters)
         file = self._use.hotspots_file
         hotspots = load_hotspots(file) if file else Hotspots()
-        self._locator = Locator(hotspots, self._use.initial_user_room)
+        self._locator = Locator(hotspots, self.timebase, self._use.initial_user_room)
         self._tf = TransformListener(self)
         self._missions = _MissionClient(self)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(DetectedUser, "detected_user", self._on_detected, RELIABLE)
+        self.create_subscription(UserSeen, USER_SEEN, self._on_user_seen, LATCHED)
         self.create_subscription(RunState, "florence_bt/run_state", self._on_run_state, LATCHED)
         self.create_subscription(PoseStamped, "navigate/current_goal", self._on_goal, LATCHED)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
@@ -102,10 +104,16 @@ class LocatorNode(FlorenceNode):
         x, y = message.user_position_x, message.user_position_y
         robot = self._robot_pose()
         result = self._locator.set_user_position(
-            Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0)
+            Pose2(x, y, Pose2(x, y).bearing_to(robot.x, robot.y) if robot else 0.0), "detected_user"
         )
         if not result.succeeded:
             self.get_logger().warning(f"detected_user: {result.reason}")
+
+    def _on_user_seen(self, message: UserSeen) -> None:
+        seen = LastSeen(message.source, stamp_from_ros(message.since), stamp_from_ros(message.stamp))
+        result = self._locator.take_sighting(message.room, seen)
+        if not result.succeeded:
+            self.get_logger().warning(f"{USER_SEEN}: {result.reason}", throttle_duration_sec=60.0)
 
     def _on_run_state(self, message: RunState) -> None:
         self._locator.take_run_state(message.state)
@@ -131,6 +139,7 @@ class LocatorNode(FlorenceNode):
         for name, pose_of in poses.items():
             self._serve(GetRoom, f"get{name}PosRoom", self._room_answer(pose_of))
             self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
+        self._serve(GetUserSeen, "getUserSeen", self._on_get_user_seen)
         self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
         self._serve(GetStatus, "getStatus", self._on_get_status)
 
@@ -141,6 +150,16 @@ class LocatorNode(FlorenceNode):
             return response
 
         return answer
+
+    def _on_get_user_seen(
+        self, request: GetUserSeen.Request, response: GetUserSeen.Response
+    ) -> GetUserSeen.Response:
+        result = self._locator.get_user_room()
+        response.valid = result.succeeded
+        if result.succeeded:
+            seen = result.outputs
+            response.room, response.source, response.age = seen["room"], seen["source"], seen["age"]
+        return response
 
     def _on_get_hotspot(
         self, request: GetHotspot.Request, response: GetHotspot.Response

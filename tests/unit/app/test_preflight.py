@@ -24,6 +24,26 @@ def refused(match, tmp_path, **options):
     return str(error.value)
 
 
+def test_a_sensor_in_a_room_that_does_not_exist_is_told_with_its_place(tmp_path):
+    file = write(tmp_path, "home.yaml", "sensors:\n  pir: {room: kichen}\n")
+    assert f"{file}:2:15: " in refused("would have worked: kitchen", tmp_path, home_file=file)
+
+
+def test_a_password_that_is_not_set_is_told(tmp_path, monkeypatch):
+    pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not here (extra home)")
+    monkeypatch.delenv("NO_SUCH_PASSWORD", raising=False)
+    text = "mqtt: {host: h, username: u, password_env: NO_SUCH_PASSWORD}\nsensors: {pir: {room: kitchen}}\n"
+    refused("NO_SUCH_PASSWORD is not set", tmp_path, home_file=write(tmp_path, "home.yaml", text))
+
+
+def test_the_home_sensors_are_started_when_their_file_is_given(tmp_path):
+    pytest.importorskip("rclpy")
+    home = str(find_data("config", "home.yaml"))
+    without = factories("people", BringUp(folder=str(tmp_path)))
+    given = factories("people", BringUp(folder=str(tmp_path), home_file=home))
+    assert [node.func.__name__ for node in given[len(without) :]] == ["HomeSensorsNode"]
+
+
 def test_the_files_of_the_package_are_right(tmp_path):
     for options in ({}, {"person": "kitchen"}, {"person": "absent"}, {"simulated": False}):
         check_options(BringUp(folder=str(tmp_path), **options))

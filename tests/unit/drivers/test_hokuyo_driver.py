@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import pytest
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import ConfigError
-from florence_bt.drivers.diagnosis import FrequencyMeter, Severity, is_off
+from florence_bt.drivers.diagnosis import FrequencyMeter, is_off
 from florence_bt.drivers.hokuyo.codec import check_sum
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver

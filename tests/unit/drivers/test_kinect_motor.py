@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from florence_bt.core.clock import ManualClock
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.kinect.motor.codec import (
     MotorRequest,
     MotorState,

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import ConfigError, FrameError
 from florence_bt.core.geometry import Pose2, Twist2, integrate_twist
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.sensing import Odometry
-from florence_bt.drivers.diagnosis import Severity
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 from florence_bt.drivers.turtlebot.diagnosis import diagnose
 from florence_bt.drivers.turtlebot.drive_control import CommandAcknowledgement

@@ -6,6 +6,7 @@ import itertools
 
 import pytest
 
+from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
 from florence_bt.simulation.rig.skills import ComponentRun, ComponentSkill, ExclusiveComponent, rig_skills
@@ -109,7 +110,7 @@ def skills_of(**components):
 
 
 def test_the_locator_as_skills():
-    locator = Locator(Hotspots([Hotspot("kitchen", Pose2(1.0, 2.0, 0.5))]), "kitchen")
+    locator = Locator(Hotspots([Hotspot("kitchen", Pose2(1.0, 2.0, 0.5))]), ManualClock(), "kitchen")
     skills = skills_of(locator=locator)
 
     def call(name, **inputs):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
@@ -16,7 +17,7 @@ from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.skills.locator import declaration
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
-from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.locator.locator import LastSeen, Locator
 
 KITCHEN = Hotspot("kitchen", Pose2(1.0, 1.0, 0.5), "room", ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)))
 BEDROOM = Hotspot("bedroom", Pose2(5.0, 1.0, 0.0))
@@ -26,7 +27,7 @@ TV = Hotspot("tv", Pose2(9.0, 9.0, 0.0), "object")
 
 @pytest.fixture
 def locator() -> Locator:
-    return Locator(Hotspots([KITCHEN, BEDROOM, HALL, TV]))
+    return Locator(Hotspots([KITCHEN, BEDROOM, HALL, TV]), ManualClock())
 
 
 @pytest.mark.parametrize(
@@ -47,7 +48,7 @@ def test_the_room_is_the_polygon_else_the_nearest_hotspot(
 
 
 def test_without_rooms_the_room_is_empty() -> None:
-    locator = Locator(Hotspots([TV]))
+    locator = Locator(Hotspots([TV]), ManualClock())
     assert locator.room_of(0.0, 0.0) == ""
     assert locator.room_of_pose(None) == ""
 
@@ -61,7 +62,7 @@ def test_a_coordinate_always_replaces_and_a_room_only_when_it_differs(locator: L
     assert locator.user == Pose2(3.0, 3.0, 1.0), "the finer coordinate in the same room stays"
     assert locator.set_user_room("bedroom").succeeded
     assert locator.user == BEDROOM.pose
-    assert locator.get_user_room().outputs == {"room": "bedroom"}
+    assert locator.get_user_room().outputs == {"room": "bedroom", "source": "setUserPosRoom", "age": 0.0}
 
 
 def test_an_unknown_room_changes_nothing_and_is_explained(locator: Locator) -> None:
@@ -102,9 +103,9 @@ def test_a_place_in_an_obstacle_of_the_map_is_refused_and_changes_nothing(locato
 
 
 def test_the_initial_room_must_exist() -> None:
-    assert Locator(Hotspots([KITCHEN]), "kitchen").user == KITCHEN.pose
+    assert Locator(Hotspots([KITCHEN]), ManualClock(), "kitchen").user == KITCHEN.pose
     with pytest.raises(ConfigError, match="kitchen"):
-        Locator(Hotspots([KITCHEN]), "kitchn")
+        Locator(Hotspots([KITCHEN]), ManualClock(), "kitchn")
 
 
 def test_hotspots_can_be_moved_and_added(locator: Locator) -> None:
@@ -229,3 +230,58 @@ def test_a_deferred_answer_is_sent_once_when_it_is_there(service: FakeService, a
     assert service.sent == [("yes", 7)]
     assert not later.answer("no")
     assert service.sent == [("yes", 7)]
+
+
+def test_the_room_has_its_source_and_age() -> None:
+    clock = ManualClock(100.0)
+    locator = Locator(Hotspots([KITCHEN, BEDROOM]), clock, "kitchen")
+    clock.advance(5.0)
+    assert locator.get_user_room().outputs == {"room": "kitchen", "source": "initial_user_room", "age": 5.0}
+    locator.set_user_position(Pose2(5.0, 1.0))
+    clock.advance(7.0)
+    assert locator.get_user_room().outputs == {"room": "bedroom", "source": "setUserPosXYPhi", "age": 7.0}
+
+
+def test_a_sighting_replaces_what_began_before_it() -> None:
+    clock = ManualClock(100.0)
+    locator = Locator(Hotspots([KITCHEN, BEDROOM]), clock, "kitchen")
+    assert locator.take_sighting("bedroom", LastSeen("pir", 40.0, 50.0)).succeeded
+    assert locator.get_user_room().outputs == {"room": "bedroom", "source": "pir", "age": 50.0}, (
+        "the room at the start is only believed"
+    )
+    locator.set_user_position(Pose2(3.0, 3.0))
+    clock.advance(10.0)
+    assert locator.take_sighting("bedroom", LastSeen("pir", 99.0, 110.0)).succeeded
+    assert locator.get_user_room().outputs["room"] == "kitchen", "the motion began before"
+    locator.take_sighting("bedroom", LastSeen("pir", 100.0, 110.0))
+    assert locator.user == BEDROOM.pose
+
+
+def test_a_sighting_in_the_same_room_leaves_the_finer_position() -> None:
+    clock = ManualClock(100.0)
+    locator = Locator(Hotspots([KITCHEN, BEDROOM]), clock)
+    locator.set_user_position(Pose2(3.0, 3.0, 1.0))
+    clock.advance(10.0)
+    locator.take_sighting("kitchen", LastSeen("pir", 90.0, 110.0))
+    assert locator.user == Pose2(3.0, 3.0, 1.0)
+    assert locator.get_user_room().outputs == {"room": "kitchen", "source": "pir", "age": 0.0}
+    locator.take_sighting("bedroom", LastSeen("door", 99.0, 99.0))
+    assert locator.get_user_room().outputs["room"] == "kitchen", "it was seen here since"
+    locator.take_sighting("kitchen", LastSeen("switch", 50.0, 50.0))
+    assert locator.get_user_room().outputs["age"] == 0.0, "an older sighting makes it no older"
+
+
+def test_a_sighting_that_cannot_be_is_refused() -> None:
+    locator = Locator(Hotspots([KITCHEN]), ManualClock(100.0))
+    assert locator.take_sighting("kichen", LastSeen("pir", 90.0, 95.0)).code == "unknown_hotspot"
+    assert locator.take_sighting("kitchen", LastSeen("pir", 90.0, 200.0)).code == "bad_input"
+    assert locator.user is None
+
+
+def test_a_clock_that_was_set_back_does_not_keep_the_future() -> None:
+    clock = ManualClock(9_000.0)
+    locator = Locator(Hotspots([KITCHEN, BEDROOM]), clock)
+    locator.set_user_room("kitchen")
+    clock._now = 10.0
+    locator.take_sighting("bedroom", LastSeen("pir", 9.0, 10.0))
+    assert locator.get_user_room().outputs["room"] == "bedroom"

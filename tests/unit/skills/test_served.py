@@ -62,8 +62,9 @@ def test_inputs_become_fields(name: str, inputs: dict[str, Any], fields: dict[st
 
 def test_answers_of_services_become_results() -> None:
     here = {"x": 1.0, "y": 2.0, "phi": 0.5}
-    assert answered("get_user_room", valid=True, room="hall") == success(room="hall")
-    assert answered("get_user_room", valid=False, room="").code == "user_unknown"
+    seen = {"room": "hall", "source": "hall_pir", "age": 3.0}
+    assert answered("get_user_room", valid=True, **seen) == success(**seen)
+    assert answered("get_user_room", valid=False).code == "user_unknown"
     assert answered("get_hotspot", valid=True, message="", **here) == success(pose=POSE)
     assert answered("get_hotspot", valid=False, message="no such") == failure("unknown_hotspot", "no such")
     assert answered("get_robot_pose", valid=True, **here) == success(pose=POSE)

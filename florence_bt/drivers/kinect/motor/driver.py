@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.core.limits import Limits, check_limits
-from florence_bt.drivers.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.kinect.motor.codec import (
     RECOMMENDED_TILT_DEG,
     TILT_LIMIT_DEG,

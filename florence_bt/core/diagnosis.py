@@ -1,0 +1,31 @@
+"""How well something does; the nodes turn these values into messages for ``diagnostics``."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+class Severity(enum.IntEnum):
+    """The levels of diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """One line of diagnostics.
+
+    Attributes:
+        level: How bad it is.
+        message: What it is, in words.
+        values: Details by name.
+    """
+
+    level: Severity
+    message: str
+    values: Mapping[str, str] = field(default_factory=dict)

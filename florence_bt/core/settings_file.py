@@ -1,0 +1,76 @@
+"""Reads typed values of a settings file; an error has file, line, column and what would have worked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence
+
+
+class SettingsReader:
+    """Reads parts of one file.
+
+    Args:
+        file: The file, named in errors.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def mapping(
+        self, source: YamlNode, names: Sequence[str], needed: Sequence[str] = ()
+    ) -> dict[str, YamlNode]:
+        """The values of a mapping by key.
+
+        Args:
+            source: The part of the file.
+            names: The keys that are known here.
+            needed: Those of them that must be there.
+        """
+        if not isinstance(source, YamlMapping):
+            raise self.error("a mapping is needed here", source, valid=names)
+        for key, _ in source.entries:
+            if key.text not in names:
+                raise self.error(f"{key.text!r} is not known here", key, valid=closest_first(key.text, names))
+        for name in needed:
+            if source.key(name) is None:
+                raise self.error(f"{name!r} is missing", source, valid=names)
+        return {key.text: value for key, value in source.entries}
+
+    def sequence(self, source: YamlNode, name: str) -> tuple[YamlNode, ...]:
+        """The items of a list."""
+        if not isinstance(source, YamlSequence):
+            raise self.error(f"{name} must be a list", source)
+        return source.items
+
+    def text(self, source: YamlNode, name: str) -> str:
+        """A text that is not empty."""
+        if not isinstance(source, YamlScalar) or not source.text.strip():
+            raise self.error(f"{name} must be a text", source)
+        return source.text
+
+    def choice(self, source: YamlNode, name: str, known: Sequence[str]) -> str:
+        """One of the texts that are known."""
+        text = self.text(source, name)
+        if text not in known:
+            raise self.error(f"the {name} {text!r} does not exist", source, valid=closest_first(text, known))
+        return text
+
+    def number(self, source: YamlNode, name: str) -> float:
+        """A finite number."""
+        text = source.text if isinstance(source, YamlScalar) else ""
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise self.error(f"{name} must be a finite number, not {text!r}", source)
+        return number
+
+    def error(self, problem: str, source: YamlNode, valid: Iterable[str] = ()) -> ConfigError:
+        """The error to raise about a part of the file."""
+        position = source.position
+        return ConfigError(problem, file=self.file, line=position.line, column=position.column, valid=valid)

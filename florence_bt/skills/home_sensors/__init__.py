@@ -1,0 +1,1 @@
+"""Sensors of the house say in which room the user is: motion detectors, door contacts, switches, TVs."""

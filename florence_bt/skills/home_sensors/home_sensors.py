@@ -1,0 +1,263 @@
+"""From reports of home sensors to the room of the user. The time is given; ROS and MQTT are not known here.
+
+The rule. A motion detector speaks for its room while it sees motion, a device for a minute after it was
+operated. Of those that speak, the one that began last says where the user is. When none speaks any more, the
+user stays where they were seen last. When the one that began last falls silent while a motion detector still
+sees motion, that one takes over: the user has walked back before it had noticed that they were gone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.core.errors import FlorenceError, closest_first
+from florence_bt.skills.home_sensors.settings import HomeSensor, SensorKind
+
+HOLD_S = 60.0
+"""How long a device that was operated speaks for its room: as long as motion detectors show motion."""
+AHEAD_S = 5.0
+"""How far ahead of ours the clock of a sensor may be."""
+CONTRADICTION_S = 120.0
+"""How long motion in two rooms may last before it is reported: longer than motion detectors show it."""
+
+
+class BadReport(FlorenceError):
+    """A report that is not used; says what would have worked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a sensor said.
+
+    Attributes:
+        sensor: Its name.
+        active: Motion, open, on, pressed.
+        at: When, seconds; None when that is not known, as of a retained message without a time.
+    """
+
+    sensor: str
+    active: bool
+    at: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """Where the user is, as far as home sensors know.
+
+    Attributes:
+        room: The label of the room.
+        source: The sensor.
+        since: When it began to say so, seconds.
+        at: Until when it said so, seconds; the present time while it still does.
+    """
+
+    room: str
+    source: str
+    since: float
+    at: float
+
+
+@dataclass(slots=True)
+class _State:
+    """What is known of one sensor; times in seconds."""
+
+    active: bool | None = None
+    heard: float | None = None
+    began: float | None = None
+    """When it was last switched on or operated."""
+    counts_from: float | None = None
+    """The same, or when it took over."""
+    ended: float | None = None
+    """When motion ended, if it has."""
+    late: int = 0
+    """Reports that came too late to be used."""
+
+
+class HomeSensors:
+    """Finds the room of the user.
+
+    Args:
+        sensors: The sensors by name.
+        now: The present time, seconds.
+
+    Source:
+        Document, section 3.8.1; REFERENCE 12.4. The rule is ours (docs/home_sensors.md).
+    """
+
+    def __init__(self, sensors: Mapping[str, HomeSensor], now: float) -> None:
+        self._sensors = sensors
+        self._begin(now)
+
+    def _begin(self, now: float) -> None:
+        self._states = {name: _State() for name in self._sensors}
+        self._started = self._now = now
+        self._sighting: Sighting | None = None
+
+    def _forget_when_set_back(self, now: float) -> None:
+        """Begin again when the clock was set back: what was said before would lie in the future."""
+        if now < self._now - AHEAD_S:
+            self._begin(now)
+        self._now = now
+
+    def take(self, report: Report, now: float) -> None:
+        """Take a report over.
+
+        Raises:
+            BadReport: The sensor or the time cannot be meant.
+        """
+        self._forget_when_set_back(now)
+        sensor, state = self._sensors.get(report.sensor), self._states.get(report.sensor)
+        if sensor is None or state is None:
+            names = ", ".join(closest_first(report.sensor, self._sensors))
+            raise BadReport(f"there is no home sensor {report.sensor!r} (would have worked: {names})")
+        if report.at is None:
+            if sensor.kind is SensorKind.DEVICE:
+                # Not when, but what it is: the next change is one.
+                state.active = report.active
+            return
+        if not math.isfinite(report.at) or report.at > now + AHEAD_S:
+            raise BadReport(
+                f"the time of {report.sensor!r} is {report.at - now:g} s after the present time "
+                f"(would have worked: at most {AHEAD_S:g} s)"
+            )
+        at = min(report.at, now)
+        if now - at > sensor.stale_after or (state.heard is not None and at < state.heard):
+            state.late += 1
+            return
+        if _begins(sensor, state, report.active, at):
+            state.began = state.counts_from = state.ended = at
+        elif state.began is not None and state.active and not report.active:
+            state.ended = self._until(report.sensor, at)
+        state.active, state.heard = report.active, at
+
+    def locate(self, now: float) -> Sighting | None:
+        """Where the user is, None while no sensor has said so. Call it after each report, and often."""
+        self._forget_when_set_back(now)
+        last, began = self._sighting, self._candidates(now)
+        if not began:
+            return last
+        name = max(began, key=lambda each: began[each])
+        if last is not None and last.source != name and began[name] < last.since:
+            self._states[name].counts_from = began[name] = now
+        until = max(began[name], self._until(name, now))
+        self._sighting = Sighting(self._sensors[name].room, name, began[name], until)
+        return self._sighting
+
+    def diagnoses(self, now: float) -> dict[str, Diagnosis]:
+        """How each sensor does, and whether they agree."""
+        return {
+            "user": self._agreement(now),
+            **{name: self._diagnosis(name, now) for name in self._sensors},
+        }
+
+    def _candidates(self, now: float) -> dict[str, float]:
+        """The sensors that may say where the user is, and since when each does."""
+        last = self._sighting
+        began = {
+            name: state.counts_from for name, state in self._states.items() if state.counts_from is not None
+        }
+        if last is None:
+            return began
+        speaking = {
+            name: since
+            for name, since in began.items()
+            if self._sees_motion(name, now) or (since >= last.since and self._was_operated(name, now))
+        }
+        return speaking or {
+            name: since for name, since in began.items() if name == last.source or since > last.at
+        }
+
+    def _until(self, name: str, now: float) -> float:
+        """Until when a sensor that has begun said that somebody is in its room."""
+        sensor, state = self._sensors[name], self._states[name]
+        if self._sees_motion(name, now):
+            return now
+        assert state.began is not None and state.heard is not None and state.ended is not None
+        if sensor.kind is not SensorKind.MOTION:
+            return state.began
+        # Silent or stuck: until it was believed.
+        return min(state.heard, state.began + sensor.stuck_after) if state.active else state.ended
+
+    def _was_operated(self, name: str, now: float) -> bool:
+        """Whether it is a device that was operated a moment ago."""
+        began = self._states[name].began
+        return (
+            self._sensors[name].kind is not SensorKind.MOTION and began is not None and now - began <= HOLD_S
+        )
+
+    def _sees_motion(self, name: str, now: float) -> bool:
+        """Whether it is a motion detector that sees motion now, and is believed."""
+        sensor, state = self._sensors[name], self._states[name]
+        return (
+            sensor.kind is SensorKind.MOTION
+            and bool(state.active)
+            and state.heard is not None
+            and now - state.heard <= sensor.stale_after
+            and not self._is_stuck(name, now)
+        )
+
+    def _is_stuck(self, name: str, now: float) -> bool:
+        sensor, state = self._sensors[name], self._states[name]
+        return (
+            sensor.kind is SensorKind.MOTION
+            and bool(state.active)
+            and state.began is not None
+            and now - state.began > sensor.stuck_after
+        )
+
+    def _agreement(self, now: float) -> Diagnosis:
+        """Whether motion detectors see somebody in two rooms at once."""
+        since: dict[str, float] = {}
+        for name, sensor in self._sensors.items():
+            began = self._states[name].began
+            if began is not None and self._sees_motion(name, now):
+                since[sensor.room] = min(began, since.get(sensor.room, began))
+        sighting = self._sighting
+        values = {
+            "room": sighting.room if sighting else "",
+            "sensor": sighting.source if sighting else "",
+            "motion in": ", ".join(sorted(since)),
+        }
+        if sighting is None:
+            return Diagnosis(Severity.OK, "no sensor has seen the user yet", values)
+        if len(since) > 1 and now - sorted(since.values())[1] > CONTRADICTION_S:
+            problem = f"motion in {' and '.join(sorted(since))} for more than {CONTRADICTION_S:g} s: "
+            return Diagnosis(
+                Severity.WARN,
+                f"{problem}the user is taken to be in {sighting.room}, where it began last",
+                values,
+            )
+        return Diagnosis(Severity.OK, f"the user was last seen in {sighting.room}", values)
+
+    def _diagnosis(self, name: str, now: float) -> Diagnosis:
+        sensor, state = self._sensors[name], self._states[name]
+        heard = self._started if state.heard is None else state.heard
+        values = {
+            "room": sensor.room,
+            "kind": sensor.kind.value,
+            "state": "unknown" if state.active is None else "on" if state.active else "off",
+            "last report": "none" if state.heard is None else f"{now - state.heard:.0f} s ago",
+            "reports that came too late": str(state.late),
+        }
+        if sensor.kind is SensorKind.MOTION and now - heard > sensor.stale_after:
+            problem = (
+                f"has not reported for {sensor.stale_after:g} s: it says nothing about the user any more"
+            )
+            return Diagnosis(Severity.WARN, problem, values)
+        if self._is_stuck(name, now):
+            problem = f"has seen motion for more than {sensor.stuck_after:g} s: not believed until it is over"
+            return Diagnosis(Severity.WARN, problem, values)
+        return Diagnosis(Severity.OK, "has not reported yet" if state.heard is None else "reports", values)
+
+
+def _begins(sensor: HomeSensor, state: _State, active: bool, at: float) -> bool:
+    """Whether a report is the beginning of something, and not the same state once more."""
+    if sensor.kind is SensorKind.BUTTON:
+        return active
+    if sensor.kind is SensorKind.DEVICE:
+        return active if state.active is None else active != state.active
+    stale = state.heard is not None and at - state.heard > sensor.stale_after
+    return active and (not state.active or stale)

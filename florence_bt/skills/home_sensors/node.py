@@ -1,0 +1,137 @@
+"""The home sensors on ROS (``home_sensors``): takes reports over ROS and MQTT, publishes the user's room."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from florence_interfaces.msg import HomeEvent, UserSeen
+
+from florence_bt.core.clock import call_every
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
+from florence_bt.ros.diagnostics import diagnostics_to_ros
+from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.ros.topics import USER_SEEN
+from florence_bt.skills.home_sensors.home_sensors import BadReport, HomeSensors, Report, Sighting
+from florence_bt.skills.home_sensors.mqtt import MqttClient
+from florence_bt.skills.home_sensors.payload import read_payload
+from florence_bt.skills.home_sensors.settings import BrokerSettings, load_home
+from florence_bt.skills.locator.hotspots import load_hotspots
+
+EVENT = "home_sensors/event"
+PERIOD_S = 1.0
+"""Between two looks at what has become stale, and two diagnostics."""
+
+
+@dataclass(frozen=True, slots=True)
+class HomeSensorsNodeParameters:
+    """Parameters of the home sensors.
+
+    Attributes:
+        home_file: Which sensor is in which room (docs/home_sensors.md).
+        hotspots_file: The rooms.
+    """
+
+    home_file: str
+    hotspots_file: str
+
+
+class HomeSensorsNode(FlorenceNode):
+    """Publishes ``home_sensors/user_seen``.
+
+    Args:
+        parameters: The node's parameters.
+
+    Raises:
+        ConfigError: A file is wrong, or paho-mqtt is needed and not installed.
+    """
+
+    def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
+        super().__init__("home_sensors", parameters=parameters)
+        use = self.read_parameters(HomeSensorsNodeParameters)
+        settings = load_home(use.home_file, load_hotspots(use.hotspots_file))
+        self._settings = settings.sensors
+        self._by_topic = {sensor.topic: name for name, sensor in settings.sensors.items() if sensor.topic}
+        self._sensors = HomeSensors(settings.sensors, self.timebase.now())
+        self._published: Sighting | None = None
+        self._user_seen = self.create_publisher(UserSeen, USER_SEEN, LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        self.create_subscription(HomeEvent, EVENT, self._on_event, RELIABLE)
+        call_every(self.timebase, PERIOD_S, self._publish_user)
+        call_every(self.steady, PERIOD_S, self._publish_diagnostics)
+        self._link: str | None = None
+        self._client: MqttClient | None = None
+        if settings.mqtt is not None and self._by_topic:
+            self._connect(settings.mqtt)
+
+    def _connect(self, broker: BrokerSettings) -> None:
+        self._address = broker.address
+        self._client = MqttClient(
+            broker,
+            list(self._by_topic),
+            call_soon=self.call_soon,
+            on_message=self._on_mqtt,
+            on_link=self._on_link,
+        )
+        self._client.open()
+        self.on_close(self._client.close)
+
+    def _on_event(self, message: HomeEvent) -> None:
+        now = self.timebase.now()
+        stamp = stamp_from_ros(message.stamp)
+        self._take(EVENT, Report(message.sensor, message.active, stamp or now), now)
+
+    def _on_mqtt(self, topic: str, payload: bytes, retained: bool) -> None:
+        now = self.timebase.now()
+        name = self._by_topic[topic]
+        try:
+            report = read_payload(
+                name, self._settings[name], payload, retained=retained, now=now, wall_now=time.time()
+            )
+        except BadReport as error:
+            self.health.count_refused(f"MQTT {topic}", str(error))
+            return
+        if report is not None:
+            self._take(f"MQTT {topic}", report, now)
+
+    def _take(self, source: str, report: Report, now: float) -> None:
+        try:
+            self._sensors.take(report, now)
+        except BadReport as error:
+            self.health.count_refused(source, str(error))
+            return
+        self._publish_user()
+
+    def _publish_user(self) -> None:
+        seen = self._sensors.locate(self.timebase.now())
+        if seen is None or seen == self._published:
+            return
+        self._published = seen
+        message = UserSeen(room=seen.room, source=seen.source)
+        message.since, message.stamp = stamp_to_ros(seen.since), stamp_to_ros(seen.at)
+        self._user_seen.publish(message)
+
+    def _on_link(self, problem: str) -> None:
+        self._link = problem
+        if problem:
+            self.get_logger().error(f"MQTT broker {self._address}: {problem}; will be tried again and again")
+        else:
+            self.get_logger().info(f"MQTT broker {self._address}: connected")
+
+    def _publish_diagnostics(self) -> None:
+        now = self.timebase.now()
+        found = self._sensors.diagnoses(now)
+        if self._client is not None:
+            found["MQTT broker"] = self._broker(self._client)
+        self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), "home sensors", now))
+
+    def _broker(self, client: MqttClient) -> Diagnosis:
+        values = {"address": self._address, "messages dropped": str(client.dropped)}
+        if self._link is None:
+            return Diagnosis(Severity.WARN, "connecting", values)
+        return Diagnosis(Severity.ERROR if self._link else Severity.OK, self._link or "connected", values)
