@@ -5,7 +5,7 @@ from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.why import explain
+from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
@@ -31,14 +31,18 @@ def build(clock, work, clean=CLEANED):
 
 
 @pytest.mark.parametrize(
-    ("result", "status"), [(success(), Status.SUCCESS), (failure("broken", "it broke"), Status.FAILURE)]
+    ("result", "status", "why"),
+    [
+        (success(), Status.SUCCESS, None),
+        (failure("broken", "it broke"), Status.FAILURE, Why("root/work", "broken", "it broke")),
+    ],
 )
-def test_the_clean_up_follows_and_the_status_of_the_body_stands(clock, result, status):
+def test_the_clean_up_follows_and_the_status_of_the_body_stands(clock, result, status, why):
     # 0: work; 2: clean; 3: clean again; 4: done
     root, _, clean, context = build(clock, Step(result, after=2.0))
     tick_until(root, clock, context)
     assert (root.status, clock.now(), len(clean.runs)) == (status, 4.0, 2)
-    assert explain(root) is None or explain(root).path == "root/work"
+    assert explain(root) == why
 
 
 def test_a_failing_clean_up_changes_nothing(clock):

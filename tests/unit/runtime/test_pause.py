@@ -151,6 +151,7 @@ def test_a_skill_that_ends_at_the_moment_of_the_pause_keeps_its_result(bench):
     bench.executor.resume()
     bench.clock.advance(0.0)
     assert run.status is RunStatus.SUCCEEDED and eager.starts == 1
+    assert kinds(bench).count(EventKind.SKILL_ENDED) == 1
 
 
 @pytest.mark.parametrize("moment", [0.0, 0.2, 1.0, 1.9])
@@ -219,6 +220,7 @@ def test_a_paused_run_can_be_stopped(bench, cancel_takes, wait):
     bench.clock.advance(1.0)
     assert run.status is RunStatus.STOPPED and bench.drive.active == 0 and len(bench.drive.runs) == 1
     assert "[>] drive" in run.tree
+    assert kinds(bench).count(EventKind.SKILL_ENDED) == 1
 
 
 def test_a_clean_up_runs_when_a_paused_run_is_stopped(bench, tmp_path):

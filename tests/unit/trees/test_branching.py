@@ -179,6 +179,14 @@ def test_a_switch_is_decided_once_each_time_it_starts(tmp_path):
     assert (play.run(), [skill for _, skill in play.started]) == ("success", ["work", "other"])
 
 
+def test_a_switch_that_starts_again_forgets_why_it_failed(tmp_path):
+    # 0: there is no case; then n is 1, and the branch breaks.
+    tree = "{retry: 2, do: {switch: $n, cases: {1: {work: }}, finally: {set: {n: 1}}}}"
+    play = Play(tmp_path, f"{NUMBER}tree: {tree}", work=[takes(0.0, BROKEN)])
+    assert play.run() == "broken"
+    assert play.why.reason == "2 of 2 attempts failed; last: it broke"
+
+
 def test_condition(tmp_path):
     head = "inputs: {d: {type: length, default: 2.4 m}, room: {type: text, default: hall}}\n"
     play = Play(tmp_path, f'{head}tree: {{condition: $d < 1 m or $room == "kitchen"}}')
