@@ -40,7 +40,7 @@ class Stubborn:
 
 
 def use(bench, **skills):
-    bench.executor._skills = {**bench.executor._skills, **skills}
+    bench.skills.update(skills)
 
 
 def test_a_skill_that_never_ends_holds_the_run_up_only_so_long(bench):

@@ -47,7 +47,7 @@ tree:
 def test_nothing_drives_after_an_override_though_the_rest_of_the_clean_up_is_done(
     bench, tmp_path, cleaning_for
 ):
-    bench.work._script = (Step(success(pay=1), after=1.0),)
+    bench.script_work(Step(success(pay=1), after=1.0))
     file = tmp_path / "tidy.yaml"
     file.write_text(TIDY)
     bench.executor.library.add_file(file)

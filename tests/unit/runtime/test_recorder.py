@@ -71,7 +71,7 @@ def test_the_path_of_a_long_run_takes_no_more_room_than_that_of_a_short_one(benc
     bench.script(Step(after=400.0))
     done = []
     RunRecorder(bench.executor, tmp_path, bench.clock, lambda: Pose2(0.0, 0.0, 0.0), done.append)
-    bench.executor._declarations = {**bench.executor._declarations, "drive": replace(DRIVE, deadline_s=900.0)}
+    bench.declarations["drive"] = replace(DRIVE, deadline_s=900.0)
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(500.0)
     path = done[0].path
@@ -98,9 +98,9 @@ def test_the_status_of_nothing_is_said_in_words(bench):
     assert status_text(None, "", 0.0) == "no mission has run yet"
 
 
-def test_the_status_tells_that_the_journal_is_in_trouble_and_missions_run_on(bench, tmp_path):
+def test_the_status_tells_that_the_journal_is_in_trouble_and_missions_run_on(make_bench, tmp_path):
     (tmp_path / "runs").write_text("a file where the folder should be")
-    bench.executor._event_bus.log = Journal(tmp_path / "runs")
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert run.status.value == "SUCCEEDED"

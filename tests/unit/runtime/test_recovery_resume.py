@@ -46,7 +46,7 @@ def test_a_run_is_resumed_wherever_its_process_died(tmp_path, tenth):
     done = {name: len(skill.runs) - skill.active for name, skill in first.skills.items()}
     going = {name: skill.active for name, skill in first.skills.items()}
     # The drives that are still to come in the second process.
-    script = first.skills["drive"]._script
+    script = first.scripts["drive"]
     drive = [script[min(done["drive"] + n, len(script) - 1)] for n in range(5)]
     second = Process(tmp_path / "died", start=5000.0, name="B", drive=drive)
     resumed = second.executor.current

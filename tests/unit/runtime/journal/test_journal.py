@@ -103,10 +103,9 @@ def test_runs_are_filtered_and_the_latest_come_first(tmp_path):
         assert reader.runs(mission="other") == [] and reader.runs(state="failed") == []
 
 
-def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
+def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(make_bench, tmp_path):
     # The two ticks of the start and of drive's end are two batches.
-    journal = Journal(tmp_path / "runs")
-    bench.executor._event_bus.log = journal
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     run = bench.executor.trigger(MissionRequest("drive_and_work"))
     with JournalReader(tmp_path / "runs") as reader:
         assert [event.kind for event in reader.events(run.run_id)] == ["started"]
@@ -116,8 +115,9 @@ def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
         assert reader.run(run.run_id).state == "SUCCEEDED" and reader.run(run.run_id).outputs == {"pay": "7"}
 
 
-def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
-    bench.executor._event_bus.log = Journal(tmp_path / "runs", background=True)
+def test_who_listens_hears_of_nothing_that_is_not_safe_yet(make_bench, tmp_path):
+    journal = Journal(tmp_path / "runs", background=True)
+    bench = make_bench(log=journal)
     seen = []
 
     def look(run, event):
@@ -139,7 +139,7 @@ def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
         ("resumed", "RUNNING"),
         ("ended", "SUCCEEDED"),
     ]
-    bench.executor._event_bus.log.close()
+    journal.close()
 
 
 def test_a_locked_file_costs_nothing_but_time(tmp_path):
@@ -320,8 +320,8 @@ def test_bad_parameters_are_refused(field):
         JournalParameters(busy_s=-1.0)
 
 
-def test_the_text_of_a_run_and_its_timeline(bench, tmp_path):
-    bench.executor._event_bus.log = Journal(tmp_path / "runs")
+def test_the_text_of_a_run_and_its_timeline(make_bench, tmp_path):
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     run = bench.executor.trigger(MissionRequest("drive_and_work", caller="test"))
     bench.clock.advance(1.0)
     bench.executor.pause("a child")
