@@ -179,9 +179,12 @@ def test_a_switch_is_decided_once_each_time_it_starts(tmp_path):
     assert (play.run(), [skill for _, skill in play.started]) == ("success", ["work", "other"])
 
 
-def test_a_switch_that_starts_again_forgets_why_it_failed(tmp_path):
-    # 0: there is no case; then n is 1, and the branch breaks.
-    tree = "{retry: 2, do: {switch: $n, cases: {1: {work: }}, finally: {set: {n: 1}}}}"
+@pytest.mark.parametrize(
+    "tree", ["{switch: $n, cases: {1: {work: }}, %s}", "{if: 1 / $n == 1, then: {work: }, %s}"]
+)
+def test_what_starts_again_forgets_why_it_failed(tmp_path, tree):
+    # There is no case for 0, and no quotient; then n is 1, and the branch breaks.
+    tree = f"{{retry: 2, do: {tree % 'finally: {set: {n: 1}}'}}}"
     play = Play(tmp_path, f"{NUMBER}tree: {tree}", work=[takes(0.0, BROKEN)])
     assert play.run() == "broken"
     assert play.why.reason == "2 of 2 attempts failed; last: it broke"

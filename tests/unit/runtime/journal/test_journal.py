@@ -9,7 +9,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader
-from florence_bt.runtime.journal.schema import OWN_FILE, VERSION
+from florence_bt.runtime.journal.schema import OWN_FILE, VERSION, JournalBroken
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
@@ -189,6 +189,26 @@ def test_a_broken_file_is_moved_aside_and_a_new_one_begins(tmp_path, garbage):
         assert "moved to" in told[0]
 
 
+def test_a_run_that_goes_on_while_the_file_breaks_is_in_the_new_file(tmp_path):
+    journal = Journal(tmp_path)
+    whole_run(journal, 1)
+    run = make_run(2)
+    run.status, run.started = RunStatus.RUNNING, 1.0
+    happen(journal, run, EventKind.STARTED)
+    run.status = RunStatus.PAUSED
+    happen(journal, run, EventKind.PAUSED)
+    journal.flush()
+    journal.set_aside("a page is torn")
+    run.status = RunStatus.RUNNING
+    happen(journal, run, EventKind.RESUMED)
+    run.status, run.ended = RunStatus.SUCCEEDED, 2.0
+    happen(journal, run, EventKind.ENDED)
+    journal.close()
+    with JournalReader(tmp_path) as reader:
+        assert [(row.run_id, row.state) for row in reader.runs()] == [("R-002", "SUCCEEDED")]
+        assert [event.kind for event in reader.events("R-002")] == ["resumed", "ended"]
+
+
 def test_a_file_that_was_taken_away_is_made_anew_with_the_next_run(tmp_path):
     journal = Journal(tmp_path)
     whole_run(journal, 1)
@@ -287,7 +307,7 @@ def test_what_is_no_journal_is_refused_in_words(tmp_path):
     with pytest.raises(ConfigError, match=f"no journal.*{JOURNAL_FILE}"):
         JournalReader(tmp_path)
     (tmp_path / JOURNAL_FILE).write_text("nonsense " * 1000)
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(JournalBroken, match="cannot be read"):
         JournalReader(tmp_path)
 
 
