@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.runtime.journal import Journal, JournalReader
+from florence_bt.runtime.journal.text import tree_from_events
 from florence_bt.runtime.run import MissionRequest
 
 MISSION = """\
@@ -53,8 +55,19 @@ END = """\
             [-] work (3.0 s)
             [ ] return"""
 
+# A run whose process died has only its events: the last word of each node that was reached.
+FROM_EVENTS = """\
+[x] visit -- 2 of 2 attempts failed; last: sequence was not done within 5 s (it was at work)
+    [x] within 5 s -- sequence was not done within 5 s (it was at work)
+        [-] sequence
+            [+] selector
+                [+] drive
+                [+] wait 1 s
+            [-] work"""
 
-def test_what_a_dump_says_in_the_course_of_a_run(bench, tmp_path):
+
+def test_what_a_dump_says_in_the_course_of_a_run(make_bench, tmp_path):
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     (tmp_path / "visit.yaml").write_text(MISSION)
     bench.executor.library.add_file(tmp_path / "visit.yaml")
     bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0), Step(after=2.0))
@@ -63,3 +76,5 @@ def test_what_a_dump_says_in_the_course_of_a_run(bench, tmp_path):
     for moment, expected in ((104.5, FIRST_ROUND), (106.0, SECOND_ROUND), (200.0, END)):
         bench.clock.advance_to(moment)
         assert bench.executor.render(run, durations=True) == expected
+    with JournalReader(tmp_path / "runs") as reader:
+        assert tree_from_events(reader.events(run.run_id)) == FROM_EVENTS

@@ -61,7 +61,10 @@ def test_the_built_in_missions_are_without_findings():
             "2:35 warning because: 'look for user' cannot fail with 'no_usr_seen' | no_user_seen",
         ),
         # keys
-        ("{wait: $pause}", "2:14 error no node writes a key 'pause' | "),
+        (
+            "{wait: $pause}",
+            "2:14 error no node writes a key 'pause' | pause under inputs:, set: {pause: ...} before it",
+        ),
         ('{fail: "no $pause"}', "2:14 error no node writes a key 'pause' | "),
         ('{wait: 1 s, because: "no $pause"}', "2:28 error no node writes a key 'pause' | "),
         (

@@ -231,7 +231,7 @@ def test_a_chain_of_a_thousand_missions_and_a_tree_that_doubles_itself(workshop)
     workshop.write("tree: {wait: 1 s}\n", "d60")
     library = workshop.library()
     (deep,) = check(library.get("c0"), library, workshop.declarations)
-    assert "1001 nodes are nested" in deep.message
+    assert "1001 nodes are nested" in deep.message and (deep.line, deep.column) == (2, 8)
     (wide,) = check(library.get("d0"), library, workshop.declarations)
     assert "the mission has more than a billion nodes" in wide.message
     assert check(library.get("d50"), library, workshop.declarations) == []

@@ -117,6 +117,7 @@ def test_what_is_right(tree):
         "{run: goto_room, with: {rom: kitchen}}",
         "{run: goto_room, with: {room: kitchen}, out: {pose: p}}",
         "{run: Goto}",
+        "{run: my_own_mission, with: {Room: 5}}",
         "{set: {}}",
         "{set: {Key: 1}}",
         "{navigate_to: {goal: {x: 1 m, y: 2 m}}}",
@@ -177,6 +178,8 @@ def test_editors_are_told_what_everything_is():
     assert list(SCHEMA["properties"]) == list(MISSION_KEYS)
     window = node["look_for_user"]["properties"]["window"]
     assert window["default"] == "5 s" and "at least 0.5 s, at most 15 s" in window["description"]
+    assert "Fails with: no_user_seen" in node["look_for_user"]["description"]
+    assert node["set_user_position"]["description"].endswith("Fails with: none of its own.")
     assert "goto_room" in node["run"]["anyOf"][0]["enum"]
 
 
