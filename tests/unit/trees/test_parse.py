@@ -110,7 +110,8 @@ def test_what_is_wrong_with_the_head(head, problem):
 
 def test_values():
     use = node(
-        'go: {a: 5 m, b: $key, c: "5", d: "to $x and ${y}s", e: $$5, f: {x: 1 m, y: $y, yaw: 0}, g: "${x}-${y}"}'
+        'go: {a: 5 m, b: $key, c: "5", d: "to $x and ${y}s", e: $$5, f: {x: 1 m, y: $y, yaw: 0}, '
+        'g: "${x}-${y}"}'
     )
     values = {name.text: value for name, value in use.inputs}
     assert values["a"].text == "5 m" and not values["a"].quoted

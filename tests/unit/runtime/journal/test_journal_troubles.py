@@ -10,7 +10,6 @@ from dataclasses import replace
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.event_bus import EventBus
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader, store
