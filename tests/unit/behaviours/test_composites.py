@@ -87,7 +87,7 @@ def test_stopping_a_finished_tree_does_not_clean_again(clock):
 
 
 class Breaks(Behaviour):
-    """Waits a second on the clock, then has a bug."""
+    """Waits a second on the clock, then has a bug, and another one when it is stopped."""
 
     def __init__(self, context):
         super().__init__("breaks")
@@ -100,6 +100,9 @@ class Breaks(Behaviour):
         self._begun = True
         self._context.clock.call_at(self._context.clock.now() + 1.0, self._context.wake)
         return Status.RUNNING
+
+    def terminate(self, new_status):
+        raise KeyError("another bug")
 
 
 def test_a_bug_in_a_clean_up_that_a_timer_woke_ends_the_clean_up_alone(clock):
@@ -118,7 +121,7 @@ def test_a_bug_in_a_clean_up_that_a_timer_woke_ends_the_clean_up_alone(clock):
         context,
         RunSkill("work", context, "work"),
         lambda c: Parallel(
-            "clean up", ParallelPolicy.SuccessOnAll(), [RunSkill("clean", c, "clean"), Breaks(c)]
+            "clean up", ParallelPolicy.SuccessOnAll(), [Breaks(c), RunSkill("clean", c, "clean")]
         ),
     )
     root.tick_once()
