@@ -12,7 +12,7 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.missions import READINGS, MissionFolders
+from florence_bt.runtime.missions import READINGS, MissionFolders, ReloadReport
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -130,6 +130,7 @@ def test_new_files_appear_and_deleted_ones_go(home):
     home.write("sing", "speak: {text: la}")
     assert home.run("sing").status is RunStatus.SUCCEEDED
     (home.folder / "sing.yaml").unlink()
+    assert home.executor.reload() == ReloadReport(removed=("sing",))
     with pytest.raises(ConfigError, match="no mission 'sing'"):
         home.executor.trigger(MissionRequest("sing"))
 
@@ -151,6 +152,7 @@ def test_a_new_file_with_errors_is_refused_and_disturbs_nobody(home, tree, told)
     home.write("wrong", tree)
     report = home.executor.reload()
     assert not report.ok and re.search(told, report.broken["wrong"]) and "cannot run" in report.text()
+    assert report.changed == report.removed == () and report.held == {}
     with pytest.raises(ConfigError, match=told):
         home.executor.trigger(MissionRequest("wrong"))
     assert home.run().status is RunStatus.SUCCEEDED

@@ -12,8 +12,8 @@ from florence_bt.runtime import recorder as recorder_module
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecorder
-from florence_bt.runtime.run import MissionRequest, TriggerPolicy
-from florence_bt.runtime.status import status_text
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
+from florence_bt.runtime.status import duration_text, status_text
 
 DRIVE = SkillDeclaration("drive", "Drive some way", inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)})
 
@@ -92,6 +92,17 @@ def test_the_status_tells_the_outputs_and_only_of_a_success(bench):
     bench.clock.advance(10.0)
     assert run.outputs == {"pay": 7} and run.output_texts == {"pay": "7"}
     assert status_text(run, run.tree, bench.clock.now()).splitlines()[-1] == "outputs pay: 7"
+
+
+def test_how_long_a_run_took_is_not_known_when_its_process_died():
+    run = MissionRun("R", MissionRequest("m"), {})
+    assert duration_text(run, 9.0) == ""
+    run.status = RunStatus.ABORTED
+    assert duration_text(run, 9.0) == ""
+    run.started, run.ended = 1.0, 3.5
+    assert duration_text(run, 9.0) == "at least 2.5 s"
+    run.status = RunStatus.SUCCEEDED
+    assert duration_text(run, 9.0) == "2.5 s"
 
 
 def test_the_status_of_nothing_is_said_in_words(bench):

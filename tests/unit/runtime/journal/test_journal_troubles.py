@@ -132,6 +132,7 @@ def test_old_runs_are_dropped_though_no_process_lives_long(tmp_path):
         tell = teller(journal)
         end(tell, begin(tell, number))
         journal.close()
+        assert not [*tmp_path.glob("*-wal")], "the file is closed"
     assert len(states(tmp_path)) <= 11
 
 
