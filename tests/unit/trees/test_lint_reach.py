@@ -214,6 +214,15 @@ def test_what_can_happen_is_not_said_to_be_impossible(workshop, tree):
     assert [line for line in found if "reads" not in line] == []
 
 
+@pytest.mark.parametrize(
+    ("key", "given"), [("inputs: {d: {type: duration}}", True), ("keys: {d: {type: duration}}", False)]
+)
+def test_an_input_is_always_there_and_a_key_is_not(workshop, key, given):
+    tree = "{sequence: [{retry: 2, on: [missing_key], do: {wait: $d}}, {set: {d: 1 s}}]}"
+    found = [line for line in workshop.lines(f"tree: {tree}\n{key}\n") if "missing_key" in line]
+    assert len(found) == given and all("cannot fail with 'missing_key'" in line for line in found)
+
+
 def test_a_skill_that_does_not_exist_brings_no_claims_about_its_ends(workshop):
     tree = "{sequence: [{retry: 2, on: [odd], do: {sing: }}, {run: nowhere, because: {odd: x}}]}"
     found = workshop.lines(f"tree: {tree}\n")

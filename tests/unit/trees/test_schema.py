@@ -69,6 +69,7 @@ def test_every_mission_in_the_document(block):
         "{navigate_to: {goal: {x: 1 m, y: $y, yaw: 90 deg}}}",
         "{get_hotspot: {label: anywhere}}",
         "{fail: 5}",
+        "{parallel: [{wait: 1 s}], policy: {succeed: 1}}",
         "{wait: 1 s, when: true}",
     ],
 )
@@ -113,6 +114,7 @@ def test_what_is_right(tree):
         "{parallel: [{wait: 1 s}], policy: some}",
         "{parallel: [{wait: 1 s}], policy: {succeeed: 1}}",
         "{parallel: [{wait: 1 s}], policy: {fail: 1}}",
+        "{parallel: [{wait: 1 s}], policy: {succeed: 0}}",
         "{run: goto_room}",
         "{run: goto_room, with: {rom: kitchen}}",
         "{run: goto_room, with: {room: kitchen}, out: {pose: p}}",
