@@ -140,8 +140,7 @@ class _CleanupRun:
 
     @property
     def feedback(self) -> str:
-        tip = self._tree.tip()
-        return tip.feedback_message if tip is not None else ""
+        return ""  # no node shows it
 
     def poll(self) -> Result | None:
         if self._result is None and not self._context.pause.active:

@@ -232,7 +232,6 @@ class TreeContext:
             return
         entry.end_reported = True
         if result.succeeded:
-            entry.suspended = False
             self.drop(entry)
         self.on_skill_ended(entry.path, entry.skill, result)
         entry.wake()

@@ -141,8 +141,7 @@ class KeyStore:
             WrongValue: The key is declared to hold something else.
         """
         _check_storable(key, value)
-        if key in self._declared:
-            self.check(key, value)
+        self.check(key, value)
         old = self._values.get(key, _NOTHING) if key in self._watchers else value
         self._values[key] = value
         self._notify(key, old, value)

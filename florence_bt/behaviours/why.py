@@ -109,15 +109,6 @@ def remember_failure(node: Behaviour, why: Why | None) -> None:
     annotations_of(node).failed_with = why
 
 
-def remembered_failure(node: Behaviour) -> Why | None:
-    """Why a branch that its selector has left behind failed in this round; None for every other node."""
-    selector = node.parent
-    if not isinstance(selector, Selector) or selector.status is Status.INVALID:
-        return None
-    left_behind = takewhile(lambda child: child is not selector.current_child, selector.children)
-    return annotations_of(node).failed_with if any(child is node for child in left_behind) else None
-
-
 def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why | None:
     """Find the cause of a failure in a tree, or a part of one, that has just finished.
 
@@ -166,7 +157,8 @@ def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) ->
     why = _why(last, known)
     others: dict[str, list[str]] = {}
     for child in takewhile(lambda child: child is not last, selector.children):
-        other = explain(child, known) or remembered_failure(child)
+        # A selector with memory resets the branches that it has left behind.
+        other = explain(child, known) or annotations_of(child).failed_with
         if other is not None:
             others.setdefault(other.reason, []).append(child.name)
     summaries = [_summary(names, reason, why.reason) for reason, names in others.items()]

@@ -134,7 +134,7 @@ def _colon(lines: list[str], line: int, column: int, words: str) -> Hint:
     content = _content(lines[above - 1])
     if ":" not in content:
         return Hint(f"a colon is missing in line {above}", (f"{content}:",))
-    if _KEY.match(lines[above - 1]) and _indent(lines[line - 1]) > _indent(lines[above - 1]):
+    if _indent(lines[line - 1]) > _indent(lines[above - 1]):
         problem = f"this line is indented deeper than line {above}, which has a value already"
         return Hint(problem, _indentations(lines, line))
     return Hint(words)

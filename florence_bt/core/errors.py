@@ -108,7 +108,7 @@ def closest_first(wanted: str, names: Iterable[str]) -> tuple[str, ...]:
     known = _neighbours(wanted, names)
     close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.6)
     words = _words(wanted)
-    longer = [name for name in known if words and words <= _words(name)] if len(wanted) > 2 else []
+    longer = [name for name in known if words <= _words(name)] if len(wanted) > 2 else []
     closest = difflib.get_close_matches(wanted, close, n=3, cutoff=0.8)
     return tuple(dict.fromkeys((*closest, *longer, *close)))[:3] or tuple(known)
 

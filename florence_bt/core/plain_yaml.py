@@ -139,8 +139,6 @@ def parse_yaml(data: bytes, path: Path, problems: list[ConfigError] | None = Non
         return _Composer(text, path, problems).document()
     except yaml.MarkedYAMLError as error:
         raise _not_yaml(error, text, path) from error
-    except yaml.YAMLError as error:
-        raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
 
 
 def _not_yaml(error: yaml.MarkedYAMLError, text: str, path: Path) -> ConfigError:

@@ -121,7 +121,7 @@ class MissionRun:
         """The short code of the end: ``ok`` after success, empty while running."""
         if self.status is RunStatus.SUCCEEDED:
             return "ok"
-        return self.why.code if self.why and self.status.final else ""
+        return self.why.code if self.why else ""
 
 
 class RunIds:

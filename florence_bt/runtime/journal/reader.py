@@ -63,7 +63,7 @@ class JournalReader:
         try:
             self._connection = self._open()
         except JournalTooNew:
-            if self.path == own or not own.is_file():
+            if not own.is_file():
                 raise
             self.path = own
             self._connection = self._open()

@@ -80,7 +80,6 @@ class _ByClass(dict[type, Any]):
     """Functions by class; asks for those of a class that is new."""
 
     def __init__(self, learn: Callable[[type], None]) -> None:
-        super().__init__()
         self._learn = learn
 
     def __missing__(self, cls: type) -> Any:

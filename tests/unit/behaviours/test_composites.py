@@ -5,7 +5,7 @@ from py_trees.composites import Parallel, Sequence
 
 from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.run_skill import RunSkill
-from florence_bt.behaviours.why import explain
+from florence_bt.behaviours.why import Why, explain
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure, success
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
@@ -31,14 +31,18 @@ def build(clock, work, clean=CLEANED):
 
 
 @pytest.mark.parametrize(
-    ("result", "status"), [(success(), Status.SUCCESS), (failure("broken", "it broke"), Status.FAILURE)]
+    ("result", "status", "why"),
+    [
+        (success(), Status.SUCCESS, None),
+        (failure("broken", "it broke"), Status.FAILURE, Why("root/work", "broken", "it broke")),
+    ],
 )
-def test_the_clean_up_follows_and_the_status_of_the_body_stands(clock, result, status):
+def test_the_clean_up_follows_and_the_status_of_the_body_stands(clock, result, status, why):
     # 0: work; 2: clean; 3: clean again; 4: done
     root, _, clean, context = build(clock, Step(result, after=2.0))
     tick_until(root, clock, context)
     assert (root.status, clock.now(), len(clean.runs)) == (status, 4.0, 2)
-    assert explain(root) is None or explain(root).path == "root/work"
+    assert explain(root) == why
 
 
 def test_a_failing_clean_up_changes_nothing(clock):
@@ -83,7 +87,7 @@ def test_stopping_a_finished_tree_does_not_clean_again(clock):
 
 
 class Breaks(Behaviour):
-    """Waits a second on the clock, then has a bug."""
+    """Waits a second on the clock, then has a bug, and another one when it is stopped."""
 
     def __init__(self, context):
         super().__init__("breaks")
@@ -96,6 +100,9 @@ class Breaks(Behaviour):
         self._begun = True
         self._context.clock.call_at(self._context.clock.now() + 1.0, self._context.wake)
         return Status.RUNNING
+
+    def terminate(self, new_status):
+        raise KeyError("another bug")
 
 
 def test_a_bug_in_a_clean_up_that_a_timer_woke_ends_the_clean_up_alone(clock):
@@ -114,7 +121,7 @@ def test_a_bug_in_a_clean_up_that_a_timer_woke_ends_the_clean_up_alone(clock):
         context,
         RunSkill("work", context, "work"),
         lambda c: Parallel(
-            "clean up", ParallelPolicy.SuccessOnAll(), [RunSkill("clean", c, "clean"), Breaks(c)]
+            "clean up", ParallelPolicy.SuccessOnAll(), [Breaks(c), RunSkill("clean", c, "clean")]
         ),
     )
     root.tick_once()

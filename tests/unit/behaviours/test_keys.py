@@ -6,11 +6,13 @@ from florence_bt.behaviours.keys import (
     MissingKey,
     PoseFromParts,
     TextTemplate,
+    WrongValue,
     readable,
     resolve,
 )
 from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.core.clock import ManualClock
+from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.geometry import Pose2
 from florence_bt.mission_testing.ticking import make_context
 
@@ -34,6 +36,20 @@ def test_a_key_that_was_never_written():
 def test_a_value_of_a_strange_type():
     with pytest.raises(TypeError, match="cannot hold"):
         KeyStore().write("a", [1])
+
+
+def test_a_declared_key_holds_its_kind_and_begins_with_its_default():
+    keys = KeyStore()
+    keys.declare({"n": Port(Kind.INTEGER, "how many", 7), "to": Port(Kind.POSE, "where")})
+    keys.reset({"free": "x"})
+    assert keys.as_dict() == {"free": "x", "n": 7}
+    for key, value in (("n", "many"), ("to", 3.0)):
+        with pytest.raises(WrongValue, match=f"the key '{key}' cannot hold this: a value of type"):
+            keys.write(key, value)
+    assert keys.as_dict() == {"free": "x", "n": 7}
+    keys.write("n", 8)
+    keys.write("free", 1.5)
+    assert keys.as_dict() == {"free": 1.5, "n": 8}
 
 
 def test_sources():

@@ -88,7 +88,10 @@ def test_retry_until_success(clock):
     # attempts at 0 and 1 fail, the one at 2 succeeds at 3: ticks 0, 1, 1, 2, 2, 3
     node, skill, context = looking(clock, NOBODY, NOBODY, Step(success(), after=1.0))
     retry = Retry("retry", node, context, 8, attempt_key="attempt")
-    assert tick_until(retry, clock, context) == 6
+    assert tick_until(retry, clock, context, lambda: len(skill.runs) == 3) == 5
+    assert retry.feedback_message == "attempt 3 of 8; the last one failed: nobody there"
+    clock.advance(1.0)
+    retry.tick_once()
     assert (retry.status, len(skill.runs), context.keys.read("attempt")) == (Status.SUCCESS, 3, 3)
     assert retry.feedback_message == "attempt 3 of 8 succeeded"
 

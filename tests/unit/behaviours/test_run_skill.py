@@ -109,6 +109,7 @@ def test_a_skill_that_the_robot_lacks(clock):
     node = RunSkill("drive", context, "drive", {"way": 1.0})
     node.tick_once()
     assert (node.status, node.result.code) == (Status.FAILURE, "no_skill")
+    assert node.result.reason == "this robot has no skill drive (it has: none)"
 
 
 def test_the_deadline_cancels_the_run_and_waits_for_its_end(clock):
@@ -122,14 +123,19 @@ def test_the_deadline_cancels_the_run_and_waits_for_its_end(clock):
     assert (clock.now(), skill.active, events[-1]) == (22.0, 0, ("ended", "drive", "drive", "cancelled"))
 
 
-def test_a_run_that_was_cancelled_by_its_own_side_is_a_failure(clock):
-    node, _, context, _ = build(clock, Step(cancelled("manual override"), after=1.0))
+@pytest.mark.parametrize(
+    ("result", "code", "reason"),
+    [
+        (cancelled("manual override"), "cancelled", "manual override"),
+        (cancelled(""), "cancelled", "drive was cancelled by its own side"),
+        (failure("blocked", "a chair"), "blocked", "a chair"),
+        (failure("blocked", ""), "blocked", "drive failed with blocked"),
+    ],
+)
+def test_a_run_that_failed_or_was_cancelled_by_its_own_side_says_why(clock, result, code, reason):
+    node, _, context, _ = build(clock, Step(result, after=1.0))
     tick_until(node, clock, context)
-    assert (node.status, node.result.code, node.result.reason) == (
-        Status.FAILURE,
-        "cancelled",
-        "manual override",
-    )
+    assert (node.status, node.result.code, node.result.reason) == (Status.FAILURE, code, reason)
 
 
 @pytest.mark.parametrize("when", [0.0, 0.5, 1.0, 2.5])

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import gzip
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import pytest
@@ -70,5 +70,7 @@ def test_no_bytes_break_it(data):
     encoding_of(data)
     readable(data)
     for file in (data, b"\xef\xbb\xbf" + data):
-        with contextlib.suppress(ConfigError):
-            decode(file, Path("f.yaml"))
+        try:
+            assert decode(file, Path("f.yaml")).encode() == data.removeprefix(BOM_UTF8)
+        except ConfigError as error:
+            assert error.file == "f.yaml" and error.line >= 1 and error.column >= 1

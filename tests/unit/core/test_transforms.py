@@ -1,9 +1,132 @@
-"""The buffer of transforms: chains of frames, and loops that somebody else closed."""
+"""Transforms in space, and their buffer: moments, chains of frames, and loops that somebody else closed."""
 
+import math
+
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.transforms import TransformBuffer, TransformUnavailable
+from florence_bt.core.transforms import Transform3, TransformBuffer, TransformUnavailable
+
+numbers = st.floats(-10.0, 10.0)
+triples = st.tuples(numbers, numbers, numbers)
+transforms = st.builds(Transform3.from_xyz_rpy, triples, triples)
+
+
+def assert_same(a: Transform3, b: Transform3) -> None:
+    assert_allclose(a.rotation, b.rotation, atol=1e-9)
+    assert_allclose(a.translation, b.translation, atol=1e-6)
+
+
+@given(transforms, transforms, triples)
+def test_laws(a, b, point):
+    assert_allclose((a @ b).apply(np.array(point)), a.apply(b.apply(np.array([point])))[0], atol=1e-6)
+    assert_same(a @ a.inverse(), Transform3.identity())
+
+
+@given(triples)
+def test_roll_comes_first_and_yaw_last_about_the_axes_of_the_parent(rpy):
+    roll, pitch, yaw = (
+        Transform3.from_quaternion((0, 0, 0), (*(np.eye(3)[axis] * math.sin(angle / 2)), math.cos(angle / 2)))
+        for axis, angle in enumerate(rpy)
+    )
+    assert_same(Transform3.from_xyz_rpy((0, 0, 0), rpy), yaw @ pitch @ roll)
+
+
+@given(transforms)
+def test_quaternions_there_and_back(transform):
+    quaternion = transform.quaternion()
+    assert quaternion[3] >= 0.0 and math.hypot(*quaternion) == pytest.approx(1.0)
+    assert_same(Transform3.from_quaternion(transform.translation, quaternion), transform)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_half_a_turn_and_nearly_has_a_quaternion(axis):
+    for angle in (math.pi, math.pi - 1e-7, 1e-9):
+        expected = [0.0, 0.0, 0.0, math.cos(angle / 2)]
+        expected[axis] = math.sin(angle / 2)
+        turned = Transform3.from_xyz_rpy((0, 0, 0), [angle if other == axis else 0.0 for other in range(3)])
+        assert_allclose(np.abs(turned.quaternion()), expected, atol=1e-12)
+
+
+def test_a_quaternion_of_any_length_turns_counter_clockwise():
+    left = Transform3.from_quaternion((1, 2, 3), (0.0, 0.0, 5.0, 5.0))
+    assert_allclose(left.apply(np.array([1.0, 0.0, 0.0])), (1.0, 3.0, 3.0), atol=1e-12)
+
+
+@given(numbers, numbers, st.floats(-3.0, 3.0))
+def test_poses_in_the_plane_there_and_back(x, y, yaw):
+    pose = Transform3.from_pose2(Pose2(x, y, yaw)).to_pose2()
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((x, y, yaw))
+
+
+@pytest.fixture
+def walk():
+    """A frame that goes 1 m in 2 s and turns over the back from 3 rad to -3 rad."""
+    buffer = TransformBuffer(keep=10.0)
+    buffer.set_moving("odom", "base", 5.0, Pose2(0.0, 2.0, 3.0))
+    buffer.set_moving("odom", "base", 7.0, Pose2(1.0, 4.0, -3.0))
+    return buffer
+
+
+def test_between_two_samples_the_motion_is_even_and_the_shorter_way_round(walk):
+    halfway = walk.lookup_pose("odom", "base", 6.0)
+    assert (halfway.x, halfway.y, abs(halfway.yaw)) == pytest.approx((0.5, 3.0, math.pi))
+    quarter = walk.lookup_pose("odom", "base", 5.5)
+    assert (quarter.x, quarter.y) == pytest.approx((0.25, 2.5))
+    assert quarter.yaw == pytest.approx(3.0 + (math.tau - 6.0) / 4)
+
+
+def test_the_samples_themselves_and_a_little_later(walk):
+    assert walk.lookup_pose("odom", "base", 5.0).x == 0.0
+    assert [walk.lookup_pose("odom", "base", stamp).x for stamp in (7.0, 7.4, 7.5, None)] == [1.0] * 4
+
+
+@pytest.mark.parametrize(("stamp", "told"), [(4.9, "known only from 5.00 s on"), (7.6, "0.60 s older")])
+def test_what_is_too_far_from_the_samples_is_not_guessed(walk, stamp, told):
+    with pytest.raises(TransformUnavailable, match=told):
+        walk.lookup("odom", "base", stamp)
+
+
+def test_samples_that_come_late_or_twice_are_sorted_in(walk):
+    walk.set_moving("odom", "base", 6.0, Pose2(8.0, 0.0, 0.0))
+    walk.set_moving("odom", "base", 6.0, Pose2(9.0, 0.0, 0.0))
+    walk.set_moving("odom", "base", 7.0, Pose2(2.0, 0.0, 0.0))
+    assert [walk.lookup_pose("odom", "base", stamp).x for stamp in (5.0, 6.0, 7.0, None)] == [0, 9, 2, 2]
+    assert walk.lookup_pose("odom", "base", 5.5).x == pytest.approx(4.5)
+
+
+def test_old_samples_are_forgotten(walk):
+    walk.set_moving("odom", "base", 15.0, Pose2(2.0))
+    assert walk.lookup_pose("odom", "base", 5.0).x == 0.0
+    walk.set_moving("odom", "base", 15.1, Pose2(2.0))
+    with pytest.raises(TransformUnavailable, match=r"known only from 7\.00 s on"):
+        walk.lookup("odom", "base", 5.0)
+
+
+def test_a_frame_that_gets_another_parent_is_known_from_there_on(walk):
+    walk.set_moving("map", "base", 8.0, Pose2(5.0))
+    assert walk.lookup_pose("map", "base").x == 5.0
+    with pytest.raises(TransformUnavailable, match="no transform from 'base' to 'odom'; known frames: base"):
+        walk.lookup("odom", "base")
+
+
+def test_what_is_known(walk):
+    walk.set_static("base", "laser", Transform3.from_xyz_rpy((0.1, 0.0, 0.3), (0.0, 0.0, 0.0)))
+    assert walk.frames() == ("base", "laser")
+    assert (walk.latest_stamp("base"), walk.latest_stamp("laser")) == (7.0, None)
+    assert_allclose(
+        walk.lookup("odom", "laser", 5.0).translation, (0.1 * math.cos(3), 2 + 0.1 * math.sin(3), 0.3)
+    )
+    walk.clear_moving()
+    assert walk.frames() == ("laser",) and walk.latest_stamp("base") is None
+    with pytest.raises(TransformUnavailable, match="known frames: laser"):
+        walk.lookup("odom", "laser")
+    with pytest.raises(TransformUnavailable, match="known frames: none"):
+        TransformBuffer().lookup("a", "b")
 
 
 @pytest.fixture

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import success
+from florence_bt.core.skill import Skill
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
@@ -60,7 +63,7 @@ MISSIONS = {
 class Bench:
     """An executor with everything around it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, **options: Any) -> None:
         for name, text in MISSIONS.items():
             (folder / f"{name}.yaml").write_text(
                 "\n".join(line[8:] for line in text.strip("\n").splitlines())
@@ -68,13 +71,16 @@ class Bench:
         self.clock = ManualClock(100.0)
         self.drive = ScriptedSkill(DRIVE, self.clock, [Step(after=2.0)])
         self.work = ScriptedSkill(WORK, self.clock, [Step(success(pay=7), after=1.0)])
+        self.skills: dict[str, Skill] = {"drive": self.drive, "work": self.work}
+        self.declarations = {"drive": DRIVE, "work": WORK}
         self.executor = Executor(
             MissionLibrary.load([folder], built_in=False),
-            {"drive": self.drive, "work": self.work},
-            {"drive": DRIVE, "work": WORK},
+            self.skills,
+            self.declarations,
             self.clock,
             RunIds("T"),
             on_tick=lambda run: self.on_tick(run),
+            **options,
         )
         self.on_tick: Callable[[MissionRun], None] = lambda run: None
         self.events: list[RunEvent] = []
@@ -82,13 +88,22 @@ class Bench:
 
     def script(self, *steps: Step) -> None:
         """Let drive follow other steps."""
-        self.drive = ScriptedSkill(DRIVE, self.clock, steps)
-        self.executor._skills = {"drive": self.drive, "work": self.work}  # type: ignore[dict-item]
+        self.drive = self.skills["drive"] = ScriptedSkill(DRIVE, self.clock, steps)
+
+    def script_work(self, *steps: Step) -> None:
+        """Let work follow other steps."""
+        self.work = self.skills["work"] = ScriptedSkill(WORK, self.clock, steps)
 
     def _on_event(self, run: MissionRun, event: RunEvent) -> None:
         self.events.append(event)
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Bench:
-    return Bench(tmp_path)
+def make_bench(tmp_path: Path) -> Callable[..., Bench]:
+    """Makes a bench, with options of the executor."""
+    return partial(Bench, tmp_path)
+
+
+@pytest.fixture
+def bench(make_bench: Callable[..., Bench]) -> Bench:
+    return make_bench()

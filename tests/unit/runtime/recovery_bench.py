@@ -137,6 +137,7 @@ class Process:
             "speak": speak or [Step(after=0.5)],
             "look": [Step(success(count=2), after=1.0)],
         }
+        self.scripts = scripts
         declarations = {d.name: d for d in (DRIVE, SPEAK, LOOK)}
         self.skills = {n: ScriptedSkill(d, self.clock, scripts[n]) for n, d in declarations.items()}
         self.troubles = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 import queue
@@ -134,6 +135,26 @@ def test_a_process_that_died_between_two_edits_is_told_and_replaced(bench):
     assert "ended with code -9" in bench.run()[0]
     bench.ask()
     assert bench.run()[0] == "" and bench.description == "Greets kindly."
+
+
+def test_who_asks_while_an_edit_is_checked_waits_for_it_though_it_was_taken_back(bench):
+    before = bench.file.stat()
+    bench.edit("Greets kindly.")
+    bench.ask()
+    bench.edit("Greets.")
+    os.utime(bench.file, ns=(before.st_atime_ns, before.st_mtime_ns))
+    bench.ask()
+    assert bench.answers == []
+    assert bench.run()[0] == "" and bench.description == "Greets."
+    assert len(bench.answers) == 1
+
+
+def test_the_garbage_collector_rests_while_much_is_read():
+    assert gc.isenabled()
+    with background_check.collector_paused():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    gc.unfreeze()
 
 
 def test_one_process_checks_every_edit_and_ends_with_its_owner(bench, monkeypatch):

@@ -73,9 +73,9 @@ def test_what_a_tick_did_is_told_before_its_break_down(bench, monkeypatch):
     assert (run.status, run.code) == (RunStatus.FAILED, "internal_error")
 
 
-def test_the_processor_is_given_away_once_the_skills_of_a_tick_have_started(bench):
+def test_the_processor_is_given_away_once_the_skills_of_a_tick_have_started(make_bench):
     seen = []
-    bench.executor._yield_cpu = lambda: seen.append((len(bench.drive.runs), len(bench.events)))
+    bench = make_bench(yield_cpu=lambda: seen.append((len(bench.drive.runs), len(bench.events))))
     bench.executor.trigger(MissionRequest("drive_once"))
     told = len(bench.events)  # that the run has started
     bench.clock.advance(0.0)
@@ -200,7 +200,7 @@ def test_stop_by_id_takes_a_queued_run_out(bench):
 
 
 def test_a_timeout_cancels_the_skill_and_waits_for_its_end(bench):
-    bench.work._script = (Step(None, cancel_takes=0.5),)
+    bench.script_work(Step(None, cancel_takes=0.5))
     run = bench.executor.trigger(MissionRequest("work_with_limit"))
     bench.clock.advance(3.2)
     assert run.status is RunStatus.ENDING and bench.work.active == 1
@@ -234,14 +234,13 @@ def test_a_skill_that_raises_fails_the_run_and_not_the_executor(bench):
         def start(self, inputs):
             raise RuntimeError("a bug")
 
-    good = bench.executor._skills
-    bench.executor._skills = {**good, "work": Broken()}
+    bench.skills["work"] = Broken()
     run = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(5.0)
     assert run.status is RunStatus.FAILED and run.code == "internal_error" and "a bug" in run.reason
     broken = next(event for event in bench.events if event.kind is EventKind.BROKEN)
     assert "RuntimeError" in broken.data["detail"]
-    bench.executor._skills = good
+    bench.skills["work"] = bench.work
     again = bench.executor.trigger(MissionRequest("drive_and_work"))
     bench.clock.advance(5.0)
     assert again.status is RunStatus.SUCCEEDED

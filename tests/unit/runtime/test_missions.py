@@ -12,7 +12,7 @@ from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.missions import READINGS, MissionFolders
+from florence_bt.runtime.missions import READINGS, MissionFolders, ReloadReport
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -66,6 +66,17 @@ def test_a_good_edit_counts_from_the_next_trigger_on(home):
     assert home.said == ["hello", "good morning", "bye"]
 
 
+def test_what_the_check_says_about_a_mission_in_force(home):
+    home.write("greet", "sequence:\n    - speak: {text: hello}\n    - set: {unused: 1}")
+    home.executor.reload()
+    library = MissionLibrary.load([home.folder], built_in=False)
+    alone = Executor(library, {"speak": home.speak}, {"speak": SPEAK}, home.clock, RunIds("T"))
+    for executor in (home.executor, alone):
+        (finding,) = executor.findings_of(executor.library.get("greet"))
+        assert finding.message == "nothing reads the key 'unused'"
+        assert executor.findings_of(executor.library.get("visit")) == []
+
+
 def test_a_running_run_keeps_its_version(home):
     run = home.executor.trigger(MissionRequest("visit"))
     home.clock.advance(0.5)
@@ -92,7 +103,8 @@ def test_a_broken_edit_keeps_the_version_of_before_and_says_so(home, tree, told)
     assert re.search(told, run.note), run.note
     report = home.executor.reload()
     assert not report.ok and "greet" in report.held and "stays in force" in report.text()
-    assert any("stays in force" in warning for warning in home.executor.warnings())
+    (warning,) = home.executor.warnings()
+    assert "greet" in warning and "stays in force" in warning
     # The mission that calls it says so too; once the file is right again, nobody says anything.
     assert home.executor.note_about("visit")
     home.write("greet", "speak: {text: hi}")
@@ -118,6 +130,7 @@ def test_new_files_appear_and_deleted_ones_go(home):
     home.write("sing", "speak: {text: la}")
     assert home.run("sing").status is RunStatus.SUCCEEDED
     (home.folder / "sing.yaml").unlink()
+    assert home.executor.reload() == ReloadReport(removed=("sing",))
     with pytest.raises(ConfigError, match="no mission 'sing'"):
         home.executor.trigger(MissionRequest("sing"))
 
@@ -139,6 +152,7 @@ def test_a_new_file_with_errors_is_refused_and_disturbs_nobody(home, tree, told)
     home.write("wrong", tree)
     report = home.executor.reload()
     assert not report.ok and re.search(told, report.broken["wrong"]) and "cannot run" in report.text()
+    assert report.changed == report.removed == () and report.held == {}
     with pytest.raises(ConfigError, match=told):
         home.executor.trigger(MissionRequest("wrong"))
     assert home.run().status is RunStatus.SUCCEEDED

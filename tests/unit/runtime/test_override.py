@@ -6,6 +6,7 @@ import pytest
 
 from florence_bt.core.outcome import success
 from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 
@@ -47,7 +48,7 @@ tree:
 def test_nothing_drives_after_an_override_though_the_rest_of_the_clean_up_is_done(
     bench, tmp_path, cleaning_for
 ):
-    bench.work._script = (Step(success(pay=1), after=1.0),)
+    bench.script_work(Step(success(pay=1), after=1.0))
     file = tmp_path / "tidy.yaml"
     file.write_text(TIDY)
     bench.executor.library.add_file(file)
@@ -82,7 +83,8 @@ def test_a_skill_that_breaks_when_it_is_cancelled_does_not_keep_the_override_awa
     assert waiting.status is RunStatus.STOPPED
     bench.clock.advance(30.0)
     assert run.status is RunStatus.STOPPED and "Anna took the joystick" in run.reason
-    assert any("a bug in a skill" in event.data.get("detail", "") for event in bench.events)
+    told = [event.data["detail"] for event in bench.events if event.kind is EventKind.BROKEN]
+    assert told and all("RuntimeError: a bug in a skill" in detail for detail in told)
 
 
 def test_releasing_the_override_lifts_no_other_block(bench):

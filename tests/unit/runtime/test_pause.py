@@ -38,7 +38,7 @@ class Stubborn:
 
 
 def use(bench, **skills):
-    bench.executor._skills = {**bench.executor._skills, **skills}
+    bench.skills.update(skills)
 
 
 def add(bench, tmp_path, name, tree):
@@ -76,7 +76,7 @@ def test_a_paused_skill_is_cancelled_and_started_again_with_the_same_inputs(benc
 
 
 def test_no_timeout_runs_on_during_a_pause(bench):
-    bench.work._script = (Step(success(pay=1), after=2.0),)
+    bench.script_work(Step(success(pay=1), after=2.0))
     run = bench.executor.trigger(MissionRequest("work_with_limit"))
     bench.clock.advance(0.5)
     bench.executor.pause("wait")
@@ -90,7 +90,7 @@ def test_no_timeout_runs_on_during_a_pause(bench):
 
 
 def test_the_rest_of_a_timeout_counts_after_a_pause(bench):
-    bench.work._script = (Step(None),)
+    bench.script_work(Step(None))
     run = bench.executor.trigger(MissionRequest("work_with_limit"))
     bench.clock.advance(2.0)
     bench.executor.pause("wait")
@@ -151,6 +151,7 @@ def test_a_skill_that_ends_at_the_moment_of_the_pause_keeps_its_result(bench):
     bench.executor.resume()
     bench.clock.advance(0.0)
     assert run.status is RunStatus.SUCCEEDED and eager.starts == 1
+    assert kinds(bench).count(EventKind.SKILL_ENDED) == 1
 
 
 @pytest.mark.parametrize("moment", [0.0, 0.2, 1.0, 1.9])
@@ -219,6 +220,7 @@ def test_a_paused_run_can_be_stopped(bench, cancel_takes, wait):
     bench.clock.advance(1.0)
     assert run.status is RunStatus.STOPPED and bench.drive.active == 0 and len(bench.drive.runs) == 1
     assert "[>] drive" in run.tree
+    assert kinds(bench).count(EventKind.SKILL_ENDED) == 1
 
 
 def test_a_clean_up_runs_when_a_paused_run_is_stopped(bench, tmp_path):
@@ -247,7 +249,7 @@ def test_a_clean_up_beside_the_tree_is_paused_too(bench, tmp_path):
         "    - work:\n"
     )
     add(bench, tmp_path, "inner", tree)
-    bench.work._script = (Step(success(pay=1), after=6.0),)
+    bench.script_work(Step(success(pay=1), after=6.0))
     run = bench.executor.trigger(MissionRequest("inner"))
     bench.clock.advance(2.0)
     assert (bench.drive.active, bench.work.active) == (1, 1)

@@ -12,8 +12,8 @@ from florence_bt.runtime import recorder as recorder_module
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.recorder import RunRecorder
-from florence_bt.runtime.run import MissionRequest, TriggerPolicy
-from florence_bt.runtime.status import status_text
+from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
+from florence_bt.runtime.status import duration_text, status_text
 
 DRIVE = SkillDeclaration("drive", "Drive some way", inputs={"way": Port(Kind.LENGTH, "how far", default=1.0)})
 
@@ -71,7 +71,7 @@ def test_the_path_of_a_long_run_takes_no_more_room_than_that_of_a_short_one(benc
     bench.script(Step(after=400.0))
     done = []
     RunRecorder(bench.executor, tmp_path, bench.clock, lambda: Pose2(0.0, 0.0, 0.0), done.append)
-    bench.executor._declarations = {**bench.executor._declarations, "drive": replace(DRIVE, deadline_s=900.0)}
+    bench.declarations["drive"] = replace(DRIVE, deadline_s=900.0)
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(500.0)
     path = done[0].path
@@ -94,13 +94,24 @@ def test_the_status_tells_the_outputs_and_only_of_a_success(bench):
     assert status_text(run, run.tree, bench.clock.now()).splitlines()[-1] == "outputs pay: 7"
 
 
+def test_how_long_a_run_took_is_not_known_when_its_process_died():
+    run = MissionRun("R", MissionRequest("m"), {})
+    assert duration_text(run, 9.0) == ""
+    run.status = RunStatus.ABORTED
+    assert duration_text(run, 9.0) == ""
+    run.started, run.ended = 1.0, 3.5
+    assert duration_text(run, 9.0) == "at least 2.5 s"
+    run.status = RunStatus.SUCCEEDED
+    assert duration_text(run, 9.0) == "2.5 s"
+
+
 def test_the_status_of_nothing_is_said_in_words(bench):
     assert status_text(None, "", 0.0) == "no mission has run yet"
 
 
-def test_the_status_tells_that_the_journal_is_in_trouble_and_missions_run_on(bench, tmp_path):
+def test_the_status_tells_that_the_journal_is_in_trouble_and_missions_run_on(make_bench, tmp_path):
     (tmp_path / "runs").write_text("a file where the folder should be")
-    bench.executor._event_bus.log = Journal(tmp_path / "runs")
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert run.status.value == "SUCCEEDED"
@@ -138,4 +149,5 @@ def test_without_anybody_to_tell_the_trouble_is_an_event(bench, tmp_path):
     run = bench.executor.trigger(MissionRequest("drive_once"))
     bench.clock.advance(5.0)
     assert run.status.value == "SUCCEEDED"
-    assert any(event.kind is EventKind.BROKEN and "runs" in event.data["detail"] for event in bench.events)
+    (told,) = [event.data["detail"] for event in bench.events if event.kind is EventKind.BROKEN]
+    assert str(tmp_path / "runs") in told

@@ -107,7 +107,7 @@ def test_it_goes_on_after_several_crashes(tmp_path, name):
 
 def test_a_run_that_had_failed_cleans_up_and_drives_no_more(tmp_path):
     _, run = begun(tmp_path, "ends", SPEAKS, 0.3, seconds=2.4)
-    assert run.status is RunStatus.ENDING
+    assert run.status is RunStatus.ENDING and run.code == "", "it has not ended yet"
     second = Process(tmp_path, start=5000.0, name="B", drive=[ARRIVES])
     current = second.executor.current
     assert current is not None and current.status is RunStatus.ENDING

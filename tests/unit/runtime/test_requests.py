@@ -41,6 +41,12 @@ def test_what_is_wrong_is_said_in_one_sentence(changes: dict[str, object], messa
     assert len(str(error.value)) < 400
 
 
+def test_the_longest_text_is_allowed() -> None:
+    assert checked_text("it", "x" * MAX_NAME) == "x" * MAX_NAME
+    with pytest.raises(ConfigError, match="it is too long: 201 characters"):
+        checked_text("it", "x" * (MAX_NAME + 1))
+
+
 @given(st.text(max_size=MAX_NAME))
 def test_a_checked_text_is_the_text_and_tears_no_line(text: str) -> None:
     try:

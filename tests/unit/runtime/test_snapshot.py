@@ -12,8 +12,10 @@ from py_trees.behaviours import Failure, Running, Success, TickCounter
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
+from florence_bt.behaviours.branching import Switch
 from florence_bt.behaviours.composites import Finally
 from florence_bt.behaviours.context import TreeContext
+from florence_bt.behaviours.decorators import Invert
 from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
@@ -107,6 +109,11 @@ def test_own_composites_are_drawn_as_what_they_do() -> None:
     context = TreeContext(ManualClock(), lambda: None, {}, {})
     tidy = Finally("f", context, Success("d"), lambda context: Success("e"))
     assert type_of(tidy) is NodeType.SEQUENCE
+    assert type_of(Sequence("s", True, [Success("g")])) is NodeType.SEQUENCE
+    assert type_of(Selector("o", True, [Success("h")])) is NodeType.SELECTOR
+    assert type_of(Switch("w", context, 1, [((1,), Success("i"))])) is NodeType.SELECTOR
+    assert type_of(Invert("n", Success("j"))) is NodeType.DECORATOR
+    assert type_of(Success("k")) is NodeType.BEHAVIOUR
 
 
 def test_statistics_of_the_last_ten_ticks() -> None:
@@ -156,6 +163,7 @@ def test_keys_as_text() -> None:
     assert checked_variables(["room", "/room", "user.x"]) == ("/room", "/user.x")
     assert lookup(values, "room") == "kitchen" and lookup(values, "/user.x") == "1"
     assert lookup(values, "/user.z") == "-" and lookup(values, "/nobody") == "-"
+    assert lookup(values, "room.x") == "-"
     told = keys_text(values, ["/room"], [Activity("/room", "get room", "WRITE", "study", "kitchen")])
     assert told.splitlines() == [
         "Blackboard Data",

@@ -72,14 +72,14 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_cause_is_told_through_whatever_stands_above(bench, tmp_path, case):
+def test_the_cause_is_told_through_whatever_stands_above(make_bench, tmp_path, case):
     tree, code, reason = CASES[case]
     file = tmp_path / "explained.yaml"
     file.write_text(f"mission: explained\ndescription: Fails.\ntree:\n  {tree}\n")
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     bench.executor.library.add_file(file)
-    bench.executor._event_bus.log = Journal(tmp_path / "runs")
     bench.script(BLOCKED)
-    bench.work._script = (Step(success(pay=1), after=0.2),)
+    bench.script_work(Step(success(pay=1), after=0.2))
     run = bench.executor.trigger(MissionRequest("explained"))
     bench.clock.advance(30.0)
     assert run.status is RunStatus.FAILED

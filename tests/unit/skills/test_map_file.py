@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from florence_bt.core.errors import ConfigError, FrameError
@@ -78,12 +78,13 @@ def test_bad_pictures(data: bytes, part: str) -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.binary(max_size=60))
+@example(b"3 2\n255\n" + bytes(6))
 def test_noise_is_a_frame_error_or_a_picture(data: bytes) -> None:
     try:
         image = decode_pgm(b"P5\n" + data)
     except FrameError:
         return
-    assert image.dtype == np.uint8
+    assert image.dtype == np.uint8 and 0 < image.size <= len(data)
 
 
 @pytest.mark.parametrize(

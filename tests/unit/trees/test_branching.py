@@ -71,6 +71,33 @@ def test_without_memory_the_branch_follows_the_key(tmp_path):
     assert play.ended == [(1.0, "work", "cancelled"), (2.0, "other", "cancelled")]
 
 
+def test_an_if_that_was_stopped_watches_nothing(tmp_path):
+    play = Play(tmp_path, f"{NUMBER}tree: {{if: $n == 0, then: {{work: }}, memory: false}}", work=[ENDLESS])
+    play.at(1.0)
+    play.root.stop(Status.INVALID)
+    play.context.wake.take()
+    play.keys.write("n", 1)
+    assert not play.context.wake.take()
+
+
+def test_an_if_that_has_ended_asks_no_more(tmp_path):
+    tree = "tree: {if: {is_home: }, then: {work: }, memory: false}"
+    play = Play(tmp_path, tree, work=[takes(2.5)])
+    assert play.run() == "success"
+    assert [moment for moment, skill in play.started if skill == "is_home"] == [0.0, 1.0, 2.0]
+    assert play.clock.next_time() is None and not play.context.watching
+
+
+@pytest.mark.parametrize(
+    ("condition", "says"),
+    [("$n == 0", "holds (n is 0)"), ("$n > 0", "does not hold (n is 0)"), ("1 < 2", "holds")],
+)
+def test_an_if_says_what_it_found(tmp_path, condition, says):
+    play = Play(tmp_path, f"{NUMBER}tree: {{if: {condition}, then: {{work: }}, else: {{other: }}}}")
+    assert play.run() == "success"
+    assert play.root.feedback_message == says
+
+
 def test_without_memory_a_change_in_the_same_tick_counts(tmp_path):
     # The sibling writes the key after the if was ticked: the branch changes at the same moment.
     tree = """
@@ -177,6 +204,17 @@ def test_a_switch_is_decided_once_each_time_it_starts(tmp_path):
 """
     play = Play(tmp_path, f"{NUMBER}tree: {tree}")
     assert (play.run(), [skill for _, skill in play.started]) == ("success", ["work", "other"])
+
+
+@pytest.mark.parametrize(
+    "tree", ["{switch: $n, cases: {1: {work: }}, %s}", "{if: 1 / $n == 1, then: {work: }, %s}"]
+)
+def test_what_starts_again_forgets_why_it_failed(tmp_path, tree):
+    # There is no case for 0, and no quotient; then n is 1, and the branch breaks.
+    tree = f"{{retry: 2, do: {tree % 'finally: {set: {n: 1}}'}}}"
+    play = Play(tmp_path, f"{NUMBER}tree: {tree}", work=[takes(0.0, BROKEN)])
+    assert play.run() == "broken"
+    assert play.why.reason == "2 of 2 attempts failed; last: it broke"
 
 
 def test_condition(tmp_path):

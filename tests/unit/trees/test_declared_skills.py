@@ -51,14 +51,16 @@ def test_what_is_wrong_is_told(written):
         "skils: 1\nskills:\n  Grab: {}\n  wait: {}\n  grab:\n    sumary: x\n    deadline: soon\n"
         "    instant: maybe\n    inputs: {a: {type: lenght}}\n  wave: {deadline: 0 s}\n"
     )
-    found = [f"{f.line}:{f.column} {f.message}" for f in read_skills_file(path).findings]
-    assert len(found) == 8
-    for text in (
+    assert [f"{f.line}:{f.column} {f.message}" for f in read_skills_file(path).findings] == [
         "1:1 unknown key of a file of skills 'skils'",
-        "4:3 a skill cannot be called 'wait'",
-        "unknown key of the skill 'grab' 'sumary'",
-    ):
-        assert any(text in line for line in found), found
+        "3:3 a skill must be a name of lower-case letters, digits and underscores, not 'Grab'",
+        "4:3 a skill cannot be called 'wait': that is a word of the language",
+        "6:5 unknown key of the skill 'grab' 'sumary'",
+        "9:24 the type of 'a' cannot be 'lenght'",
+        "7:15 deadline: a duration is needed, not 'soon'",
+        "8:14 instant cannot be 'maybe'",
+        "10:20 the deadline must be longer than nothing",
+    ]
     assert set(read_skills_file(path).declarations) == {"grab", "wave"}
     for text in ("[]", "skills: []", "mission: x"):
         assert read_skills_file(written(text)).findings

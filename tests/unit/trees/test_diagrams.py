@@ -1,5 +1,6 @@
 """Diagrams of missions: what is in them, and that every picture can be read."""
 
+import itertools
 import random
 import re
 import xml.etree.ElementTree as ET
@@ -153,6 +154,36 @@ def test_svg_boxes_do_not_overlap_and_lie_in_the_picture(name, expand):
     for x, y, w, h in found:
         assert min(x, y) >= 0
         assert x + w <= float(root.get("width")) and y + h <= float(root.get("height"))
+
+
+def corners(way):
+    """The points of a path of straight lines: M x y, then V y and H x."""
+    start, *lines = re.findall(r"[MVH][^MVH]+", way)
+    x, y = (float(number) for number in start[1:].split())
+    found = [(x, y)]
+    for line in lines:
+        x, y = (x, float(line[1:])) if line[0] == "V" else (float(line[1:]), y)
+        found.append((x, y))
+    return found
+
+
+@pytest.mark.parametrize("name", MissionLibrary.load().names())
+def test_a_line_leads_to_each_box_below_and_through_none(name):
+    library = MissionLibrary.load()
+    root = boxes(draw(library.get(name), "svg", library, expand=True))[0]
+    names = "{http://www.w3.org/2000/svg}"
+    drawing = root.find(names + "g")
+    found = [
+        [float(r.get(key)) for key in ("x", "y", "width", "height")] for r in drawing.iter(names + "rect")
+    ]
+    ways = [corners(path.get("d")) for path in drawing.iter(names + "path")]
+    assert len(ways) == len(found) - 1
+    slack = 0.2  # numbers are written with one digit behind the point
+    for way in ways:
+        for (x0, y0), (x1, y1) in itertools.pairwise(way):
+            for x, y, w, h in found:
+                beside = max(x0, x1) <= x + slack or min(x0, x1) >= x + w - slack
+                assert beside or max(y0, y1) <= y + slack or min(y0, y1) >= y + h - slack
 
 
 def random_box(dice, left):

@@ -214,6 +214,15 @@ def test_what_can_happen_is_not_said_to_be_impossible(workshop, tree):
     assert [line for line in found if "reads" not in line] == []
 
 
+@pytest.mark.parametrize(
+    ("key", "given"), [("inputs: {d: {type: duration}}", True), ("keys: {d: {type: duration}}", False)]
+)
+def test_an_input_is_always_there_and_a_key_is_not(workshop, key, given):
+    tree = "{sequence: [{retry: 2, on: [missing_key], do: {wait: $d}}, {set: {d: 1 s}}]}"
+    found = [line for line in workshop.lines(f"tree: {tree}\n{key}\n") if "missing_key" in line]
+    assert len(found) == given and all("cannot fail with 'missing_key'" in line for line in found)
+
+
 def test_a_skill_that_does_not_exist_brings_no_claims_about_its_ends(workshop):
     tree = "{sequence: [{retry: 2, on: [odd], do: {sing: }}, {run: nowhere, because: {odd: x}}]}"
     found = workshop.lines(f"tree: {tree}\n")
@@ -231,7 +240,7 @@ def test_a_chain_of_a_thousand_missions_and_a_tree_that_doubles_itself(workshop)
     workshop.write("tree: {wait: 1 s}\n", "d60")
     library = workshop.library()
     (deep,) = check(library.get("c0"), library, workshop.declarations)
-    assert "1001 nodes are nested" in deep.message
+    assert "1001 nodes are nested" in deep.message and (deep.line, deep.column) == (2, 8)
     (wide,) = check(library.get("d0"), library, workshop.declarations)
     assert "the mission has more than a billion nodes" in wide.message
     assert check(library.get("d50"), library, workshop.declarations) == []

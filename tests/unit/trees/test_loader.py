@@ -50,6 +50,18 @@ def module(name, **values):
     return made
 
 
+def test_a_mission_may_call_those_that_lie_beside_its_file_and_so_may_they(tmp_path):
+    calls = {"first": ["known", "second", "nowhere"], "second": ["first", "third"], "third": ["known"]}
+    for name, called in calls.items():
+        runs = ", ".join(f"{{run: {one}}}" for one in called)
+        (tmp_path / f"{name}.yaml").write_text(f"mission: {name}\ntree: {{sequence: [{runs}]}}\n")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "known.yaml").write_text("mission: known\ntree: {wait: 1 s}\n")
+    library = MissionLibrary.load([tmp_path / "elsewhere"], built_in=False)
+    library.add_neighbours([library.add_file(tmp_path / "first.yaml")])
+    assert sorted(library.names()) == ["first", "known", "second", "third"]
+
+
 def test_declarations_are_collected_by_their_type():
     one, two = SkillDeclaration("one", "1"), SkillDeclaration("two", "2")
     found = declarations_in([module("b", TWO=two, ALIAS=two, ALL=(two,)), module("a", ONE=one, OTHER=5)])

@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+from py_trees.common import Status
 
 from tests.unit.trees.language import BROKEN, ENDLESS, Play, takes
 
@@ -72,6 +73,17 @@ def test_the_branches_that_still_run_are_stopped_and_clean_up(tmp_path, policy):
     assert play.run() == "success"
     assert (2.0, "work", "cancelled") in play.ended
     assert (2.0, "clean") in play.started
+
+
+@pytest.mark.parametrize("policy", ["any", "all"])
+def test_one_that_is_stopped_is_over_with_all_below_it(tmp_path, policy):
+    play = Play(
+        tmp_path, f"tree: {{parallel: [work: , other: ], policy: {policy}}}", work=[ENDLESS], other=[ENDLESS]
+    )
+    play.at(1.0)
+    play.root.stop(Status.INVALID)
+    assert play.ended == [(1.0, "work", "cancelled"), (1.0, "other", "cancelled")]
+    assert all(node.status is Status.INVALID for node in play.root.iterate())
 
 
 def test_the_reason_counts_the_failures(tmp_path):

@@ -109,7 +109,10 @@ def test_what_is_wrong_with_the_head(head, problem):
 
 
 def test_values():
-    use = node('go: {a: 5 m, b: $key, c: "5", d: "to $x and ${y}s", e: $$5, f: {x: 1 m, y: $y, yaw: 0}}')
+    use = node(
+        'go: {a: 5 m, b: $key, c: "5", d: "to $x and ${y}s", e: $$5, f: {x: 1 m, y: $y, yaw: 0}, '
+        'g: "${x}-${y}"}'
+    )
     values = {name.text: value for name, value in use.inputs}
     assert values["a"].text == "5 m" and not values["a"].quoted
     assert isinstance(values["b"], Reference) and values["b"].key == "key"
@@ -118,9 +121,11 @@ def test_values():
     assert [p if isinstance(p, str) else p.key for p in values["d"].parts] == ["to ", "x", " and ", "y", "s"]
     assert isinstance(values["e"], Literal) and values["e"].text == "$5"
     assert isinstance(values["f"], PoseParts) and values["f"].y.key == "y"
+    assert [p if isinstance(p, str) else p.key for p in values["g"].parts] == ["x", "-", "y"]
     assert [model.show(value) for value in values.values()] == [
         *["5 m", "$key", "5", "to $x and $ys", "$5"],
         "{x: 1 m, y: $y, yaw: 0}",
+        "$x-$y",
     ]
 
 

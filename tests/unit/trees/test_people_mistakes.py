@@ -150,6 +150,10 @@ MISTAKES = {
         "3:23 'goal': a text with commas needs quotes here, and a pose is a mapping"
         " | {x: 1 m, y: 2 m, yaw: 90 deg}",
     ),
+    "a reason that begins with a parenthesis": (
+        HEAD + "  sequence:\n    - {fail: (not here), sorry}\n",
+        "4:14 'fail': a text with commas needs quotes here | fail: \"(not here), sorry\"",
+    ),
     "a reason with a comma": (
         HEAD + "  sequence:\n    - {fail: nobody is here, sorry}\n",
         "4:14 'fail': a text with commas needs quotes here | fail: \"nobody is here, sorry\"",

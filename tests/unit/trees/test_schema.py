@@ -69,6 +69,7 @@ def test_every_mission_in_the_document(block):
         "{navigate_to: {goal: {x: 1 m, y: $y, yaw: 90 deg}}}",
         "{get_hotspot: {label: anywhere}}",
         "{fail: 5}",
+        "{parallel: [{wait: 1 s}], policy: {succeed: 1}}",
         "{wait: 1 s, when: true}",
     ],
 )
@@ -113,10 +114,12 @@ def test_what_is_right(tree):
         "{parallel: [{wait: 1 s}], policy: some}",
         "{parallel: [{wait: 1 s}], policy: {succeeed: 1}}",
         "{parallel: [{wait: 1 s}], policy: {fail: 1}}",
+        "{parallel: [{wait: 1 s}], policy: {succeed: 0}}",
         "{run: goto_room}",
         "{run: goto_room, with: {rom: kitchen}}",
         "{run: goto_room, with: {room: kitchen}, out: {pose: p}}",
         "{run: Goto}",
+        "{run: my_own_mission, with: {Room: 5}}",
         "{set: {}}",
         "{set: {Key: 1}}",
         "{navigate_to: {goal: {x: 1 m, y: 2 m}}}",
@@ -177,6 +180,8 @@ def test_editors_are_told_what_everything_is():
     assert list(SCHEMA["properties"]) == list(MISSION_KEYS)
     window = node["look_for_user"]["properties"]["window"]
     assert window["default"] == "5 s" and "at least 0.5 s, at most 15 s" in window["description"]
+    assert "Fails with: no_user_seen" in node["look_for_user"]["description"]
+    assert node["set_user_position"]["description"].endswith("Fails with: none of its own.")
     assert "goto_room" in node["run"]["anyOf"][0]["enum"]
 
 

@@ -50,6 +50,18 @@ def test_a_battery_that_runs_low_stops_a_long_drive_within_a_second(tmp_path):
     assert play.clock.next_time() is None
 
 
+def test_a_selector_that_has_ended_asks_no_more(tmp_path):
+    play = Play(
+        tmp_path,
+        "tree: {selector: [is_home: , work: ], memory: false}",
+        is_home=[takes(0.0, AWAY)],
+        work=[takes(2.5)],
+    )
+    assert play.run() == "success"
+    assert asked(play) == [0.0, 1.0, 2.0]
+    assert play.clock.next_time() is None and not play.context.watching
+
+
 @pytest.mark.parametrize(("every", "moments"), [("5 s", [0, 5, 10]), ("400 ms", [0, 0.4, 0.8]), ("1 h", [0])])
 def test_a_mission_says_how_often_it_is_asked(tmp_path, every, moments):
     tree = f"tree: {{sequence: [{{is_home: , every: {every}}}, work: ], memory: false}}"
@@ -122,6 +134,10 @@ def test_a_key_that_the_condition_takes_asks_it_at_once(tmp_path):
     assert play.context.wake.take()
     play.at(6.0)
     assert [call["by"] for call in play.skills["move"].calls] == [0.0, 1.0]
+    play.root.stop(Status.INVALID)
+    play.context.wake.take()
+    play.keys.write("by", 2.0)
+    assert not play.context.wake.take()
 
 
 def test_outputs_of_a_new_answer_reach_the_conditions_that_use_them(tmp_path):

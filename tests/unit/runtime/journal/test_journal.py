@@ -9,7 +9,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader
-from florence_bt.runtime.journal.schema import OWN_FILE, VERSION
+from florence_bt.runtime.journal.schema import OWN_FILE, VERSION, JournalBroken
 from florence_bt.runtime.journal.text import journal_text, timeline
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
@@ -103,10 +103,9 @@ def test_runs_are_filtered_and_the_latest_come_first(tmp_path):
         assert reader.runs(mission="other") == [] and reader.runs(state="failed") == []
 
 
-def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
+def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(make_bench, tmp_path):
     # The two ticks of the start and of drive's end are two batches.
-    journal = Journal(tmp_path / "runs")
-    bench.executor._event_bus.log = journal
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     run = bench.executor.trigger(MissionRequest("drive_and_work"))
     with JournalReader(tmp_path / "runs") as reader:
         assert [event.kind for event in reader.events(run.run_id)] == ["started"]
@@ -116,8 +115,9 @@ def test_a_batch_is_on_the_disk_after_the_tick_and_not_before(bench, tmp_path):
         assert reader.run(run.run_id).state == "SUCCEEDED" and reader.run(run.run_id).outputs == {"pay": "7"}
 
 
-def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
-    bench.executor._event_bus.log = Journal(tmp_path / "runs", background=True)
+def test_who_listens_hears_of_nothing_that_is_not_safe_yet(make_bench, tmp_path):
+    journal = Journal(tmp_path / "runs", background=True)
+    bench = make_bench(log=journal)
     seen = []
 
     def look(run, event):
@@ -139,7 +139,7 @@ def test_who_listens_hears_of_nothing_that_is_not_safe_yet(bench, tmp_path):
         ("resumed", "RUNNING"),
         ("ended", "SUCCEEDED"),
     ]
-    bench.executor._event_bus.log.close()
+    journal.close()
 
 
 def test_a_locked_file_costs_nothing_but_time(tmp_path):
@@ -187,6 +187,26 @@ def test_a_broken_file_is_moved_aside_and_a_new_one_begins(tmp_path, garbage):
     if b"no database" in garbage:
         assert (tmp_path / f"{JOURNAL_FILE}.broken-1").read_bytes() == garbage
         assert "moved to" in told[0]
+
+
+def test_a_run_that_goes_on_while_the_file_breaks_is_in_the_new_file(tmp_path):
+    journal = Journal(tmp_path)
+    whole_run(journal, 1)
+    run = make_run(2)
+    run.status, run.started = RunStatus.RUNNING, 1.0
+    happen(journal, run, EventKind.STARTED)
+    run.status = RunStatus.PAUSED
+    happen(journal, run, EventKind.PAUSED)
+    journal.flush()
+    journal.set_aside("a page is torn")
+    run.status = RunStatus.RUNNING
+    happen(journal, run, EventKind.RESUMED)
+    run.status, run.ended = RunStatus.SUCCEEDED, 2.0
+    happen(journal, run, EventKind.ENDED)
+    journal.close()
+    with JournalReader(tmp_path) as reader:
+        assert [(row.run_id, row.state) for row in reader.runs()] == [("R-002", "SUCCEEDED")]
+        assert [event.kind for event in reader.events("R-002")] == ["resumed", "ended"]
 
 
 def test_a_file_that_was_taken_away_is_made_anew_with_the_next_run(tmp_path):
@@ -287,7 +307,7 @@ def test_what_is_no_journal_is_refused_in_words(tmp_path):
     with pytest.raises(ConfigError, match=f"no journal.*{JOURNAL_FILE}"):
         JournalReader(tmp_path)
     (tmp_path / JOURNAL_FILE).write_text("nonsense " * 1000)
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(JournalBroken, match="cannot be read"):
         JournalReader(tmp_path)
 
 
@@ -320,8 +340,8 @@ def test_bad_parameters_are_refused(field):
         JournalParameters(busy_s=-1.0)
 
 
-def test_the_text_of_a_run_and_its_timeline(bench, tmp_path):
-    bench.executor._event_bus.log = Journal(tmp_path / "runs")
+def test_the_text_of_a_run_and_its_timeline(make_bench, tmp_path):
+    bench = make_bench(log=Journal(tmp_path / "runs"))
     run = bench.executor.trigger(MissionRequest("drive_and_work", caller="test"))
     bench.clock.advance(1.0)
     bench.executor.pause("a child")

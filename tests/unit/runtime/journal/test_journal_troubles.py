@@ -10,10 +10,10 @@ from dataclasses import replace
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.event_bus import EventBus
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal import JOURNAL_FILE, Journal, JournalParameters, JournalReader, store
+from florence_bt.runtime.journal.schema import JournalBroken
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus
 
 
@@ -132,6 +132,7 @@ def test_old_runs_are_dropped_though_no_process_lives_long(tmp_path):
         tell = teller(journal)
         end(tell, begin(tell, number))
         journal.close()
+        assert not [*tmp_path.glob("*-wal")], "the file is closed"
     assert len(states(tmp_path)) <= 11
 
 
@@ -177,15 +178,27 @@ def test_memory_stays_bounded_when_the_disk_never_comes_back(tmp_path):
         assert reader.last_entry() == written[-1]
 
 
-@pytest.mark.parametrize("column", ["inputs", "outputs"])
-def test_a_row_that_is_broken_is_told_in_words(tmp_path, column):
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("inputs = '{torn'", "Expecting property name"),
+        ("outputs = '[1]'", "a JSON object was expected"),
+        ("outputs = x'ff'", "outputs is b'"),
+        ("started = 'soon'", "started is 'soon'"),
+        ("started = 9e999", "started is inf"),
+        ("priority = 1.5", "priority is 1.5"),
+        ("state = 'LOST'", "'LOST' is not a valid RunStatus"),
+        ("policy = 'perhaps'", "'perhaps' is not a valid TriggerPolicy"),
+    ],
+)
+def test_a_row_that_is_broken_is_told_in_words(tmp_path, change, told):
     journal = Journal(tmp_path)
     tell = teller(journal)
     end(tell, begin(tell, 1))
     journal.close()
     connection = sqlite3.connect(tmp_path / JOURNAL_FILE)
-    connection.execute(f"UPDATE runs SET {column} = '{{torn'")
+    connection.execute(f"UPDATE runs SET {change}")
     connection.commit()
     connection.close()
-    with JournalReader(tmp_path) as reader, pytest.raises(ConfigError, match="a row is broken"):
+    with JournalReader(tmp_path) as reader, pytest.raises(JournalBroken, match=f"a row is broken: {told}"):
         reader.runs()

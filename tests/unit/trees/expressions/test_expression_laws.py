@@ -106,6 +106,23 @@ def test_values_are_those_of_exact_arithmetic(term, numbers):
         assert value == pytest.approx(float(expected), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("text", "holds"),
+    [
+        # Sums of decimals have errors of rounding, whole numbers have none.
+        ("(0.1 + 0.7) * 10 == 8", True),
+        ("(0.1 + 0.7) * 10 == $eight", True),
+        ("(0.1 + 0.7) * 10 < 8", False),
+        ("(0.1 + 0.7) * 10 >= $eight", True),
+        ("(0.1 + 0.7) * 10 != 8.001", True),
+        ("9007199254740993 == 9007199254740992", False),
+        ("9007199254740993 > 9007199254740992", True),
+    ],
+)
+def test_what_counts_as_equal(text, holds):
+    assert compile_expression(parse_expression(text)).resolve(KeyStore({"eight": 8})) is holds
+
+
 KINDS = {
     "d": Kind.LENGTH,
     "e": Kind.LENGTH,

@@ -74,6 +74,7 @@ abs()                 | 1 | needs 1 value, not 0 | abs($a)
 mn($a, 1)             | 1 | no function 'mn' | min(...)
 5 meters              | 3 | 'meters' is not a unit | 5 m
 $a > 5 mm2            | 8 | 'mm2' is not a unit | 5 mm
+5. meters             | 4 | 'meters' is not a unit | 5. m
 5 m m                 | 5 | cannot follow '5 m' | and, or, <, ==, +, *
 $battery > 20 %       | 15 | not known here | a number between 0 and 1
 ($a                   | 1 | this ( is not closed | )

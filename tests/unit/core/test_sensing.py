@@ -1,0 +1,32 @@
+"""Cells of a grid map."""
+
+import numpy as np
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+# Row 0 has the lowest y; its corner lies at (-1, 2), so that x reaches 0.5 and y reaches 3.
+GRID = OccupancyGrid(
+    0.5, Pose2(-1.0, 2.0), np.array([[FREE, OCCUPIED, UNKNOWN], [51, 50, FREE]], dtype=np.int8)
+)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "cell", "inside", "occupied"),
+    [
+        (-1.0, 2.0, (0, 0), True, False),
+        (-0.26, 2.4, (0, 1), True, True),
+        (0.2, 2.2, (0, 2), True, False),
+        (-0.8, 2.6, (1, 0), True, True),
+        (-0.3, 2.9, (1, 1), True, False),
+        (-1.01, 2.2, (0, -1), False, False),
+        (-0.8, 1.9, (-1, 0), False, False),
+        (0.5, 2.0, (0, 3), False, False),
+        (-0.3, 3.0, (2, 1), False, False),
+    ],
+)
+def test_the_cell_of_a_place(x, y, cell, inside, occupied):
+    assert GRID.cell_of(x, y) == cell
+    assert GRID.contains(*cell) is inside
+    assert GRID.is_occupied(x, y) is occupied

@@ -1,0 +1,80 @@
+"""The dump of a run: where each node stands or stood, for how long, and what it said."""
+
+from __future__ import annotations
+
+from florence_bt.core.outcome import failure, success
+from florence_bt.mission_testing.mocks.mocks import Step
+from florence_bt.runtime.journal import Journal, JournalReader
+from florence_bt.runtime.journal.text import tree_from_events
+from florence_bt.runtime.run import MissionRequest
+
+MISSION = """\
+mission: visit
+description: Drives, and works when it is there.
+tree:
+  retry: 2
+  do:
+    timeout: 5 s
+    do:
+      sequence:
+        - selector:
+            - drive: {way: 1 m}
+            - wait: 1 s
+        - work:
+          out: {pay: pay}
+        - drive: {way: 2 m}
+          name: return
+"""
+FIRST_ROUND = """\
+[>] visit (4.5 s)
+    [>] within 5 s (4.5 s)
+        [>] sequence (4.5 s)
+            [+] selector (2.0 s)
+                [x] drive (1.0 s) -- a chair is in the way
+                [+] wait 1 s (1.0 s)
+            [>] work (2.5 s)
+            [ ] return"""
+# Of what the second round has not reached, nothing is said.
+SECOND_ROUND = """\
+[>] visit (6.0 s) -- attempt 2 of 2; the last one failed: sequence was not done within 5 s (it was at work)
+    [>] within 5 s (1.0 s)
+        [>] sequence (1.0 s)
+            [>] selector (1.0 s)
+                [>] drive (1.0 s)
+                [ ] wait 1 s
+            [ ] work
+            [ ] return"""
+# What was left keeps how it ended; what was stopped is marked with [-].
+END = """\
+[x] visit (10.0 s) -- 2 of 2 attempts failed; last: sequence was not done within 5 s (it was at work)
+    [x] within 5 s (5.0 s) -- sequence was not done within 5 s (it was at work)
+        [-] sequence (5.0 s)
+            [+] selector (2.0 s)
+                [+] drive (2.0 s)
+                [ ] wait 1 s
+            [-] work (3.0 s)
+            [ ] return"""
+
+# A run whose process died has only its events: the last word of each node that was reached.
+FROM_EVENTS = """\
+[x] visit -- 2 of 2 attempts failed; last: sequence was not done within 5 s (it was at work)
+    [x] within 5 s -- sequence was not done within 5 s (it was at work)
+        [-] sequence
+            [+] selector
+                [+] drive
+                [+] wait 1 s
+            [-] work"""
+
+
+def test_what_a_dump_says_in_the_course_of_a_run(make_bench, tmp_path):
+    bench = make_bench(log=Journal(tmp_path / "runs"))
+    (tmp_path / "visit.yaml").write_text(MISSION)
+    bench.executor.library.add_file(tmp_path / "visit.yaml")
+    bench.script(Step(failure("blocked", "a chair is in the way"), after=1.0), Step(after=2.0))
+    bench.script_work(Step(success(pay=1), after=10.0))
+    run = bench.executor.trigger(MissionRequest("visit"))
+    for moment, expected in ((104.5, FIRST_ROUND), (106.0, SECOND_ROUND), (200.0, END)):
+        bench.clock.advance_to(moment)
+        assert bench.executor.render(run, durations=True) == expected
+    with JournalReader(tmp_path / "runs") as reader:
+        assert tree_from_events(reader.events(run.run_id)) == FROM_EVENTS
