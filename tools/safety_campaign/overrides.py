@@ -6,9 +6,11 @@ Drives by a mission, by ``goal_pose`` and by goals of a foreign client; with the
 
 from __future__ import annotations
 
+import itertools
 import random
 import signal
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -25,6 +27,8 @@ BLOCK = 60
 PLACES = ((3.3, 5.2), (7.3, 4.9), (3.6, 2.95), (6.7, 2.975))
 """Free places of the flat, metres."""
 TRIES = 5
+GIVEN_UP = 3
+"""How many bring-ups may end early, because the robot is stuck somewhere."""
 SETTLE_S = 0.15
 """A base that brakes rocks a little when it stands."""
 ATTACK_S = 0.6
@@ -60,22 +64,44 @@ class Trial:
 
 
 def override_many(count: int, seed: int, say: Callable[[str], None] = print) -> list[Trial]:
-    """Run the trials, a bring-up for each block of them."""
+    """Run the trials, a bring-up for each block of them; one whose robot is stuck is given up.
+
+    Raises:
+        CampaignFailed: Too many bring-ups were given up.
+    """
     dice = random.Random(seed)
     trials: list[Trial] = []
-    for number, (server, size) in enumerate(_blocks(count)):
-        with RunningSystem(seed + number) as system:
-            for done in range(size):
-                drive = _drive_for(server, done, dice)
-                if server == "dead" and done == 1:
-                    _kill_server(system)
-                trial = _try_once(system, server, drive, dice, dies=server == "dead" and done == 0)
-                trials.append(trial)
-                if trial.commanded or trial.shifted_m > SHIFT_M:
-                    say(f"override {len(trials)} moved: {trial}; {_speeds(system.truths)}")
-                system.spin(0.2)
-            say(f"{len(trials)} of {count} overrides")
+    blocks = deque(_blocks(count))
+    given_up = 0
+    numbers = itertools.count(seed)
+    while blocks:
+        server, size = blocks.popleft()
+        begin = len(trials)
+        try:
+            with RunningSystem(next(numbers)) as system:
+                for done in range(size):
+                    trials.append(_next_trial(system, server, done, dice, say))
+        except CampaignFailed as error:
+            given_up += 1
+            if given_up > GIVEN_UP:
+                raise
+            say(str(error))
+            blocks.appendleft((server, size - (len(trials) - begin)))
+        say(f"{len(trials)} of {count} overrides")
     return trials
+
+
+def _next_trial(
+    system: RunningSystem, server: str, done: int, dice: random.Random, say: Callable[[str], None]
+) -> Trial:
+    drive = _drive_for(server, done, dice)
+    if server == "dead" and done == 1:
+        _kill_server(system)
+    trial = _try_once(system, server, drive, dice, dies=server == "dead" and done == 0)
+    if trial.commanded or trial.shifted_m > SHIFT_M:
+        say(f"it moved: {trial}; {_speeds(system.truths)}")
+    system.spin(0.2)
+    return trial
 
 
 def _blocks(count: int) -> Iterator[tuple[str, int]]:
