@@ -23,7 +23,16 @@ from florence_bt.simulation.home.mjcf import (
     build_mjcf,
 )
 from florence_bt.simulation.home.person import PersonSpec, Walker
-from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, RayScene, Shapes, reach_of
+from florence_bt.simulation.sensors.scene import (
+    BOX,
+    CYLINDER,
+    PLANE,
+    SPHERE,
+    SURFACES,
+    RayScene,
+    Shapes,
+    reach_of,
+)
 
 MAX_WHEEL_MPS = 0.5
 """Source: REFERENCE 1.3 (a wheel turns with at most 500 mm/s)."""
@@ -240,6 +249,8 @@ class SimulatedWorld:
         names = ["floor", *(solid.name for solid in self.flat.solids)]
         names += [self.people[int(body) - 1].name for body in model.geom_bodyid[len(names) : count]]
         size = np.array(model.geom_size[:count], float)
+        surface = np.zeros(count, np.int8)
+        surface[1 : 1 + len(self.flat.solids)] = [SURFACES[solid.surface] for solid in self.flat.solids]
         shapes = Shapes(
             kind=kind,
             position=np.array(data.geom_xpos[:count]),
@@ -247,6 +258,7 @@ class SimulatedWorld:
             size=size,
             reach=reach_of(kind, size),
             colour=np.array(np.rint(model.geom_rgba[:count, :3] * 255), np.uint8),
+            surface=surface,
         )
         return RayScene(shapes, tuple(names))
 
