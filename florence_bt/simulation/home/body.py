@@ -175,10 +175,15 @@ def _trunk(hip: float, length: float, lean: float, build: float, shirt: Colour) 
     return BodyPart("box", x, 0.0, middle - length / 2, middle + length / 2, half, shirt, tilt=lean)
 
 
+def knee_reach(height: float) -> float:
+    """How far the knees of somebody who sits are before the hips, metres."""
+    return 0.42 * height / 1.72
+
+
 def _seated(spec: PersonSpec, seat: float) -> Iterator[BodyPart]:
     """Leaning back a little, the hands in the lap; the feet of a child do not reach the floor."""
     long, build, lean = spec.height / 1.72, _build(spec.height), -0.18
-    trunk, knee, thigh = 0.53 * long, 0.42 * long, seat + 0.07 * build
+    trunk, knee, thigh = 0.53 * long, knee_reach(spec.height), seat + 0.07 * build
     foot = max(0.07, thigh - 0.45 * long)
     shoulder = (0.48 * long * math.sin(lean), seat + 0.48 * long * math.cos(lean))
     for side in (1, -1):

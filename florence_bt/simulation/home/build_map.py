@@ -3,7 +3,7 @@
 The map is what a laser of the robot's mounting height leaves after mapping: walls and what stands on the
 floor, of tables the legs only, unknown outside. The same source always gives the same bytes.
 
-Run ``python -m florence_bt.simulation.home.build_map``; with ``--home SEED`` it generates a whole home.
+Run ``python -m florence_bt.simulation.home.build_map``; with ``--world-seed SEED`` it generates a whole home.
 """
 
 from __future__ import annotations
@@ -116,25 +116,25 @@ def main(arguments: list[str] | None = None) -> int:
         "source", type=Path, nargs="?", default=default_flat_file(), help="the flat's source file"
     )
     parser.add_argument(
-        "--home", type=int, metavar="SEED", help="generate a home and its source file instead"
+        "--world-seed", type=int, metavar="SEED", help="generate a home and its source file instead"
     )
     parser.add_argument(
         "--output",
         type=Path,
-        help="folder that gets maps/ and hotspots/ (the source's parent's; for --home: .)",
+        help="folder that gets maps/ and hotspots/ (the source's parent's; for a generated home: .)",
     )
     options = parser.parse_args(arguments)
     try:
-        if options.home is None:
+        if options.world_seed is None:
             files = build_files(load_flat(options.source))
         else:
-            entries = generate_home(options.home)
+            entries = generate_home(options.world_seed)
             source = {f"maps/{entries.name}.source.yaml": source_text(entries).encode()}
             files = source | build_files(build_flat(entries))
     except FlorenceError as error:
         print(error, file=sys.stderr)
         return 1
-    beside = options.source.resolve().parent.parent if options.home is None else Path()
+    beside = options.source.resolve().parent.parent if options.world_seed is None else Path()
     root: Path = options.output or beside
     for name, content in files.items():
         path = root / name

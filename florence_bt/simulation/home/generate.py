@@ -7,9 +7,11 @@ more: through every door, to every hotspot.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,15 +19,13 @@ import yaml
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from florence_bt.core.errors import FlorenceError
+from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.simulation.home.catalogue import Catalogue, Group, PieceKind, load_catalogue
-from florence_bt.simulation.home.flat import Flat, FlatFile, PartEntry, Solid, build_flat
+from florence_bt.simulation.home.flat import Flat, FlatFile, PartEntry, Solid, build_flat, load_flat
 from florence_bt.simulation.home.free_space import ROBOT_HEIGHT_M, BoolGrid, GridFrame, cells_covered
 from florence_bt.simulation.home.layout import WALL_THICKNESS_M, Area, Layout, door_spots, plan_home
-
-ROBOT_RADIUS_M = 0.2625
-"""Circumscribed radius of the padded footprint (REFERENCE 7.4): where this fits, the robot can also turn."""
+from florence_bt.simulation.home.people import ROBOT_RADIUS_M
 
 _RESOLUTION_M = 0.05
 _PLANS, _TRIES, _MOVE_TRIES = 40, 80, 10
@@ -64,6 +64,20 @@ def generate_home(seed: int) -> FlatFile:
 def generated_flat(seed: int) -> Flat:
     """The home of a seed; see :func:`generate_home`."""
     return build_flat(generate_home(seed))
+
+
+@functools.lru_cache(maxsize=8)
+def choose_flat(world: Path | None = None, seed: int | None = None) -> Flat:
+    """The flat that somebody asks for: of a file, generated from a seed, or the one that comes with Florence.
+
+    Raises:
+        ConfigError: The file is wrong, with file:line:column, or both are given.
+    """
+    if world is not None and seed is not None:
+        raise ConfigError("a home is either read or generated", valid=["--world FILE", "--world-seed SEED"])
+    if seed is not None and seed < 0:
+        raise ConfigError(f"the seed of a home cannot be {seed}", valid=["0 or a positive whole number"])
+    return load_flat(world) if seed is None else generated_flat(seed)
 
 
 def source_text(entries: FlatFile) -> str:
@@ -160,6 +174,10 @@ class _Furnisher:
         turn = round(float(old["turn_deg"] + self._rng.uniform(-60.0, 60.0)))
         was = {"x": old["x"], "y": old["y"], "phi_deg": old["turn_deg"]}
         x, y = round(old["x"] + float(dx), 3), round(old["y"] + float(dy), 3)
+        if any(
+            area.contains(old["x"], old["y"]) != area.contains(x, y) for area in self._layout.rooms.values()
+        ):
+            return None
         moved = self._piece(old | {"x": x, "y": y, "turn_deg": turn, "moved_from": was})
         return moved if self._fits(moved, self._taken(), self._blocked()) else None
 
@@ -174,20 +192,21 @@ class _Furnisher:
             front = cells_covered(self.frame, [_front(main, parts, group.front)]) if group.front else None
             if self._fits(piece, taken, blocked, front):
                 self._add(piece, on_map=group.on_map)
-                self._place_companions(main, group)
+                self._place_companions(area, main, group)
                 if front is not None:
                     self._kept_free |= front
                 if group.hotspot:
                     self.objects.setdefault(group.hotspot, _before(main, parts))
                 return
 
-    def _place_companions(self, main: Pose2, group: Group) -> None:
+    def _place_companions(self, area: Area, main: Pose2, group: Group) -> None:
         """Put beside the main piece what fits of what belongs to it."""
         for kind in group.companions:
             if self._rng.random() < kind.chance:
                 own = Pose2(kind.x, kind.y, math.radians(kind.turn_deg))
                 piece = self._piece(self._look(kind) | _standing(main, own), kind)
-                if self._fits(piece, self._taken(), self._blocked()):
+                inside = area.contains(piece.entry["x"], piece.entry["y"])
+                if inside and self._fits(piece, self._taken(), self._blocked()):
                     self._add(piece, on_map=group.on_map)
 
     def _add(self, piece: _Piece, *, on_map: bool) -> None:
@@ -275,7 +294,7 @@ def _furnished(name: str, layout: Layout, rng: np.random.Generator) -> dict[str,
     hotspot = spots[layout.entrance]
     start = _far_spot(furnisher, layout.rooms[layout.entrance], hotspot)
     entries["start"] = _pose_entry(start)
-    furnisher.keep_free(entries["start"]["x"], entries["start"]["y"], 0.4)
+    furnisher.add_stop(entries["start"]["x"], entries["start"]["y"])
     entries["hotspots"] = {label: _pose_entry(pose) for label, pose in _reached(furnisher)}
     for room in rooms:
         furnisher.furnish(room, on_map=False)

@@ -44,6 +44,10 @@ class Area:
         """Square metres."""
         return (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
 
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a point lies in it."""
+        return self.x[0] <= x < self.x[1] and self.y[0] <= y < self.y[1]
+
     def turned(self) -> Area:
         """Seen from the other side: x and y exchanged."""
         return Area(self.y, self.x)

@@ -10,14 +10,14 @@ from florence_bt.simulation.home.catalogue import load_catalogue
 from florence_bt.simulation.home.flat import build_flat, load_flat
 from florence_bt.simulation.home.free_space import FreeSpace
 from florence_bt.simulation.home.generate import (
-    ROBOT_RADIUS_M,
     generate_home,
     generated_flat,
     source_text,
 )
+from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
 from florence_bt.simulation.home.world import SimulatedWorld
 
-SEEDS = range(12)
+SEEDS = range(16)
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,7 @@ def test_a_home_has_rooms_doors_and_places_for_people(homes, seed):
     assert len(inner) >= len(names) - 1
     assert all(0.70 <= door.width <= 0.90 for door in inner)
     assert {place.posture for place in flat.places} >= {"seated"}
+    assert place_person(flat, None, np.random.default_rng(seed)).posture == "standing"
     for place in flat.places:
         assert flat.room_at(place.pose.x, place.pose.y) is not None
     SimulatedWorld(flat)  # MuJoCo takes it
@@ -116,7 +117,7 @@ def test_homes_have_what_makes_them_hard(homes):
 
 
 def test_the_command_writes_a_home_that_can_be_edited(tmp_path, capsys):
-    assert main(["--home", "5", "--output", str(tmp_path)]) == 0
+    assert main(["--world-seed", "5", "--output", str(tmp_path)]) == 0
     flat = load_flat(tmp_path / "maps/home_5.source.yaml")
     assert flat == generated_flat(5)
     assert (tmp_path / "hotspots/home_5.yaml").is_file() and (tmp_path / "maps/home_5.pgm").is_file()
