@@ -295,7 +295,10 @@ def _furnished(name: str, layout: Layout, rng: np.random.Generator) -> dict[str,
     start = _far_spot(furnisher, layout.rooms[layout.entrance], hotspot)
     entries["start"] = _pose_entry(start)
     furnisher.add_stop(entries["start"]["x"], entries["start"]["y"])
-    entries["hotspots"] = {label: _pose_entry(pose) for label, pose in _reached(furnisher)}
+    before_pieces = dict(_reached(furnisher))
+    for pose in before_pieces.values():
+        furnisher.add_stop(pose.x, pose.y)
+    entries["hotspots"] = {label: _pose_entry(pose) for label, pose in before_pieces.items()}
     for room in rooms:
         furnisher.furnish(room, on_map=False)
     furnisher.move_some()
