@@ -16,6 +16,13 @@ PersonOption = Annotated[
     typer.Option(help="Room the person is in, or 'absent' for nobody at home.", show_default="a random room"),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random generator.")]
+WorldOption = Annotated[
+    Path | None, typer.Option("--world", help="Source file of the simulated home (docs/homes.md).")
+]
+WorldSeedOption = Annotated[
+    int | None,
+    typer.Option("--world-seed", metavar="SEED", min=0, help="Generate the simulated home from a seed."),
+]
 SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second aimed at.")]
 
 
@@ -24,6 +31,8 @@ SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall sec
 )
 def demo(
     person: PersonOption = None,
+    world: WorldOption = None,
+    world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
     out: Annotated[Path, typer.Option(help="Folder for the logs and the run.")] = Path("runs/demo"),
@@ -42,7 +51,14 @@ def demo(
         from florence_bt.app.demo.demo import print_result, run_demo
 
         console = Console()
-        options = BringUp(folder=str(out.absolute()), person=person, seed=seed, speed=speed)
+        options = BringUp(
+            folder=str(out.absolute()),
+            person=person,
+            world_file=str(world.absolute()) if world else None,
+            world_seed=world_seed,
+            seed=seed,
+            speed=speed,
+        )
         result = run_demo(options, console, headless=headless)
         print_result(result, console)
         raise typer.Exit(OK if result.succeeded else FAILED)
@@ -76,6 +92,8 @@ def up(
             metavar="X,Y,YAW", help="Simulated only: where the robot starts, metres and degrees on the map."
         ),
     ] = None,
+    world: WorldOption = None,
+    world_seed: WorldSeedOption = None,
     seed: SeedOption = 0,
     speed: SpeedOption = 1.0,
     out: Annotated[Path, typer.Option(help="Folder for the logs and the runs.")] = Path("runs/up"),
@@ -105,6 +123,8 @@ def up(
                 mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
                 person=person,
                 start=parse_start(start) if start else None,
+                world_file=str(world.absolute()) if world else None,
+                world_seed=world_seed,
                 seed=seed,
                 speed=speed,
             )

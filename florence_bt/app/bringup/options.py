@@ -30,6 +30,8 @@ class BringUp:
         person: Simulated only: the room the person is in, None for a random one, ``absent`` for nobody.
         user_room: Room in which the user was last seen; None takes the person's room.
         start: Pose of the robot at the start in the map frame, None for the flat's own.
+        world_file: Source file of the simulated home, None for the flat that comes with Florence.
+        world_seed: Seed of a generated home in its place.
         seed: Start of every random generator.
         speed: Simulated seconds per wall second aimed at.
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
@@ -46,6 +48,8 @@ class BringUp:
     person: str | None = None
     user_room: str | None = None
     start: tuple[float, float, float] | None = None
+    world_file: str | None = None
+    world_seed: int | None = None
     seed: int = 0
     speed: float = 1.0
     mission_folders: tuple[str, ...] = ()
@@ -57,11 +61,20 @@ class BringUp:
             raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
         if self.seed < 0:
             raise ConfigError(f"seed is {self.seed}", valid=["0 or a positive whole number"])
+        if not self.in_flat and (self.world_file is not None or self.world_seed is not None):
+            raise ConfigError(
+                "--world and --world-seed are simulated homes", valid=["--sim", "--robot --emulate"]
+            )
 
     @property
     def in_flat(self) -> bool:
         """Whether the devices are those of the simulated flat."""
         return self.simulated or self.emulated
+
+    @property
+    def own_world(self) -> bool:
+        """Whether the simulated home is another one than the flat that comes with Florence."""
+        return self.world_file is not None or self.world_seed is not None
 
     @property
     def runs(self) -> Path:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
 from florence_bt.app.bringup.options import BringUp
-from florence_bt.app.bringup.simulated import people_at_home
+from florence_bt.app.bringup.simulated import flat_of, people_at_home
 from florence_bt.app.bringup.topology import NODES
 from florence_bt.core.paths import find_data
-from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.build_map import hotspots_yaml
 from florence_bt.skills.home_sensors.mqtt import require_paho
 from florence_bt.skills.home_sensors.settings import load_home
-from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.locator.hotspots import load_hotspots, parse_hotspots
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -22,18 +22,21 @@ def check_options(options: BringUp) -> None:
 
     Raises:
         ConfigError: The configuration, the map, the hotspots or the person's room is wrong; with file, line
-            and what would have worked.
+            and what would have worked. So for the file of a simulated home.
     """
     file = Path(options.config_file) if options.config_file else find_data("config", "robot.yaml")
     known = {node for nodes in NODES.values() for node in nodes}
     refuse_unknown_nodes(load_config(file), known, str(file))
     load_map(options.map_file or find_data("maps", "flat.yaml"))
     MissionLibrary.load([Path(folder) for folder in options.mission_folders])
-    hotspots = load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
+    if options.own_world and not options.hotspots_file:
+        hotspots = parse_hotspots(hotspots_yaml(flat_of(options)))
+    else:
+        hotspots = load_hotspots(options.hotspots_file or find_data("hotspots", "flat.yaml"))
     if options.home_file is not None:
         home = load_home(options.home_file, hotspots)
         if home.mqtt is not None:
             require_paho()
             home.mqtt.password()
     if options.in_flat:
-        people_at_home(load_flat(), options)
+        people_at_home(options)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +15,9 @@ from florence_bt.app.bringup.options import ABSENT, BringUp
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.simulation.hardware.ports import HardwareMounts, HardwareSettings
-from florence_bt.simulation.home.flat import Flat, load_flat
+from florence_bt.simulation.home.build_map import build_files
+from florence_bt.simulation.home.flat import Flat
+from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.people import PersonSpec, place_person
 from florence_bt.skills.robot_description.description import load_description
 
@@ -62,12 +65,43 @@ def clear_ports(options: BringUp) -> None:
             port.unlink()
 
 
-def people_at_home(flat: Flat, options: BringUp) -> list[PersonSpec]:
+def flat_of(options: BringUp) -> Flat:
+    """The simulated home of a bring-up.
+
+    Raises:
+        ConfigError: Its file is wrong, with file:line:column.
+    """
+    return choose_flat(
+        Path(options.world_file) if options.world_file is not None else None, options.world_seed
+    )
+
+
+def with_world_files(options: BringUp) -> BringUp:
+    """Write map and hotspots of a home that does not come with Florence into the folder of the bring-up.
+
+    Returns:
+        The options with these files, unless they name others. They are written again at each start.
+    """
+    if not options.own_world:
+        return options
+    folder = Path(options.folder) / "world"
+    for name, content in build_files(flat := flat_of(options)).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return replace(
+        options,
+        map_file=options.map_file or str(folder / "maps" / f"{flat.name}.yaml"),
+        hotspots_file=options.hotspots_file or str(folder / "hotspots" / f"{flat.name}.yaml"),
+    )
+
+
+def people_at_home(options: BringUp) -> list[PersonSpec]:
     """The person that the bring-up asks for: in a room, anywhere, or nobody.
 
     Raises:
-        ConfigError: There is no such room.
+        ConfigError: There is no such room, or the home's file is wrong.
     """
+    flat = flat_of(options)
     if options.person == ABSENT:
         return []
     return [place_person(flat, options.person, np.random.default_rng(options.seed))]
@@ -77,7 +111,7 @@ def start_of(options: BringUp) -> Pose2 | None:
     """Where the robot starts, None when a real robot must be given its pose."""
     if options.start_pose is not None or not options.in_flat:
         return options.start_pose
-    return load_flat().start
+    return flat_of(options).start
 
 
 def user_room(options: BringUp) -> str | None:
@@ -88,7 +122,6 @@ def user_room(options: BringUp) -> str | None:
     """
     if options.user_room is not None or not options.in_flat:
         return options.user_room
-    flat = load_flat()
-    people = people_at_home(flat, options)
+    flat, people = flat_of(options), people_at_home(options)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
     return room.name if room else None

@@ -18,7 +18,7 @@ from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
 from florence_bt.app.bringup.private_files import owner_only
 from florence_bt.app.bringup.signals import ignored, once
-from florence_bt.app.bringup.simulated import clear_ports
+from florence_bt.app.bringup.simulated import clear_ports, with_world_files
 from florence_bt.app.bringup.supervisor import ProcessDied, Supervisor
 from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, groups
 from florence_bt.app.demo.kernel_cache import ensure_compiled
@@ -50,7 +50,6 @@ class System:
 
     def __init__(self, options: BringUp, report: Callable[[str], None]) -> None:
         check_options(options)
-        self.options = options
         self._report = report
         folder = Path(options.folder)
         with ExitStack() as stack:
@@ -60,6 +59,7 @@ class System:
             ]
             if options.in_flat:
                 clear_ports(options)
+            self.options = options = with_world_files(options)
             self._supervisor = Supervisor(
                 options.write(),
                 folder / "logs",

@@ -134,15 +134,12 @@ def _simulator(settings: _Settings) -> list[Factory]:
 
 
 def _make_server(options: BringUp) -> HardwareServer:
-    from florence_bt.app.bringup.simulated import hardware_mounts, hardware_settings, people_at_home
+    from florence_bt.app.bringup.simulated import flat_of, hardware_mounts, hardware_settings, people_at_home
     from florence_bt.simulation.hardware.server import HardwareServer
-    from florence_bt.simulation.home.flat import load_flat
     from florence_bt.simulation.home.world import SimulatedWorld
 
-    flat = load_flat()
-    world = SimulatedWorld(
-        flat, people=people_at_home(flat, options), start=options.start_pose, seed=options.seed
-    )
+    people = people_at_home(options)
+    world = SimulatedWorld(flat_of(options), people=people, start=options.start_pose, seed=options.seed)
     return HardwareServer(world, hardware_mounts(), hardware_settings(options))
 
 

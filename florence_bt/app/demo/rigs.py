@@ -9,14 +9,11 @@ import numpy as np
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.options import ABSENT
 from florence_bt.app.bringup.simulated import robot_frames
-from florence_bt.core.paths import find_data
-from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
+from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.people import PersonSpec, place_person
 from florence_bt.simulation.rig.rig import Rig, RigSetting
-from florence_bt.skills.locator.hotspots import load_hotspots
-from florence_bt.skills.navigation.map_server.map_file import load_map
-
-MAP, HOTSPOTS = "flat.yaml", "flat.yaml"
+from florence_bt.skills.locator.hotspots import parse_hotspots
 
 
 def make_rig(
@@ -25,19 +22,21 @@ def make_rig(
     person: str | PersonSpec | None = None,
     user_room: str | None = None,
     runs_folder: Path | None = None,
+    flat: Flat | None = None,
 ) -> Rig:
-    """A rig of the flat of this package.
+    """A rig of a home with its map and hotspots.
 
     Args:
         seed: Start of every random generator; the place and posture of the person come from it too.
         person: A room, a ready person, ``absent`` for nobody, None for a random room.
         user_room: Where the user was last seen; the person's room when not given.
         runs_folder: Where the runs leave their folders; None for nowhere.
+        flat: The home; the flat that comes with Florence when not given.
 
     Raises:
         ConfigError: There is no such room.
     """
-    flat = load_flat()
+    flat = flat or load_flat()
     if isinstance(person, PersonSpec):
         people = [person]
     elif person == ABSENT:
@@ -48,8 +47,8 @@ def make_rig(
     return Rig(
         RigSetting(
             flat=flat,
-            grid=load_map(find_data("maps", MAP)),
-            hotspots=load_hotspots(find_data("hotspots", HOTSPOTS)),
+            grid=laser_map(flat),
+            hotspots=parse_hotspots(hotspots_yaml(flat)),
             frames=robot_frames(),
             config=load_config(),
             people=people,

@@ -3,7 +3,7 @@
 The map is what a laser of the robot's mounting height leaves after mapping: walls and what stands on the
 floor, of tables the legs only, unknown outside. The same source always gives the same bytes.
 
-Run ``python -m florence_bt.simulation.home.build_map``.
+Run ``python -m florence_bt.simulation.home.build_map``; with ``--world-seed SEED`` it generates a whole home.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.simulation.home.flat import Flat, default_flat_file, load_flat
+from florence_bt.simulation.home.flat import Flat, build_flat, default_flat_file, load_flat
 from florence_bt.simulation.home.free_space import GridFrame, cells_covered
+from florence_bt.simulation.home.generate import generate_home, source_text
 
 RESOLUTION_M = 0.05
 MARGIN_M = 0.5
@@ -33,9 +34,13 @@ _PIXELS = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
 
 
 def laser_map(flat: Flat) -> OccupancyGrid:
-    """The flat cut at the laser plane."""
+    """The flat as it was when the map was made, cut at the laser plane; the laser does not see glass."""
     frame = GridFrame.around(flat, RESOLUTION_M, MARGIN_M)
-    cut = (solid for solid in flat.solids if solid.bottom <= LASER_PLANE_M < solid.top)
+    cut = (
+        solid
+        for solid in flat.mapped
+        if solid.bottom <= LASER_PLANE_M < solid.top and solid.surface != "glass"
+    )
     x, y = frame.centres()
     cells = np.full((frame.rows, frame.columns), UNKNOWN, np.int8)
     for room in flat.rooms:
@@ -111,15 +116,26 @@ def main(arguments: list[str] | None = None) -> int:
         "source", type=Path, nargs="?", default=default_flat_file(), help="the flat's source file"
     )
     parser.add_argument(
-        "--output", type=Path, help="folder that gets maps/ and hotspots/ (the source's parent's)"
+        "--world-seed", type=int, metavar="SEED", help="generate a home and its source file instead"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        help="folder that gets maps/ and hotspots/ (the source's parent's; for a generated home: .)",
     )
     options = parser.parse_args(arguments)
     try:
-        files = build_files(load_flat(options.source))
-    except ConfigError as error:
+        if options.world_seed is None:
+            files = build_files(load_flat(options.source))
+        else:
+            entries = generate_home(options.world_seed)
+            source = {f"maps/{entries.name}.source.yaml": source_text(entries).encode()}
+            files = source | build_files(build_flat(entries))
+    except FlorenceError as error:
         print(error, file=sys.stderr)
         return 1
-    root: Path = options.output or options.source.resolve().parent.parent
+    beside = options.source.resolve().parent.parent if options.world_seed is None else Path()
+    root: Path = options.output or beside
     for name, content in files.items():
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -26,9 +26,11 @@ class Closeness:
     @property
     def polite(self) -> bool:
         """Whether that is what the mission promises: 0.5 m +- 0.1 m, facing within 15 degrees."""
-        return (
-            abs(self.distance - POLITE_DISTANCE_M) <= DISTANCE_TOLERANCE_M and self.facing <= FACING_TOLERANCE
-        )
+        return self.polite_at(POLITE_DISTANCE_M)
+
+    def polite_at(self, distance: float) -> bool:
+        """As :attr:`polite`, where the robot gets no nearer than some distance in metres."""
+        return abs(self.distance - distance) <= DISTANCE_TOLERANCE_M and self.facing <= FACING_TOLERANCE
 
 
 def closeness(robot: Pose2, person: Pose2) -> Closeness:

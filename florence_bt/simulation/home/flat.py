@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, model_validator
 
@@ -15,6 +15,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.paths import find_data
 from florence_bt.simulation.home.positioned_yaml import Location, PositionedYaml
+from florence_bt.simulation.sensors.scene import Surface
 
 Colour = tuple[int, int, int]
 """Red, green, blue, each 0 to 255."""
@@ -34,6 +35,7 @@ class Solid:
         bottom: Height of the lower face above the floor in metres.
         top: Height of the upper face above the floor in metres.
         colour: Its colour.
+        surface: What the laser and the Kinect see of it.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Solid:
     bottom: float
     top: float
     colour: Colour
+    surface: Surface = "plain"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,13 +94,32 @@ class Seat:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """A piece of furniture, or a part of it, that one person sits or lies on.
+
+    Attributes:
+        furniture: The name of the piece.
+        posture: What a person does there.
+        pose: The middle of the hips of somebody who sits, and where they look; the middle of the body of
+            somebody who lies, and where their head is from there. Map frame.
+        height: Of the surface above the floor in metres.
+    """
+
+    furniture: str
+    posture: Literal["seated", "lying"]
+    pose: Pose2
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
 class Door:
-    """A gap in a wall: its centre and its width in metres."""
+    """A gap in a wall: its centre and its width in metres, and whether its leaf closes it now."""
 
     name: str
     x: float
     y: float
     width: float
+    closed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,20 +131,24 @@ class Flat:
         start: Where the robot stands at first.
         floor_colour: Colour of the floor.
         solids: Walls and furniture.
+        mapped: The same as they stood when the map was made.
         doors: Gaps in the walls.
         rooms: The rooms; together they cover the flat.
         objects: Hotspots that belong to objects instead of rooms.
-        seats: Where people may sit.
+        seats: Where people may sit on a stool of their own.
+        places: Where people may sit or lie on the furniture.
     """
 
     name: str
     start: Pose2
     floor_colour: Colour
     solids: tuple[Solid, ...]
+    mapped: tuple[Solid, ...]
     doors: tuple[Door, ...]
     rooms: tuple[Room, ...]
     objects: tuple[FlatHotspot, ...]
     seats: tuple[Seat, ...]
+    places: tuple[Place, ...]
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -168,11 +194,25 @@ def load_flat(file: Path | None = None) -> Flat:
     source = PositionedYaml(file if file is not None else default_flat_file())
     entries = source.parse(FlatFile)
     _check_names(source, entries)
-    flat = Flat(
+    for index, piece in enumerate(entries.furniture):
+        if piece.model not in entries.models:
+            raise source.unknown(("furniture", index, "model"), "model", piece.model, list(entries.models))
+    for model in entries.places:
+        if model not in entries.models:
+            raise source.unknown(("places", model), "model", model, list(entries.models))
+    flat = build_flat(entries)
+    _check_places(source, entries, flat)
+    return flat
+
+
+def build_flat(entries: FlatFile) -> Flat:
+    """The flat that the entries of a source file describe; their names must fit together."""
+    return Flat(
         name=entries.name,
         start=_pose(entries.start),
         floor_colour=_colour(entries.floor),
-        solids=tuple(_walls(entries.walls)) + tuple(_furniture(source, entries)),
+        solids=tuple(_walls(entries.walls, mapped=False)) + tuple(_furniture(entries)),
+        mapped=tuple(_walls(entries.walls, mapped=True)) + tuple(_mapped_furniture(entries)),
         doors=tuple(_doors(entries.walls)),
         rooms=tuple(
             Room(name, room.x, room.y, FlatHotspot(name, _pose(room.hotspot)))
@@ -180,21 +220,24 @@ def load_flat(file: Path | None = None) -> Flat:
         ),
         objects=tuple(FlatHotspot(label, _pose(pose)) for label, pose in entries.hotspots.items()),
         seats=tuple(Seat(seat.room, _pose(seat)) for seat in entries.seats),
+        places=tuple(_places(entries)),
     )
-    _check_places(source, entries, flat)
-    return flat
 
 
 def _pose(entry: PoseEntry) -> Pose2:
     return Pose2(entry.x, entry.y, normalize_angle(math.radians(entry.phi_deg)))
 
 
+def _stand(piece: FurnitureEntry) -> Pose2:
+    return Pose2(piece.x, piece.y, math.radians(piece.turn_deg))
+
+
 def _colour(text: str) -> Colour:
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
-def _walls(walls: WallsEntry) -> Iterator[Solid]:
-    """The pieces between the doors, and a lintel above each door."""
+def _walls(walls: WallsEntry, *, mapped: bool) -> Iterator[Solid]:
+    """The pieces between the doors, a lintel above each door, and the doors' leaves."""
     for wall in walls.lines:
         length = math.dist(wall.from_, wall.to)
         start = -walls.thickness / 2
@@ -204,6 +247,8 @@ def _walls(walls: WallsEntry) -> Iterator[Solid]:
             start = door.centre + door.width / 2
             if walls.door_height < walls.height:
                 yield _wall_piece(walls, wall, edge, start, walls.door_height)
+            if door.leaf != "none":
+                yield _leaf(walls, wall, door, mapped=mapped)
         yield _wall_piece(walls, wall, start, length + walls.thickness / 2, 0.0)
 
 
@@ -223,24 +268,70 @@ def _wall_piece(walls: WallsEntry, wall: WallEntry, start: float, end: float, bo
     )
 
 
+def _leaf(walls: WallsEntry, wall: WallEntry, door: DoorEntry, *, mapped: bool) -> Solid:
+    """A door's leaf; its hinge is beside the gap, so that an open one does not narrow it."""
+    along = Pose2(*wall.from_, 0.0 if wall.from_[1] == wall.to[1] else math.pi / 2)
+    degrees = door.open_deg if door.mapped_open_deg is None or not mapped else door.mapped_open_deg
+    closed = abs(degrees) < _CLOSED_DEG
+    x, y = along.apply(door.centre - door.width / 2 - (0.0 if closed else _LEAF_M / 2), 0.0)
+    hinge = Pose2(x, y, along.yaw + math.radians(degrees))
+    x, y = hinge.apply(door.width / 2, 0.0)
+    glass = door.leaf == "glass"
+    return Solid(
+        name=door.name,
+        x=x,
+        y=y,
+        yaw=hinge.yaw,
+        half=(door.width / 2, _LEAF_M / 2),
+        radius=0.0,
+        bottom=0.0,
+        top=walls.door_height,
+        colour=_colour(door.colour),
+        surface="glass" if glass else "plain",
+    )
+
+
+_LEAF_M = 0.04
+"""Thickness of a door's leaf."""
+
+_CLOSED_DEG = 5.0
+"""A door that is open less than this is closed."""
+
+
 def _doors(walls: WallsEntry) -> Iterator[Door]:
     for wall in walls.lines:
         (x, y), along_x = wall.from_, wall.from_[1] == wall.to[1]
         for door in wall.doors:
-            yield Door(door.name, x + door.centre * along_x, y + door.centre * (not along_x), door.width)
+            closed = door.leaf != "none" and abs(door.open_deg) < _CLOSED_DEG
+            here = (x + door.centre * along_x, y + door.centre * (not along_x))
+            yield Door(door.name, *here, door.width, closed)
 
 
-def _furniture(source: PositionedYaml, entries: FlatFile) -> Iterator[Solid]:
-    for index, piece in enumerate(entries.furniture):
-        parts = entries.models.get(piece.model)
-        if parts is None:
-            raise source.unknown(("furniture", index, "model"), "model", piece.model, list(entries.models))
-        for part in parts:
-            yield _placed(piece, part)
+def _furniture(entries: FlatFile) -> Iterator[Solid]:
+    for piece in entries.furniture:
+        for part in entries.models[piece.model]:
+            yield _placed(piece, _stand(piece), part)
 
 
-def _placed(piece: FurnitureEntry, part: PartEntry) -> Solid:
-    turned = Pose2(piece.x, piece.y, math.radians(piece.turn_deg))
+def _mapped_furniture(entries: FlatFile) -> Iterator[Solid]:
+    """What stood there when the map was made, where it stood then."""
+    for piece in entries.furniture:
+        if piece.on_map:
+            then = _stand(piece) if piece.moved_from is None else _pose(piece.moved_from)
+            for part in entries.models[piece.model]:
+                yield _placed(piece, then, part)
+
+
+def _places(entries: FlatFile) -> Iterator[Place]:
+    for piece in entries.furniture:
+        for entry in entries.places.get(piece.model, ()):
+            turned = _stand(piece)
+            x, y = turned.apply(entry.x, entry.y)
+            pose = Pose2(x, y, normalize_angle(turned.yaw + math.radians(entry.phi_deg)))
+            yield Place(piece.name, entry.posture, pose, entry.height)
+
+
+def _placed(piece: FurnitureEntry, turned: Pose2, part: PartEntry) -> Solid:
     x, y = turned.apply(*part.at)
     return Solid(
         name=piece.name,
@@ -252,6 +343,7 @@ def _placed(piece: FurnitureEntry, part: PartEntry) -> Solid:
         bottom=part.z[0],
         top=part.z[1],
         colour=_colour(part.colour or piece.colour),
+        surface=part.surface,
     )
 
 
@@ -260,6 +352,11 @@ def _check_names(source: PositionedYaml, entries: FlatFile) -> None:
     seen: set[str] = set()
     named: list[tuple[Location, str]]
     named = [(("walls", "lines", index, "name"), wall.name) for index, wall in enumerate(entries.walls.lines)]
+    named += [
+        (("walls", "lines", index, "doors", place, "name"), door.name)
+        for index, wall in enumerate(entries.walls.lines)
+        for place, door in enumerate(wall.doors)
+    ]
     named += [(("furniture", index, "name"), piece.name) for index, piece in enumerate(entries.furniture)]
     for location, name in named:
         if name in seen:
@@ -308,11 +405,13 @@ HexColour = Annotated[str, AfterValidator(_check_colour)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 
 
-class _Entry(BaseModel):
+class Entry(BaseModel):
+    """What every entry of the file has in common: nothing unknown, nothing changed later."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class PoseEntry(_Entry):
+class PoseEntry(Entry):
     """A place and a direction."""
 
     x: Finite
@@ -320,15 +419,22 @@ class PoseEntry(_Entry):
     phi_deg: Finite = 0.0
 
 
-class DoorEntry(_Entry):
-    """A gap in a wall."""
+class DoorEntry(Entry):
+    """A gap in a wall, with or without a leaf that hangs at the end of the gap where the wall begins.
+
+    ``open_deg`` turns the leaf counter-clockwise, ``mapped_open_deg`` is what the map shows.
+    """
 
     name: Name
     centre: Metres
     width: Metres
+    leaf: Literal["none", "wood", "glass"] = "none"
+    open_deg: Annotated[float, Field(ge=-170.0, le=170.0)] = 0.0
+    mapped_open_deg: Annotated[float, Field(ge=-170.0, le=170.0)] | None = None
+    colour: HexColour = "#d9cdb8"
 
 
-class WallEntry(_Entry):
+class WallEntry(Entry):
     """A straight wall along x or y between two points of its centre line."""
 
     name: Name
@@ -354,7 +460,7 @@ class WallEntry(_Entry):
         return self
 
 
-class WallsEntry(_Entry):
+class WallsEntry(Entry):
     """All walls and what they have in common."""
 
     height: Metres
@@ -364,7 +470,7 @@ class WallsEntry(_Entry):
     lines: Annotated[tuple[WallEntry, ...], Field(min_length=1)]
 
 
-class RoomEntry(_Entry):
+class RoomEntry(Entry):
     """A rectangle of the floor and the place in it where the robot looks around."""
 
     x: Span
@@ -378,7 +484,7 @@ class SeatEntry(PoseEntry):
     room: Name
 
 
-class PartEntry(_Entry):
+class PartEntry(Entry):
     """A box or an upright cylinder of a model."""
 
     box: tuple[Metres, Metres] | None = None
@@ -386,6 +492,7 @@ class PartEntry(_Entry):
     at: Point = (0.0, 0.0)
     z: Span
     colour: HexColour | None = None
+    surface: Surface = "plain"
 
     @model_validator(mode="after")
     def _check(self) -> PartEntry:
@@ -396,8 +503,15 @@ class PartEntry(_Entry):
         return self
 
 
-class FurnitureEntry(_Entry):
-    """One piece of furniture: a model, placed and coloured."""
+class PlaceEntry(PoseEntry):
+    """Where one person sits or lies on a model, in the model's frame; :class:`Place` says what of."""
+
+    posture: Literal["seated", "lying"]
+    height: Metres
+
+
+class FurnitureEntry(Entry):
+    """One piece of furniture: a model, placed and coloured; moved, or not there when the map was made."""
 
     name: Name
     model: Name
@@ -405,9 +519,15 @@ class FurnitureEntry(_Entry):
     y: Finite
     turn_deg: Finite = 0.0
     colour: HexColour
+    on_map: bool = True
+    moved_from: PoseEntry | None = None
 
 
-class FlatFile(_Entry):
+Models = dict[Name, Annotated[tuple[PartEntry, ...], Field(min_length=1)]]
+Places = dict[Name, tuple[PlaceEntry, ...]]
+
+
+class FlatFile(Entry):
     """The whole source file."""
 
     name: Name
@@ -417,5 +537,6 @@ class FlatFile(_Entry):
     rooms: Annotated[dict[Name, RoomEntry], Field(min_length=1)]
     hotspots: dict[Name, PoseEntry] = {}
     seats: tuple[SeatEntry, ...] = ()
-    models: dict[Name, Annotated[tuple[PartEntry, ...], Field(min_length=1)]] = {}
+    models: Models = {}
+    places: Places = {}
     furniture: tuple[FurnitureEntry, ...] = ()

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage, sparse
 
 from florence_bt.simulation.home.flat import Flat, Solid
 
+Point = tuple[float, float]
 BoolGrid = NDArray[np.bool_]
 
 ROBOT_HEIGHT_M = 1.0
@@ -152,14 +153,89 @@ class FreeSpace:
         label = labels[row, column] if self.frame.contains(row, column) else 0
         return labels == label if label else np.zeros_like(free)
 
+    def shortest_way(self, start: Point, goal: Point | BoolGrid, radius: float) -> list[Point] | None:
+        """The shortest way for something round.
+
+        Args:
+            start: Where it is, map frame.
+            goal: Where it wants to, or cells of which the nearest is taken, shape (rows, columns).
+            radius: Its radius in metres.
+
+        Returns:
+            Points between which it can go straight, the first in the cell of the start and the last in that
+            of the goal; None when there is no way.
+        """
+        free = self.clearance >= radius
+        begin = self.frame.cell_of(*start)
+        goals = goal if isinstance(goal, np.ndarray) else self._only(self.frame.cell_of(*goal))
+        ends = np.flatnonzero(goals & free)
+        if not self.frame.contains(*begin) or not free[begin] or not len(ends):
+            return None
+        first = begin[0] * self.frame.columns + begin[1]
+        length, before = sparse.csgraph.dijkstra(_graph(free), indices=first, return_predecessors=True)
+        end = int(ends[np.argmin(length[ends])])
+        if not math.isfinite(length[end]):
+            return None
+        cells = [end]
+        while cells[-1] != first:
+            cells.append(int(before[cells[-1]]))
+        x, y = self.frame.centres()
+        columns = self.frame.columns
+        points = [(float(x[cell % columns]), float(y[cell // columns])) for cell in reversed(cells)]
+        return self._straightened(points, radius)
+
+    def _only(self, cell: tuple[int, int]) -> BoolGrid:
+        only = np.zeros_like(self._opaque)
+        if self.frame.contains(*cell):
+            only[cell] = True
+        return only
+
+    def _straightened(self, points: list[Point], radius: float) -> list[Point]:
+        """Leave out points while the straight way between their neighbours is free."""
+        kept = [points[0]]
+        here = 0
+        while here < len(points) - 1:
+            there = len(points) - 1
+            while there > here + 1 and not self._straight(points[here], points[there], radius):
+                there -= 1
+            kept.append(points[there])
+            here = there
+        return kept
+
+    def _straight(self, start: Point, end: Point, radius: float) -> bool:
+        rows, columns = self._cells_between(start, end)
+        return bool((self.clearance[rows, columns] >= radius).all())
+
     def sees(self, eye: tuple[float, float], target: tuple[float, float]) -> bool:
         """Whether nothing of a person's chest height or more stands between two points."""
-        steps = max(1, math.ceil(math.dist(eye, target) / (self.frame.resolution / 2)))
+        return not self._opaque[self._cells_between(eye, target)].any()
+
+    def _cells_between(self, start: Point, end: Point) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of the cells on a straight line."""
+        steps = max(1, math.ceil(math.dist(start, end) / (self.frame.resolution / 2)))
         parts = np.linspace(0.0, 1.0, steps + 1)
-        x, y = eye[0] + parts * (target[0] - eye[0]), eye[1] + parts * (target[1] - eye[1])
+        x, y = start[0] + parts * (end[0] - start[0]), start[1] + parts * (end[1] - start[1])
         rows = np.floor((y - self.frame.y) / self.frame.resolution).astype(int)
         columns = np.floor((x - self.frame.x) / self.frame.resolution).astype(int)
-        return not self._opaque[rows, columns].any()
+        return rows, columns
+
+
+def _graph(free: BoolGrid) -> sparse.csr_array:
+    """The steps between neighbouring free cells, also across corners, in cells; cells numbered row by row."""
+    numbers = np.arange(free.size).reshape(free.shape)
+    here, there, cost = [], [], []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        rows, columns = free.shape[0] - down, free.shape[1] - abs(right)
+        left = max(0, -right)
+        one = (slice(0, rows), slice(left, left + columns))
+        other = (slice(down, down + rows), slice(left + right, left + right + columns))
+        both = free[one] & free[other]
+        here.append(numbers[one][both])
+        there.append(numbers[other][both])
+        cost.append(np.full(int(both.sum()), math.hypot(down, right)))
+    a, b, c = np.concatenate(here), np.concatenate(there), np.concatenate(cost)
+    ends = (np.concatenate([a, b]), np.concatenate([b, a]))
+    return sparse.csr_array((np.concatenate([c, c]), ends), shape=(free.size, free.size))
 
 
 _EYE_HEIGHT_M = 0.95

@@ -11,8 +11,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 
 from florence_bt.core.geometry import Pose2
+from florence_bt.simulation.home.body import BodyPart, body_parts
 from florence_bt.simulation.home.flat import Colour, Flat
-from florence_bt.simulation.home.person import BodyPart, PersonSpec, body_parts
+from florence_bt.simulation.home.person import PersonSpec
 
 SCENE_GROUP = 0
 """Geom group of everything that is not the robot."""
@@ -118,7 +119,19 @@ def _add_person(world: ET.Element, spec: PersonSpec) -> None:
             colour=part.colour,
             contype=0,
             conaffinity=_BODY_CONTACT,
+            quat=_orientation(part),
         )
+
+
+def _orientation(part: BodyPart) -> tuple[float, ...]:
+    """A part's tilt about y, then its turn about z, as a quaternion."""
+    turn, tilt = part.turn / 2, part.tilt / 2
+    return (
+        math.cos(turn) * math.cos(tilt),
+        -math.sin(turn) * math.sin(tilt),
+        math.cos(turn) * math.sin(tilt),
+        math.sin(turn) * math.cos(tilt),
+    )
 
 
 def _part_size(part: BodyPart, half_height: float) -> tuple[float, ...]:

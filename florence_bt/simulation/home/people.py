@@ -20,7 +20,7 @@ __all__ = ["PersonSpec", "Posture", "approach_spots", "is_approachable", "place_
 _APPROACH_M = 0.5
 """Distance at which the robot stands before a person (document, section 3.10)."""
 
-_ROBOT_RADIUS_M = 0.3
+ROBOT_RADIUS_M = 0.3
 """Circumscribed radius of the padded footprint (0.2625, REFERENCE 7.4) and room for errors of the map."""
 
 _LEGS_RADIUS_M = 0.15
@@ -62,8 +62,26 @@ def place_person(
     Raises:
         ConfigError: The room is unknown, or has no such place.
     """
-    space = free_space_of(flat)
     chosen = flat.room(room) if room is not None else flat.rooms[int(rng.integers(len(flat.rooms)))]
+    others = [other for other in flat.rooms if room is None and other != chosen]
+    for candidate in (chosen, *others):
+        person = _placed_in(flat, candidate, rng, name, posture)
+        if person is not None:
+            return person
+    where = repr(chosen.name) if room is not None else "any room"
+    raise ConfigError(
+        f"no place for a {posture or 'standing'} person in {where}; give another room or posture"
+    )
+
+
+def _placed_in(
+    flat: Flat,
+    chosen: Room,
+    rng: np.random.Generator,
+    name: str,
+    posture: Literal["standing", "sitting"] | None,
+) -> PersonSpec | None:
+    space = free_space_of(flat)
     seats = [seat.pose for seat in flat.seats if seat.room == chosen.name]
     if posture is None:
         posture = "sitting" if seats and rng.random() < 1 / 3 else "standing"
@@ -77,7 +95,7 @@ def place_person(
             shirt = _SHIRTS[int(rng.integers(len(_SHIRTS)))]
             height = 1.6 + 0.2 * float(rng.random())
             return PersonSpec(name, pose, posture, shirt=shirt, height=round(height, 3))
-    raise ConfigError(f"no place for a {posture} person in {chosen.name!r}; give another room or posture")
+    return None
 
 
 _SHIRTS: tuple[Colour, ...] = (
@@ -117,9 +135,13 @@ def is_approachable(flat: Flat, space: FreeSpace, room: Room, pose: Pose2) -> bo
         return False
     if not space.sees((hotspot.x, hotspot.y), (pose.x, pose.y)):
         return False
-    ways = space.reachable((hotspot.x, hotspot.y), _ROBOT_RADIUS_M, (pose.x, pose.y, _LEGS_RADIUS_M))
-    stops = [other.hotspot.pose for other in flat.rooms] + [flat.start]
-    if not all(ways[space.frame.cell_of(stop.x, stop.y)] for stop in stops):
+    before = space.reachable((hotspot.x, hotspot.y), ROBOT_RADIUS_M)
+    ways = space.reachable((hotspot.x, hotspot.y), ROBOT_RADIUS_M, (pose.x, pose.y, _LEGS_RADIUS_M))
+    if not ways[space.frame.cell_of(flat.start.x, flat.start.y)]:
+        return False
+    # Behind a closed door nobody is in the way.
+    stops = [space.frame.cell_of(room.hotspot.pose.x, room.hotspot.pose.y) for room in flat.rooms]
+    if not all(ways[stop] for stop in stops if before[stop]):
         return False
     return any(ways[space.frame.cell_of(*spot)] for spot in approach_spots(pose, hotspot))
 

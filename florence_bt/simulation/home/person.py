@@ -1,22 +1,32 @@
-"""A person of the simulated flat: who it is, what it looks like, how it walks."""
+"""A person of the simulated flat: who it is, what they do, how they walk."""
 
 from __future__ import annotations
 
 import bisect
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.simulation.home.flat import Colour
 
-Posture = Literal["standing", "sitting", "walking"]
+Posture = Literal["standing", "leaning", "sitting", "seated", "lying", "walking"]
+Aid = Literal["none", "rollator", "wheelchair"]
+Load = Literal["none", "bag", "box"]
+
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "posture": get_args(Posture),
+    "aid": get_args(Aid),
+    "load": get_args(Load),
+}
+_MOBILE = ("standing", "walking")
 
 BODY_RADIUS_M = 0.25
-"""No part of a person reaches further from the middle."""
+"""No part of a person who stands, walks or sits on a stool reaches further from the middle."""
+
+TROUSERS: Colour = (44, 58, 92)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +35,17 @@ class PersonSpec:
 
     Attributes:
         name: Unique among the people.
-        pose: Middle of the body in the map frame, and where the person looks.
-        posture: What the person does.
+        pose: Middle of the body (seated: of the hips) in the map frame, and where the person looks; of
+            somebody who lies, where the head is from there.
+        posture: What the person does; ``sitting`` is on a stool of their own, ``seated`` on furniture.
         route: Points in the map frame that a walking person visits after the pose, there and back again.
         speed: Walking speed in m/s.
         shirt: Colour of the shirt.
         height: Height when standing, in metres.
+        trousers: Colour of the trousers.
+        surface: Height of what the person is seated or lies on, above the floor in metres.
+        aid: A rollator to push, or a wheelchair to sit in.
+        load: What the person carries.
     """
 
     name: str
@@ -40,6 +55,10 @@ class PersonSpec:
     speed: float = 0.5
     shirt: Colour = (178, 34, 52)
     height: float = 1.72
+    trousers: Colour = TROUSERS
+    surface: float = 0.0
+    aid: Aid = "none"
+    load: Load = "none"
 
     def __post_init__(self) -> None:
         """Check the numbers.
@@ -49,79 +68,21 @@ class PersonSpec:
         """
         if not self.pose.is_finite():
             raise ConfigError(f"the pose of {self.name!r} is not finite")
-        if self.posture not in ("standing", "sitting", "walking"):
-            valid = ("standing", "sitting", "walking")
-            raise ConfigError(f"unknown posture {self.posture!r} of {self.name!r}", valid=valid)
+        for field, valid in _CHOICES.items():
+            if (value := getattr(self, field)) not in valid:
+                raise ConfigError(f"unknown {field} {value!r} of {self.name!r}", valid=valid)
+        if self.posture not in _MOBILE and (self.aid, self.load) != ("none", "none"):
+            raise ConfigError(
+                f"{self.name!r} needs to stand or walk to push or carry something", valid=_MOBILE
+            )
         if (self.posture == "walking") != bool(self.route):
             raise ConfigError(f"{self.name!r} needs a route to walk, and only a walking person has one")
         if not 0.0 < self.speed <= 2.0:
             raise ConfigError(f"the speed of {self.name!r} must be in (0, 2] m/s, not {self.speed}")
-        if not 1.6 <= self.height <= 1.8:
-            raise ConfigError(f"the height of {self.name!r} must be in 1.6 to 1.8 m, not {self.height}")
-
-
-@dataclass(frozen=True, slots=True)
-class BodyPart:
-    """An upright cylinder, a sphere (bottom to top is its diameter) or a box of a person.
-
-    Attributes:
-        shape: What it is.
-        x: Centre in the person's frame (x forward), metres.
-        y: Centre in the person's frame (y left), metres.
-        bottom: Height of its lowest point above the floor, metres.
-        top: Height of its highest point, metres.
-        size: (radius,) or half of the box's sides, metres.
-        colour: Its colour.
-    """
-
-    shape: Literal["cylinder", "sphere", "box"]
-    x: float
-    y: float
-    bottom: float
-    top: float
-    size: tuple[float, ...]
-    colour: Colour
-
-
-_SKIN: Colour = (224, 172, 138)
-_TROUSERS: Colour = (44, 58, 92)
-_HAIR: Colour = (72, 52, 38)
-_STOOL: Colour = (120, 90, 60)
-
-
-def body_parts(spec: PersonSpec) -> tuple[BodyPart, ...]:
-    """The body of a person. Below 0.6 m it stays within 0.18 m (sitting: 0.2 m) of the middle."""
-    if spec.posture == "sitting":
-        return tuple(_sitting(spec.shirt))
-    return tuple(_upright(spec.shirt, spec.height))
-
-
-def _upright(shirt: Colour, height: float) -> Iterator[BodyPart]:
-    hip, shoulder = 0.48 * height, 0.82 * height
-    for side in (1, -1):
-        yield BodyPart("cylinder", 0.0, side * 0.095, 0.0, hip, (0.065,), _TROUSERS)
-        yield BodyPart("box", 0.04, side * 0.09, 0.0, 0.07, (0.08, 0.04), _HAIR)
-        yield BodyPart("cylinder", 0.0, side * 0.2, hip, shoulder, (0.045,), shirt)
-        yield BodyPart("cylinder", 0.02, side * 0.2, hip - 0.12, hip, (0.04,), _SKIN)
-    yield BodyPart("box", 0.0, 0.0, hip, shoulder, (0.11, 0.16), shirt)
-    yield from _head(height)
-
-
-def _sitting(shirt: Colour) -> Iterator[BodyPart]:
-    seat, shoulder, height = 0.45, 0.98, 1.26
-    yield BodyPart("cylinder", -0.03, 0.0, 0.0, seat, (0.15,), _STOOL)
-    for side in (1, -1):
-        yield BodyPart("cylinder", 0.12, side * 0.085, 0.0, seat, (0.05,), _TROUSERS)
-        yield BodyPart("box", 0.05, side * 0.08, seat, seat + 0.12, (0.1, 0.045), _TROUSERS)
-        yield BodyPart("cylinder", -0.02, side * 0.195, 0.62, shoulder, (0.045,), shirt)
-    yield BodyPart("box", -0.03, 0.0, seat, shoulder, (0.1, 0.15), shirt)
-    yield from _head(height)
-
-
-def _head(height: float) -> Iterator[BodyPart]:
-    yield BodyPart("cylinder", 0.0, 0.0, height - 0.32, height - 0.2, (0.055,), _SKIN)
-    yield BodyPart("sphere", 0.0, 0.0, height - 0.22, height, (0.11,), _SKIN)
-    yield BodyPart("cylinder", -0.02, 0.0, height - 0.1, height - 0.01, (0.1,), _HAIR)
+        if not 0.95 <= self.height <= 1.95:
+            raise ConfigError(f"the height of {self.name!r} must be in 0.95 to 1.95 m, not {self.height}")
+        if not 0.0 <= self.surface <= 1.0:
+            raise ConfigError(f"{self.name!r} cannot be on a surface at {self.surface} m", valid=["0 to 1 m"])
 
 
 class Walker:
@@ -138,6 +99,7 @@ class Walker:
         if not self._ends[-1] > 0.0:
             raise ConfigError(f"the route of {spec.name!r} leads nowhere")
         self._speed = spec.speed
+        self._distance = STOP_DISTANCE_M + max(0.0, forward_reach(spec) - BODY_RADIUS_M)
         self._walked = 0.0
         self.pose = self._pose_after(0.0)
 
@@ -152,7 +114,7 @@ class Walker:
             The new pose.
         """
         step = self._pose_after(self._walked + self._speed * seconds)
-        if not _would_run_into(self.pose, step, robot):
+        if not self._would_run_into(step, robot):
             self._walked += self._speed * seconds
             self.pose = step
         return self.pose
@@ -170,12 +132,18 @@ class Walker:
         yaw = math.atan2(by - ay, bx - ax) + (math.pi if backwards else 0.0)
         return Pose2(ax + part * (bx - ax), ay + part * (by - ay), normalize_angle(yaw))
 
+    def _would_run_into(self, there: Pose2, robot: Pose2) -> bool:
+        """Near the robot only steps that lead away from it are taken."""
+        after = there.distance_to(robot)
+        return after < self._distance and after <= self.pose.distance_to(robot)
+
 
 STOP_DISTANCE_M = 0.6
-"""A walking person keeps this far from the robot's middle."""
+"""A walking person keeps this far from the robot's middle; further with something before them."""
+
+_FORWARD_M: dict[str, float] = {"rollator": 0.66, "wheelchair": 0.6, "box": 0.5}
 
 
-def _would_run_into(here: Pose2, there: Pose2, robot: Pose2) -> bool:
-    """Near the robot only steps that lead away from it are taken."""
-    after = there.distance_to(robot)
-    return after < STOP_DISTANCE_M and after <= here.distance_to(robot)
+def forward_reach(spec: PersonSpec) -> float:
+    """How far a standing or walking person, with what they push or carry, reaches forward, metres."""
+    return max(_FORWARD_M.get(spec.aid, 0.0), _FORWARD_M.get(spec.load, 0.0), BODY_RADIUS_M)

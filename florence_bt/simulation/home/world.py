@@ -18,12 +18,24 @@ from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.mjcf import (
     BASE_GEOM,
+    SCENE_GROUP,
     TIMESTEP_S,
     WHEEL_RADIUS_M,
     build_mjcf,
 )
 from florence_bt.simulation.home.person import PersonSpec, Walker
-from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, RayScene, Shapes, reach_of
+from florence_bt.simulation.sensors.scene import (
+    BOX,
+    CYLINDER,
+    PLANE,
+    SPHERE,
+    SURFACES,
+    RayScene,
+    Shapes,
+    reach_of,
+)
+
+Point3 = tuple[float, float, float]
 
 MAX_WHEEL_MPS = 0.5
 """Source: REFERENCE 1.3 (a wheel turns with at most 500 mm/s)."""
@@ -197,6 +209,25 @@ class SimulatedWorld:
         pose = next(spec.pose for spec in self.people if spec.name == name)
         return Pose2(pose.x, pose.y, normalize_angle(pose.yaw))
 
+    def sees(self, eye: Point3, name: str, point: Point3) -> bool:
+        """Whether nothing but a person is between an eye and a point of the person; glass is in the way too.
+
+        Args:
+            eye: Map frame, metres.
+            name: The person.
+            point: Map frame, metres.
+
+        Raises:
+            ConfigError: There is no such person.
+        """
+        along = np.subtract(point, eye)
+        group, met = np.zeros(6, np.uint8), np.full(1, -1, np.int32)
+        group[SCENE_GROUP] = 1
+        part = mujoco.mj_ray(self._model, self._data, np.array(eye, float), along, group, 1, -1, met, None)
+        if not 0.0 <= part < 1.0:
+            return True
+        return bool(self._model.geom_bodyid[met[0]] == 1 + self._mocap_of(name))
+
     def _mocap_of(self, name: str) -> int:
         names = [spec.name for spec in self.people]
         if name not in names:
@@ -240,6 +271,8 @@ class SimulatedWorld:
         names = ["floor", *(solid.name for solid in self.flat.solids)]
         names += [self.people[int(body) - 1].name for body in model.geom_bodyid[len(names) : count]]
         size = np.array(model.geom_size[:count], float)
+        surface = np.zeros(count, np.int8)
+        surface[1 : 1 + len(self.flat.solids)] = [SURFACES[solid.surface] for solid in self.flat.solids]
         shapes = Shapes(
             kind=kind,
             position=np.array(data.geom_xpos[:count]),
@@ -247,6 +280,7 @@ class SimulatedWorld:
             size=size,
             reach=reach_of(kind, size),
             colour=np.array(np.rint(model.geom_rgba[:count, :3] * 255), np.uint8),
+            surface=surface,
         )
         return RayScene(shapes, tuple(names))
 

@@ -130,6 +130,11 @@ class Rig:
         call_every(self.clock, 0.1, self._locate)
         self.clock.advance(SETTLE_S)
 
+    @property
+    def found(self) -> Sequence[Pose2]:
+        """Where looks for a person have found one so far, in the map frame."""
+        return self._people.found
+
     def run(
         self, mission: str, inputs: Mapping[str, str] | None = None, *, limit_s: float = 600.0
     ) -> MissionRun:
@@ -231,6 +236,7 @@ class _PeopleSkills:
         self._clock = clock
         self._optical_in_base = setting.frames.lookup(BASE_FRAME, CAMERA_FRAME)
         self._looking = False
+        self.found: list[Pose2] = []
 
     @property
     def running(self) -> bool:
@@ -269,6 +275,8 @@ class _PeopleSkills:
         result = self._look.result(self._clock.now())
         if result is not None:
             self._looking = False
+            if result.succeeded:
+                self.found.append(result.outputs["user"])
             self._component.finish(result)
 
     def _cancel_look(self) -> None:

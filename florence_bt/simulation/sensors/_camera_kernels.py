@@ -143,7 +143,7 @@ def cast_picture(
         depth: Shape (height, width); is filled with metres along the axis, infinite where nothing is met.
         rows: Shape (height, width); is filled with the row of the scene that is seen, -1 for none.
     """
-    kind, position, rotation, size, reach, _ = shapes
+    kind, position, rotation, size, reach, _, _ = shapes
     focal, cx, cy = lens
     height, width = depth.shape
     depth[:] = np.inf

@@ -10,6 +10,7 @@ import math
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.simulation.sensors._ray_kernels import Floats, hit, place_corners
 from florence_bt.simulation.sensors.scene import PLANE, Shapes
@@ -38,6 +39,7 @@ def cast_fan(
     increment: float,
     max_range: float,
     distances: Floats,
+    rows: NDArray[np.int16],
 ) -> None:
     """Measure a fan of beams in the plane z = 0 of a sensor.
 
@@ -49,10 +51,12 @@ def cast_fan(
         increment: Angle between beams, above zero, radians.
         max_range: Shapes further away are left out, metres.
         distances: Shape (n,); is filled with metres, infinite where nothing is met.
+        rows: Shape (n,); is filled with the row of the scene that is met, -1 for none.
     """
-    kind, position, rotation, size, reach, _ = shapes
+    kind, position, rotation, size, reach, _, _ = shapes
     count = len(distances)
     distances[:] = np.inf
+    rows[:] = -1
     corners = np.empty((8, 3))
     cosines = np.cos(first_angle + increment * np.arange(count))
     sines = np.sin(first_angle + increment * np.arange(count))
@@ -87,6 +91,8 @@ def cast_fan(
                 )
                 if distance < distances[beam]:
                     distances[beam] = distance
+                    rows[beam] = row
     for beam in range(count):
         if distances[beam] > max_range:
             distances[beam] = np.inf
+            rows[beam] = -1

@@ -128,7 +128,7 @@ def shade(
         noise: Shape (height, width), levels to add.
         pixels: Shape (height, width, 3); is filled.
     """
-    kind, position, rotation, size, _, colour = shapes
+    kind, position, rotation, size, _, colour, _ = shapes
     focal, cx, cy = lens
     height, width = depth.shape
     count = len(kind)

@@ -17,6 +17,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._camera_kernels import cast_picture
 from florence_bt.simulation.sensors._picture_kernels import shade, to_raw
+from florence_bt.simulation.sensors._surface_kernels import follow_pixels
 from florence_bt.simulation.sensors.scene import Lens
 
 
@@ -135,15 +136,16 @@ class KinectSensor:
             return
         self._seen = seen
         place = self._map_from_camera()
-        cast_picture(
-            self._world.scene.shapes,
-            place.translation,
-            np.ascontiguousarray(place.rotation),
-            self._lens,
-            max_depth,
-            self._depth,
-            self._rows,
-        )
+        for measure in (cast_picture, follow_pixels):
+            measure(
+                self._world.scene.shapes,
+                place.translation,
+                np.ascontiguousarray(place.rotation),
+                self._lens,
+                max_depth,
+                self._depth,
+                self._rows,
+            )
 
     def _colours(self) -> NDArray[np.uint8]:
         place = self._map_from_camera()

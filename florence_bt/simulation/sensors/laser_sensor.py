@@ -16,6 +16,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._laser_kernels import cast_fan
+from florence_bt.simulation.sensors._surface_kernels import follow_beams
 
 STEPS_PER_TURN = 1024
 FRONT_STEP = 384
@@ -123,15 +124,18 @@ class LaserSensor:
             return self._ranges
         increment = 2 * math.pi / STEPS_PER_TURN
         ranges = np.empty(last_step - first_step + 1)
+        rows = np.empty(len(ranges), np.int16)
         map_from_laser = Transform3.from_pose2(self._world.robot_pose) @ self._mount
-        cast_fan(
-            self._world.scene.shapes,
-            map_from_laser.translation,
-            map_from_laser.rotation,
-            (first_step - FRONT_STEP) * increment,
-            increment,
-            self._parameters.max_range_m,
-            ranges,
-        )
+        for measure in (cast_fan, follow_beams):
+            measure(
+                self._world.scene.shapes,
+                map_from_laser.translation,
+                map_from_laser.rotation,
+                (first_step - FRONT_STEP) * increment,
+                increment,
+                self._parameters.max_range_m,
+                ranges,
+                rows,
+            )
         self._seen, self._ranges = seen, ranges
         return ranges

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 PLANE, SPHERE, CYLINDER, BOX = 0, 1, 2, 3
 """What a shape is. A plane is infinite, with its z axis up."""
+
+Surface = Literal["plain", "glass", "mirror"]
+SURFACES: dict[Surface, int] = {"plain": 0, "glass": 1, "mirror": 2}
+"""What light does at a shape: it comes back, goes through, or is reflected (:mod:`_surface_kernels`)."""
 
 
 class Shapes(NamedTuple):
@@ -23,6 +27,7 @@ class Shapes(NamedTuple):
         size: Shape (n, 3), metres: (radius, 0, 0), (radius, half height, 0) or half sides.
         reach: Shape (n,), radius of the sphere around the shape, metres; infinite for a plane.
         colour: Shape (n, 3), uint8, red green blue.
+        surface: Shape (n,), int8, a value of ``SURFACES``.
     """
 
     kind: NDArray[np.int8]
@@ -31,6 +36,7 @@ class Shapes(NamedTuple):
     size: NDArray[np.float64]
     reach: NDArray[np.float64]
     colour: NDArray[np.uint8]
+    surface: NDArray[np.int8]
 
 
 class Lens(NamedTuple):

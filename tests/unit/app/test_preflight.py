@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
+from florence_bt.app.bringup.simulated import flat_of, with_world_files
 from florence_bt.app.bringup.topology import NODES, factories, groups
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
+from florence_bt.simulation.home.build_map import laser_map
+from florence_bt.skills.locator.hotspots import load_hotspots
+from florence_bt.skills.navigation.map_server.map_file import load_map
 
 
 def write(tmp_path, name, text):
@@ -79,6 +85,34 @@ def test_an_unknown_node_is_told_with_likeness(tmp_path):
 
 def test_an_unknown_room_is_told_with_likeness(tmp_path):
     refused("kitchen", tmp_path, person="kitchn")
+
+
+def test_a_wrong_home_is_told_with_its_line(tmp_path):
+    text = find_data("maps", "flat.source.yaml").read_text()
+    wrong = text.replace("{room: bathroom, x: 7.4", "{room: bathrom, x: 7.4")
+    file = write(tmp_path, "home.source.yaml", wrong)
+    line = next(number for number, each in enumerate(wrong.splitlines(), 1) if "bathrom," in each)
+    assert f"{file}:{line}:" in refused("unknown room 'bathrom'.*bathroom", tmp_path, world_file=file)
+    refused("No such file", tmp_path, world_file=str(tmp_path / "none.yaml"))
+    refused("--world FILE, --world-seed SEED", tmp_path, world_file=file, world_seed=3)
+
+
+def test_a_home_of_ones_own_gets_its_map_and_hotspots(tmp_path):
+    options = BringUp(folder=str(tmp_path), world_seed=3)
+    check_options(options)
+    ready = with_world_files(options)
+    grid, spots = load_map(ready.map_file), load_hotspots(ready.hotspots_file)
+    flat = flat_of(options)
+    assert {room.label for room in spots.rooms()} == {room.name for room in flat.rooms}
+    assert (grid.cells == laser_map(flat).cells).all()
+    assert with_world_files(replace(options, map_file="own.yaml")).map_file == "own.yaml"
+    assert with_world_files(BringUp(folder=str(tmp_path))).map_file is None
+
+
+def test_a_robot_has_no_simulated_home(tmp_path):
+    with pytest.raises(ConfigError, match="--sim"):
+        BringUp(folder=str(tmp_path), simulated=False, world_seed=3)
+    assert BringUp(folder=str(tmp_path), simulated=False, emulated=True, world_seed=3).own_world
 
 
 def test_a_folder_of_missions_that_is_not_there_is_told(tmp_path):

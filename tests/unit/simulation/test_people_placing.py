@@ -5,10 +5,11 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.simulation.home.body import body_parts
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.people import PersonSpec, approach_spots, place_person
-from florence_bt.simulation.home.person import Walker, body_parts
+from florence_bt.simulation.home.person import Walker
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +64,7 @@ def test_unknown_room_lists_the_rooms(flat):
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"posture": "lying"},
+        {"posture": "flying"},
         {"posture": "walking"},
         {"route": ((1.0, 2.0),)},
         {"speed": 0.0},

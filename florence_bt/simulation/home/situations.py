@@ -1,0 +1,236 @@
+"""Puts people where people are, class by class, without asking whether a robot can find them there.
+
+:func:`~florence_bt.simulation.home.people.place_person` is the easy class: free, in view and easy to
+approach.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.geometry import Pose2
+from florence_bt.simulation.home.body import knee_reach
+from florence_bt.simulation.home.flat import Colour, Flat
+from florence_bt.simulation.home.free_space import (
+    BoolGrid,
+    FreeSpace,
+    Point,
+    cells_covered,
+    free_space_of,
+)
+from florence_bt.simulation.home.people import place_person
+from florence_bt.simulation.home.person import Aid, Load, PersonSpec, Posture
+
+_BODY_M, _LEANING_M, _AID_M = 0.27, (0.42, 0.6), 0.42
+"""Free metres around somebody who stands, who bends forward to something (least and most), and around a
+rollator or a wheelchair."""
+
+_WALK_M, _WALK_AID_M = 0.27, 0.33
+"""Half of the width that a person, and a wheelchair, needs to pass."""
+
+_SEAT_STEPS = [0.05 * step for step in range(20)]
+_SHORTEST_WALK_M = 3.0
+_START_M = 0.7
+"""Nobody is nearer to where the robot starts."""
+
+_CHILD_CHANCE, _BED_CHANCE = 0.2, 0.65
+_TRIES = 300
+
+DECOYS = (
+    "yucca",
+    "ficus",
+    "coat_stand",
+    "bare_coat_stand",
+    "umbrella_stand",
+    "floor_lamp",
+    "curtain",
+    "plant",
+    "small_plant",
+)
+"""Models, with or without a number behind, that look somewhat like people: where nobody is, the robot is sent
+to a room with one of these."""
+
+Random = np.random.Generator
+
+
+def easy(flat: Flat, rng: Random) -> PersonSpec:
+    """In view of a room's hotspot and easy to approach, standing or on a stool of their own."""
+    return place_person(flat, None, rng)
+
+
+def standing(flat: Flat, rng: Random) -> PersonSpec:
+    """Standing anywhere free, one in four leaning on something."""
+    space = free_space_of(flat)
+    if rng.random() >= 0.25:
+        x, y = _free_place(flat, space, rng, _BODY_M)
+        return _person(rng, Pose2(x, y, float(rng.uniform(-math.pi, math.pi))), "standing")
+    x, y = _free_place(flat, space, rng, *_LEANING_M)
+    headings = np.linspace(-math.pi, math.pi, 16, endpoint=False).tolist()
+    ahead = [space.clearance_at(*Pose2(x, y, heading).apply(0.4, 0.0)) for heading in headings]
+    return _person(rng, Pose2(x, y, headings[int(np.argmin(ahead))]), "leaning")
+
+
+def sitting(flat: Flat, rng: Random) -> PersonSpec:
+    """Sitting on the furniture, the shins before its edge and where nothing else stands."""
+    frame = free_space_of(flat).frame
+    someone = _person(rng, Pose2(), "seated")
+    poses = []
+    for place in (place for place in flat.places if place.posture == "seated"):
+        own = [solid for solid in flat.solids if solid.name == place.furniture]
+        seat = cells_covered(frame, (solid for solid in own if solid.top <= place.height + 0.01), 0.5)
+        others = (solid for solid in flat.solids if solid.name != place.furniture and solid.bottom < 0.4)
+        taken = cells_covered(frame, others, 0.1)
+        own_steps = [step for step in _SEAT_STEPS if _covers(seat, flat, place.pose.apply(step, 0.0))]
+        edge = max(own_steps, default=0.0)
+        forward = max(0.0, edge + 0.05 - knee_reach(someone.height))
+        hips = Pose2(*place.pose.apply(forward, 0.0), place.pose.yaw)
+        legs = [hips.apply(step, 0.0) for step in np.arange(edge - forward + 0.05, 0.6, 0.05).tolist()]
+        if all(flat.room_at(*point) and not _covers(taken, flat, point) for point in legs):
+            poses.append((hips, place.height))
+    if not poses:
+        raise ConfigError(f"{flat.name!r} has no place to sit", valid=["a home whose file has `places`"])
+    pose, height = poses[int(rng.integers(len(poses)))]
+    return replace(someone, pose=pose, surface=height)
+
+
+def lying(flat: Flat, rng: Random) -> PersonSpec:
+    """Lying in bed, or on the floor."""
+    beds = [place for place in flat.places if place.posture == "lying"]
+    if beds and rng.random() < _BED_CHANCE:
+        place = beds[int(rng.integers(len(beds)))]
+        return _person(rng, place.pose, "lying", surface=place.height)
+    space = free_space_of(flat)
+    for _ in range(_TRIES):
+        x, y = _free_place(flat, space, rng, _BODY_M)
+        pose = Pose2(x, y, float(rng.uniform(-math.pi, math.pi)))
+        spec = _person(rng, pose, "lying")
+        ends = np.linspace(-0.5, 0.5, 7) * spec.height
+        if all(space.clearance_at(*pose.apply(float(along), 0.0)) >= 0.22 for along in ends):
+            return spec
+    raise ConfigError(f"nobody can lie on the floor of {flat.name!r}", valid=["another home"])
+
+
+def walking(flat: Flat, rng: Random) -> PersonSpec:
+    """Walking there and back between two places, through doors when there is another room to walk to."""
+    return _walker(flat, rng, _WALK_M)
+
+
+def aided(flat: Flat, rng: Random) -> PersonSpec:
+    """Carrying a bag or a box, pushing a rollator or in a wheelchair; every second one on the way."""
+    aids: list[tuple[Aid, Load]] = [
+        ("rollator", "none"),
+        ("wheelchair", "none"),
+        ("none", "bag"),
+        ("none", "box"),
+    ]
+    aid, load = aids[int(rng.integers(len(aids)))]
+    if rng.random() < 0.5:
+        return _walker(flat, rng, _WALK_AID_M if aid == "wheelchair" else _WALK_M, aid, load)
+    space = free_space_of(flat)
+    x, y = _free_place(flat, space, rng, _AID_M)
+    headings = rng.uniform(-math.pi, math.pi, 12).tolist()
+    ahead = [space.clearance_at(*Pose2(x, y, heading).apply(0.4, 0.0)) for heading in headings]
+    return _person(rng, Pose2(x, y, headings[int(np.argmax(ahead))]), "standing", aid=aid, load=load)
+
+
+SITUATIONS: dict[str, Callable[[Flat, Random], PersonSpec]] = {
+    "easy": easy,
+    "standing": standing,
+    "sitting": sitting,
+    "lying": lying,
+    "walking": walking,
+    "aided": aided,
+}
+
+
+def person_in(situation: str, flat: Flat, rng: Random) -> PersonSpec:
+    """A person in a situation; clothes and height by chance too.
+
+    Raises:
+        ConfigError: The situation is unknown, or the home has no place for it; the message says what would
+            have worked.
+    """
+    if situation not in SITUATIONS:
+        raise ConfigError(f"unknown situation {situation!r}", valid=closest_first(situation, SITUATIONS))
+    return SITUATIONS[situation](flat, rng)
+
+
+def room_with_decoy(flat: Flat, rng: Random) -> str:
+    """A room with something that looks like a person, if there is one."""
+    names = [
+        room.name
+        for solid in flat.solids
+        if solid.name.startswith(DECOYS) and (room := flat.room_at(solid.x, solid.y)) is not None
+    ]
+    choice = sorted(set(names)) or [room.name for room in flat.rooms]
+    return choice[int(rng.integers(len(choice)))]
+
+
+def _covers(cells: BoolGrid, flat: Flat, point: Point) -> bool:
+    """Whether a point in a room lies in one of the cells."""
+    return flat.room_at(*point) is not None and bool(cells[free_space_of(flat).frame.cell_of(*point)])
+
+
+def _free_place(
+    flat: Flat, space: FreeSpace, rng: Random, least: float, most: float = math.inf
+) -> tuple[float, float]:
+    """A point of a room's floor with free metres around, any as likely as any other."""
+    inside = np.zeros_like(space.clearance, bool)
+    x, y = space.frame.centres()
+    for room in flat.rooms:
+        columns, rows = (x >= room.x[0]) & (x < room.x[1]), (y >= room.y[0]) & (y < room.y[1])
+        inside |= rows[:, None] & columns[None, :]
+    away = np.hypot(x[None, :] - flat.start.x, y[:, None] - flat.start.y) >= _START_M
+    cells = np.argwhere(inside & away & (space.clearance >= least) & (space.clearance <= most))
+    if not len(cells):
+        raise ConfigError(f"{flat.name!r} has no free place", valid=["another home"])
+    row, column = cells[int(rng.integers(len(cells)))]
+    return float(x[column]), float(y[row])
+
+
+def _walker(flat: Flat, rng: Random, radius: float, aid: Aid = "none", load: Load = "none") -> PersonSpec:
+    space = free_space_of(flat)
+    for attempt in range(_TRIES):
+        start, goal = (_free_place(flat, space, rng, radius + 0.05) for _ in range(2))
+        elsewhere = flat.room_at(*start) != flat.room_at(*goal) or attempt > _TRIES // 2
+        if not elsewhere or math.dist(start, goal) < _SHORTEST_WALK_M:
+            continue
+        way = space.shortest_way(start, goal, radius)
+        if way is not None:
+            heading = math.atan2(way[1][1] - start[1], way[1][0] - start[0])
+            speed = round(float(rng.uniform(0.3, 0.8)), 2)
+            route = tuple(way[1:])
+            return _person(
+                rng, Pose2(*start, heading), "walking", route=route, speed=speed, aid=aid, load=load
+            )
+    raise ConfigError(f"nobody can walk far in {flat.name!r}", valid=["another home"])
+
+
+def _person(
+    rng: Random,
+    pose: Pose2,
+    posture: Posture,
+    *,
+    surface: float = 0.0,
+    route: tuple[Point, ...] = (),
+    speed: float = 0.5,
+    aid: Aid = "none",
+    load: Load = "none",
+) -> PersonSpec:
+    """Somebody of any height, in clothes of any colour; children push and carry nothing."""
+    child = aid == load == "none" and rng.random() < _CHILD_CHANCE
+    height = round(float(rng.uniform(0.95, 1.5) if child else rng.uniform(1.5, 1.95)), 2)
+    shirt, trousers = _colour(rng, 40, 230), _colour(rng, 25, 150)
+    return PersonSpec(
+        "user", pose, posture, route, speed, shirt, height, trousers, surface=surface, aid=aid, load=load
+    )
+
+
+def _colour(rng: Random, low: int, high: int) -> Colour:
+    red, green, blue = (int(channel) for channel in rng.integers(low, high, 3))
+    return red, green, blue

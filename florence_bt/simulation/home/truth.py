@@ -1,0 +1,98 @@
+"""What a perfect robot could do for a person in a home: judged on the truth."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.simulation.home.body import BodyPart, body_parts
+from florence_bt.simulation.home.closeness import DISTANCE_TOLERANCE_M, POLITE_DISTANCE_M
+from florence_bt.simulation.home.flat import Flat, Solid
+from florence_bt.simulation.home.free_space import BoolGrid, FreeSpace
+from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.home.world import SimulatedWorld
+
+CAMERA_HEIGHT_M = 0.54
+"""Source: the robot's description."""
+
+FOOTPRINT_RADIUS_M = 0.2625
+"""Circumscribed radius of the padded footprint (REFERENCE 7.4): where this fits, the robot can also turn."""
+
+_SEEN_FROM_M = (0.6, 4.0)
+"""How far from the robot a person must be to be measured at all. Source: REFERENCE 12.2."""
+
+_EVERY_CELLS = 4
+"""A robot is tried at every 20 cm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chances:
+    """What could be done at best.
+
+    Attributes:
+        visible: Whether trunk or head are in sight from somewhere the robot gets to.
+        distance: The polite distance between the middles, metres: 0.5, or for somebody who sits or lies as
+            near as the robot gets; None when it gets nowhere near.
+        way: The shortest way from the start to that distance, metres; None as above.
+    """
+
+    visible: bool
+    distance: float | None
+    way: float | None
+
+
+def chances(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2) -> Chances:
+    """What a perfect robot could do, while everything stands as it does now.
+
+    Args:
+        flat: The home.
+        world: The same home with the person in it, at the beginning.
+        spec: The person.
+        start: Where the robot starts.
+    """
+    body = [_solid(spec, part) for part in body_parts(spec) if part.bottom < 1.0]
+    space = FreeSpace(replace(flat, solids=(*flat.solids, *body)))
+    ways = space.reachable((start.x, start.y), FOOTPRINT_RADIUS_M)
+    x, y = space.frame.centres()
+    apart = np.hypot(x[None, :] - spec.pose.x, y[:, None] - spec.pose.y)
+    distance = POLITE_DISTANCE_M
+    near = np.where(ways, apart, np.inf)
+    if spec.posture in ("seated", "lying") or spec.aid == "wheelchair":
+        distance = max(distance, float(near.min()))
+    goals = ways & (np.abs(apart - distance) <= DISTANCE_TOLERANCE_M)
+    visible = _visible(world, spec, ways & (apart >= _SEEN_FROM_M[0]) & (apart <= _SEEN_FROM_M[1]), space)
+    if not math.isfinite(distance) or not goals.any():
+        return Chances(visible, None, None)
+    way = space.shortest_way((start.x, start.y), goals, FOOTPRINT_RADIUS_M)
+    length = sum(math.dist(a, b) for a, b in itertools.pairwise(way)) if way else None
+    return Chances(visible, distance, length)
+
+
+def _visible(world: SimulatedWorld, spec: PersonSpec, cells: BoolGrid, space: FreeSpace) -> bool:
+    parts = body_parts(spec)
+    shown = [
+        part
+        for part in parts
+        if part.shape == "sphere" or (part.shape == "box" and part.colour == spec.shirt)
+    ]
+    points = [(*spec.pose.apply(part.x, part.y), (part.bottom + part.top) / 2) for part in shown]
+    x, y = space.frame.centres()
+    spots = np.argwhere(cells)
+    spots = spots[(spots % _EVERY_CELLS == 0).all(axis=1)]
+    order = np.argsort(np.hypot(x[spots[:, 1]] - spec.pose.x, y[spots[:, 0]] - spec.pose.y), kind="stable")
+    return any(
+        world.sees((float(x[column]), float(y[row]), CAMERA_HEIGHT_M), spec.name, point)
+        for row, column in spots[order]
+        for point in points
+    )
+
+
+def _solid(spec: PersonSpec, part: BodyPart) -> Solid:
+    """A part's outline from above, as a box."""
+    x, y = spec.pose.apply(part.x, part.y)
+    yaw = spec.pose.yaw + part.turn
+    return Solid(spec.name, x, y, yaw, part.seen_from_above(), 0.0, part.bottom, part.top, part.colour)

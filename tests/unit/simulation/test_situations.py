@@ -1,0 +1,172 @@
+"""People where people are, and what a perfect robot could do about them."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2
+from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.free_space import free_space_of
+from florence_bt.simulation.home.generate import choose_flat
+from florence_bt.simulation.home.people import place_person
+from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.home.situations import SITUATIONS, person_in, room_with_decoy
+from florence_bt.simulation.home.truth import chances
+from florence_bt.simulation.home.world import SimulatedWorld
+
+
+@pytest.fixture(scope="module")
+def flats():
+    return [choose_flat(None, seed) for seed in (1, 2, 3)]
+
+
+@pytest.fixture(scope="module")
+def small():
+    return load_flat()
+
+
+def people(flats, situation, each=12):
+    return [
+        (flat, person_in(situation, flat, np.random.default_rng((index, number))))
+        for index, flat in enumerate(flats)
+        for number in range(each)
+    ]
+
+
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_a_seed_gives_the_same_person_in_a_room(flats, situation):
+    for flat, spec in people(flats[:2], situation, 4):
+        assert flat.room_at(spec.pose.x, spec.pose.y) is not None
+    again = people(flats[:2], situation, 4)
+    assert again == people(flats[:2], situation, 4)
+    assert len({spec for _, spec in again}) > 4
+
+
+def test_the_easy_class_is_what_it_was(small):
+    for seed in (1, 2, 3):
+        easy = person_in("easy", small, np.random.default_rng(seed))
+        assert easy == place_person(small, None, np.random.default_rng(seed))
+
+
+def test_who_stands_is_in_nothing_and_sizes_and_clothes_differ(flats):
+    placed = people(flats, "standing", 30)
+    for flat, spec in placed:
+        assert free_space_of(flat).clearance_at(spec.pose.x, spec.pose.y) >= 0.26
+    heights = [spec.height for _, spec in placed]
+    assert min(heights) < 1.3 and max(heights) > 1.85
+    assert len({spec.shirt for _, spec in placed}) > 80 and {spec.posture for _, spec in placed} == {
+        "standing",
+        "leaning",
+    }
+
+
+def test_who_sits_is_on_a_piece_of_furniture(flats):
+    for flat, spec in people(flats, "sitting"):
+        under = [
+            solid
+            for solid in flat.solids
+            if math.dist((solid.x, solid.y), (spec.pose.x, spec.pose.y)) < 1.2
+            and abs(solid.top - spec.surface) < 0.01
+        ]
+        assert spec.posture == "seated" and under, (flat.name, spec)
+
+
+def test_who_lies_is_in_bed_or_on_the_floor(flats):
+    specs = [spec for _, spec in people(flats, "lying")]
+    assert {spec.surface > 0 for spec in specs} == {True, False}
+
+
+def test_who_walks_gets_through_and_goes_to_another_room(flats):
+    for flat, spec in people(flats, "walking", 4):
+        space = free_space_of(flat)
+        points = [(spec.pose.x, spec.pose.y), *spec.route]
+        assert flat.room_at(*points[0]) != flat.room_at(*points[-1])
+        for a, b in itertools.pairwise(points):
+            for part in np.linspace(0.0, 1.0, 50):
+                where = (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
+                assert space.clearance_at(*where) >= 0.2
+
+
+def test_aids_and_loads_come_up(flats):
+    specs = [spec for _, spec in people(flats, "aided", 20)]
+    assert {spec.aid for spec in specs} == {"none", "rollator", "wheelchair"}
+    assert {spec.load for spec in specs} == {"none", "bag", "box"}
+    assert {spec.posture for spec in specs} == {"standing", "walking"}
+
+
+def test_unknown_situations_and_impossible_ones_say_what_would_have_worked(small):
+    with pytest.raises(ConfigError, match="sitting"):
+        person_in("siting", small, np.random.default_rng(1))
+
+
+def test_nobody_is_looked_for_where_something_looks_like_a_person(flats):
+    for flat in flats:
+        room = flat.room(room_with_decoy(flat, np.random.default_rng(1)))
+        assert any(room.contains(solid.x, solid.y) for solid in flat.solids)
+
+
+def test_the_shortest_way_is_straight_where_nothing_is_and_goes_through_doors_else(small):
+    space = free_space_of(small)
+    way = space.shortest_way((8.0, 2.95), (6.0, 2.95), 0.3)
+    assert len(way) == 2 and math.dist(way[0], (8.0, 2.95)) < 0.05 and math.dist(way[1], (6.0, 2.95)) < 0.05
+    way = space.shortest_way((8.9, 2.95), (3.3, 5.2), 0.3)
+    assert len(way) > 2
+    doors = [(door.x, door.y) for door in small.doors]
+    near = [
+        math.dist(door, (a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])))
+        for a, b in itertools.pairwise(way)
+        for t in np.linspace(0, 1, 30)
+        for door in doors
+    ]
+    assert min(near) < 0.4
+    assert space.shortest_way((8.9, 2.95), (3.3, 5.2), 0.6) is None
+    assert space.shortest_way((8.9, 2.95), (99.0, 5.2), 0.3) is None
+
+
+def best(flat, spec):
+    return chances(flat, SimulatedWorld(flat, people=[spec]), spec, flat.start)
+
+
+def test_a_perfect_robot_sees_who_stands_in_the_hall_and_gets_to_half_a_metre(small):
+    found = best(small, PersonSpec("user", Pose2(6.0, 2.95)))
+    assert found.visible and found.distance == 0.5
+    assert found.way == pytest.approx(8.9 - 6.0 - 0.6, abs=0.15)
+
+
+def test_to_who_sits_deep_it_gets_as_near_as_the_legs_let_it(small):
+    sofa = PersonSpec("user", Pose2(1.5, 7.4, -math.pi / 2), "seated", surface=0.42)
+    found = best(small, sofa)
+    assert found.visible and 0.7 < found.distance < 1.2 and found.way > 5.0
+
+
+def test_who_is_shut_in_can_be_neither_seen_nor_reached(flats):
+    flat = next(flat for flat in (choose_flat(None, seed) for seed in range(1, 30)) if shut(flat))
+    room = shut(flat)
+    spec = PersonSpec("user", room.hotspot.pose)
+    found = best(flat, spec)
+    assert found.way is None and not found.visible
+
+
+def shut(flat):
+    """A room that the robot cannot get into, or None."""
+    space = free_space_of(flat)
+    ways = space.reachable((flat.start.x, flat.start.y), 0.2625)
+    closed = [
+        room
+        for room in flat.rooms
+        if not ways[space.frame.cell_of(room.hotspot.pose.x, room.hotspot.pose.y)]
+        and room.name != "living_room"
+    ]
+    return closed[0] if closed else None
+
+
+def test_a_person_behind_a_wall_is_not_seen_from_everywhere(small):
+    spec = PersonSpec("user", Pose2(6.0, 2.95))
+    world = SimulatedWorld(small, people=[spec])
+    assert world.sees((8.0, 2.95, 0.54), "user", (6.0, 2.95, 1.1))
+    assert not world.sees((9.0, 5.0, 0.54), "user", (6.0, 2.95, 1.1))
+    with pytest.raises(ConfigError, match="user"):
+        world.sees((0.0, 0.0, 0.5), "usr", (1.0, 1.0, 1.0))

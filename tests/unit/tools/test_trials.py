@@ -1,0 +1,95 @@
+"""The table of the trials: what it counts, from made-up runs and from one real one."""
+
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.runtime.run import RunStatus
+from florence_bt.simulation.home.closeness import Closeness
+from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.home.truth import Chances
+from tools.trials import Trial, _is_false, main, page, run_trial
+
+
+def trial(**changes):
+    values = {
+        "situation": "standing",
+        "seed": 1,
+        "room": "kitchen",
+        "person": "standing, 1.70 m",
+        "chances": Chances(True, 0.5, 4.5),
+        "status": RunStatus.SUCCEEDED,
+        "reason": "",
+        "end": Closeness(0.52, 0.1),
+        "false_find": False,
+        "contacts": (),
+        "simulated": 60.0,
+        "ideal": 12.0,
+        "wall": 3.0,
+    }
+    return Trial(**(values | changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "polite", "good"),
+    [
+        ({}, True, True),
+        ({"end": Closeness(0.62, 0.1)}, False, False),
+        ({"end": Closeness(0.52, 0.5)}, False, False),
+        ({"status": RunStatus.FAILED}, False, False),
+        ({"contacts": ("sofa",)}, True, False),
+        ({"chances": Chances(True, 0.9, 4.5), "end": Closeness(0.85, 0.1)}, True, True),
+        ({"chances": Chances(True, 0.9, 4.5)}, False, False),
+        ({"chances": Chances(False, None, None)}, False, False),
+        ({"chances": None, "end": None, "status": RunStatus.FAILED}, False, True),
+        ({"chances": None, "end": None, "status": RunStatus.FAILED, "false_find": True}, False, False),
+    ],
+)
+def test_what_is_polite_and_what_is_good(changes, polite, good):
+    assert (trial(**changes).polite, trial(**changes).good) == (polite, good)
+
+
+def test_a_class_is_a_line_and_a_table():
+    runs = [
+        trial(),
+        trial(seed=2, contacts=("sofa", "user")),
+        trial(seed=3, false_find=True, end=Closeness(2, 0)),
+    ]
+    nobody = trial(situation="nobody", chances=None, end=None, status=RunStatus.FAILED)
+    text = page([*runs, nobody])
+    assert "| standing or leaning anywhere free | 3 | 3 | **2** | 2 | 1 | 60 | 5.0 |" in text
+    assert "| nobody at home, with plants and coats | 1 |  |  | 0 | 0 |  |  |" in text
+    assert "## Standing or leaning anywhere free" in text and "**false find**" in text
+    assert "## Sitting" not in text
+
+
+@pytest.mark.parametrize(
+    ("found", "spec", "false"),
+    [
+        (Pose2(1.0, 1.0), None, True),
+        (Pose2(1.5, 1.0), PersonSpec("user", Pose2(1.0, 1.0)), False),
+        (Pose2(2.5, 1.0), PersonSpec("user", Pose2(1.0, 1.0)), True),
+        (Pose2(5.0, 1.5), PersonSpec("user", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),)), False),
+        (Pose2(5.0, 2.5), PersonSpec("user", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),)), True),
+    ],
+)
+def test_a_find_is_false_where_the_person_has_never_been(found, spec, false):
+    assert _is_false(found, spec) is false
+
+
+@pytest.mark.slow
+def test_a_run_of_the_easy_class_is_good():
+    result = run_trial("easy", 1)
+    assert result.good and result.chances.visible
+    assert 1.0 < result.simulated / result.ideal < 20.0
+
+
+def test_mistakes_are_told(tmp_path, capsys):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("name: x\nstart: nowhere\n")
+    assert main(["--runs", "1", "--world", str(bad)]) == 2
+    assert f"{bad}:" in capsys.readouterr().err
+    assert main(["--world", str(bad), "--world-seed", "1"]) == 2
+    assert "--world-seed SEED" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["--classes", "siting"])
+    assert "sitting" in capsys.readouterr().err
