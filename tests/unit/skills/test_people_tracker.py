@@ -198,6 +198,7 @@ def test_histograms_tell_colours_apart() -> None:
     assert histogram_distance(red, dark_red) < 0.35
     assert colour_histogram(picture((90, 90, 90)), rows, columns, (24, 32)) is None, "grey has no hue"
     assert colour_histogram(picture((200, 30, 30)), rows[:5], columns[:5], (24, 32)) is None
+    assert colour_histogram(picture((200, 30, 30)), rows[:0], columns[:0], (24, 32)) is None
 
 
 # ---- filter_user_tracker ------------------------------------------------------------------------------

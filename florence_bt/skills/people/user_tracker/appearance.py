@@ -33,6 +33,8 @@ def colour_histogram(
     Source:
         REFERENCE 12.9, colour model.
     """
+    if len(rows) < MINIMUM_PIXELS:
+        return None  # OpenCV refuses an empty picture
     height, width = image.pixels.shape[:2]
     pixels = image.pixels[rows * height // shape[0], columns * width // shape[1]]
     hsv = cv2.cvtColor(pixels.reshape(-1, 1, 3), cv2.COLOR_RGB2HSV)
