@@ -94,7 +94,7 @@ class Seat:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class RestingPlace:
     """A piece of furniture, or a part of it, that one person sits or lies on.
 
     Attributes:
@@ -148,7 +148,7 @@ class Flat:
     rooms: tuple[Room, ...]
     objects: tuple[FlatHotspot, ...]
     seats: tuple[Seat, ...]
-    places: tuple[Place, ...]
+    places: tuple[RestingPlace, ...]
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -322,13 +322,13 @@ def _mapped_furniture(entries: FlatFile) -> Iterator[Solid]:
                 yield _placed(piece, then, part)
 
 
-def _places(entries: FlatFile) -> Iterator[Place]:
+def _places(entries: FlatFile) -> Iterator[RestingPlace]:
     for piece in entries.furniture:
         for entry in entries.places.get(piece.model, ()):
             turned = _stand(piece)
             x, y = turned.apply(entry.x, entry.y)
             pose = Pose2(x, y, normalize_angle(turned.yaw + math.radians(entry.phi_deg)))
-            yield Place(piece.name, entry.posture, pose, entry.height)
+            yield RestingPlace(piece.name, entry.posture, pose, entry.height)
 
 
 def _placed(piece: FurnitureEntry, turned: Pose2, part: PartEntry) -> Solid:
@@ -504,7 +504,7 @@ class PartEntry(Entry):
 
 
 class PlaceEntry(PoseEntry):
-    """Where one person sits or lies on a model, in the model's frame; :class:`Place` says what of."""
+    """Where one person sits or lies on a model, in the model's frame; :class:`RestingPlace` says what of."""
 
     posture: Literal["seated", "lying"]
     height: Metres

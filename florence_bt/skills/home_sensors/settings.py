@@ -142,7 +142,7 @@ def load_home(path: str | Path, hotspots: Hotspots) -> HomeSettings:
     Raises:
         ConfigError: The file cannot be read or is wrong; with file, line and column.
     """
-    return _Reader(Path(path), hotspots).read(read_yaml(Path(path)))
+    return _HomeSettingsReader(Path(path), hotspots).read(read_yaml(Path(path)))
 
 
 _BROKER = (
@@ -160,7 +160,7 @@ _SENSOR = ("room", "kind", "topic", "value", "time", "on", "off", "stale_after",
 _KINDS = tuple(kind.value for kind in SensorKind)
 
 
-class _Reader(SettingsReader):
+class _HomeSettingsReader(SettingsReader):
     """Reads the home sensors of one file."""
 
     def __init__(self, file: Path, hotspots: Hotspots) -> None:

@@ -140,7 +140,7 @@ def _parse(data: bytes, file: Path) -> Hotspots:
         source = parse_yaml(data, file)
     except EmptyFile:
         return Hotspots()
-    return _Reader(file).read(source)
+    return _HotspotsReader(file).read(source)
 
 
 def dump_hotspots(hotspots: Hotspots) -> str:
@@ -195,7 +195,7 @@ def _read_back(hotspots: Hotspots, path: Path) -> None:
             raise ConfigError(f"{wanted} would be read back as {found}", valid=["plain text as the label"])
 
 
-class _Reader(SettingsReader):
+class _HotspotsReader(SettingsReader):
     """Reads the hotspots of one file."""
 
     def read(self, root: YamlNode) -> Hotspots:
