@@ -18,7 +18,7 @@ GET_USER_ROOM = SkillDeclaration(
     summary="Look up the room where the user was last known to be, how long ago, and by which sensor",
     outputs={
         "room": Port(Kind.TEXT, "the label of the room", names="room"),
-        "age": Port(Kind.DURATION, "how long ago that was", minimum=0.0),
+        "age": Port(Kind.DURATION, "how long ago that was"),
         "source": Port(Kind.TEXT, "what said so: a home sensor, or the topic or service that was used"),
     },
     failures={"user_unknown": "nobody has said yet where the user is"},
