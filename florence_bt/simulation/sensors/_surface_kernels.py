@@ -128,25 +128,3 @@ def follow_pixels(
             along = orientation @ np.array([(u - cx) / focal, (v - cy) / focal, 1.0])
             far = _followed(shapes, origin, along, float(depth[v, u]), rows[v, u])
             depth[v, u] = far if far <= max_depth else np.inf
-
-
-@numba.njit(cache=True, error_model="numpy")
-def sees_point(shapes: Shapes, eye: Floats, point: Floats, first: int, end: int) -> bool:
-    """Whether nothing stands between an eye and a point but the rows from ``first`` up to ``end``.
-
-    Args:
-        shapes: What there is; glass and mirrors are in the way too.
-        eye: Shape (3,), map frame, metres.
-        point: Shape (3,), map frame, metres.
-        first: The first row that does not count: the person whose point it is.
-        end: One more than the last of them.
-    """
-    kind, position, rotation, size, _, _, _ = shapes
-    along = point - eye
-    for row in range(len(kind)):
-        if first <= row < end:
-            continue
-        o, d = rotation[row].T @ (eye - position[row]), rotation[row].T @ along
-        if hit(kind[row], size[row], o[0], o[1], o[2], d[0], d[1], d[2]) < 1.0:
-            return False
-    return True
