@@ -39,7 +39,7 @@ def _kills(options: argparse.Namespace) -> str:
 
 
 def _hangs(options: argparse.Namespace) -> str:
-    return hangs_table(hang_many(options.count or 20, options.others, options.seed, _say))
+    return hangs_table(hang_many(options.count or 20, options.seed, _say))
 
 
 def _messages(options: argparse.Namespace) -> str:
@@ -97,7 +97,7 @@ def main() -> int:
         "--others",
         type=int,
         default=5,
-        help="kills of each process but the mission server; ends beside a hung driver",
+        help="kills of each process but the mission server",
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
