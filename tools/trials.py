@@ -26,9 +26,9 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness, closeness
 from florence_bt.simulation.home.generate import choose_flat
+from florence_bt.simulation.home.ground_truth import BestCase, best_case
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import person_in, room_with_decoy
-from florence_bt.simulation.home.truth import Chances, chances
 from florence_bt.simulation.rig.rig import navigator_parameters
 
 CLASSES = {
@@ -58,7 +58,7 @@ class Trial:
         seed: The run's seed; chooses the home too.
         room: Where the person was, or where the robot was sent to when nobody was there.
         person: What the person did.
-        chances: What a perfect robot could do; None without a person.
+        best_case: What a perfect robot could do; None without a person.
         status: How the mission ended.
         reason: Why it did not succeed.
         end: How the robot really stood to the person in the end; None without a person.
@@ -73,7 +73,7 @@ class Trial:
     seed: int
     room: str
     person: str
-    chances: Chances | None
+    best_case: BestCase | None
     status: RunStatus
     reason: str
     end: Closeness | None
@@ -89,9 +89,9 @@ class Trial:
         return (
             self.status is RunStatus.SUCCEEDED
             and self.end is not None
-            and self.chances is not None
-            and self.chances.distance is not None
-            and self.end.polite_at(self.chances.distance)
+            and self.best_case is not None
+            and self.best_case.distance is not None
+            and self.end.polite_at(self.best_case.distance)
         )
 
     @property
@@ -130,7 +130,7 @@ def run_trial(
     room = flat.room_at(spec.pose.x, spec.pose.y) if spec is not None else None
     sent_to = room.name if room is not None else room_with_decoy(flat, rng)
     rig = make_rig(seed=seed, person=spec or ABSENT, user_room=sent_to, runs_folder=runs, flat=flat)
-    best = chances(flat, rig.world, spec, flat.start) if spec is not None else None
+    best = best_case(flat, rig.world, spec, flat.start) if spec is not None else None
     wall = time.perf_counter()
     run = rig.run("goto_user")
     wall = time.perf_counter() - wall
@@ -143,7 +143,7 @@ def run_trial(
         seed=seed,
         room=sent_to,
         person=_description(spec) if spec is not None else "nobody",
-        chances=best,
+        best_case=best,
         status=run.status,
         reason=run.reason,
         end=closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) if spec is not None else None,
@@ -236,7 +236,7 @@ def summary(name: str, trials: Sequence[Trial]) -> str:
     people = [trial for trial in trials if trial.end is not None]
     polite = [trial for trial in trials if trial.polite]
     ratios = [trial.simulated / trial.ideal for trial in polite if trial.ideal]
-    seen = sum(trial.chances is not None and trial.chances.visible for trial in people)
+    seen = sum(trial.best_case is not None and trial.best_case.visible for trial in people)
     cells = (
         CLASSES[name],
         len(trials),
@@ -258,14 +258,14 @@ def table(trials: Sequence[Trial]) -> Iterator[str]:
 
 def row(trial: Trial) -> str:
     """One run as a line of a table."""
-    polite_at = trial.chances.distance if trial.chances is not None else None
+    polite_at = trial.best_case.distance if trial.best_case is not None else None
     wanted = "" if polite_at is None or polite_at <= 0.5 else f" (of {polite_at:.2f})"
     verdict = "good" if trial.good else "false find" if trial.false_find else "not good"
     cells = (
         trial.seed,
         trial.room,
         trial.person,
-        "" if trial.chances is None else "yes" if trial.chances.visible else "no",
+        "" if trial.best_case is None else "yes" if trial.best_case.visible else "no",
         f"{trial.status.value}: {trial.reason}" if trial.reason else trial.status.value,
         "" if trial.end is None else f"{trial.end.distance:.2f}{wanted}",
         "" if trial.end is None else f"{math.degrees(trial.end.facing):.0f}",

@@ -54,7 +54,7 @@ def demo(
         options = BringUp(
             folder=str(out.absolute()),
             person=person,
-            world_file=str(world.absolute()) if world else None,
+            world_file=_absolute(world),
             world_seed=world_seed,
             seed=seed,
             speed=speed,
@@ -109,23 +109,26 @@ def up(
         from florence_bt.app.bringup.options import BringUp, parse_start
         from florence_bt.app.bringup.up import run_up
 
-        parameters = robot or config
-
         run_up(
             BringUp(
                 folder=str(out.absolute()),
                 simulated=sim,
                 emulated=emulate,
-                config_file=str(parameters.absolute()) if parameters else None,
-                map_file=str(map_file.absolute()) if map_file else None,
-                hotspots_file=str(hotspots.absolute()) if hotspots else None,
-                home_file=str(home.absolute()) if home else None,
+                config_file=_absolute(robot or config),
+                map_file=_absolute(map_file),
+                hotspots_file=_absolute(hotspots),
+                home_file=_absolute(home),
                 mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
                 person=person,
                 start=parse_start(start) if start else None,
-                world_file=str(world.absolute()) if world else None,
+                world_file=_absolute(world),
                 world_seed=world_seed,
                 seed=seed,
                 speed=speed,
             )
         )
+
+
+def _absolute(path: Path | None) -> str | None:
+    """A path that other processes can use, too."""
+    return str(path.absolute()) if path else None

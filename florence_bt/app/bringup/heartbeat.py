@@ -59,7 +59,7 @@ class HeartbeatMonitor:
         self._looked = now
         self._has_beaten = False
         self._pid = 0
-        self._waited_s = 0.0
+        self._run_delay_s = 0.0
         self.silent_s = 0.0
 
     @property
@@ -92,8 +92,8 @@ class HeartbeatMonitor:
             self._has_beaten, self.silent_s = True, 0.0
         elif self._has_beaten:
             if self.is_silent:
-                before, self._waited_s = self._waited_s, waited_for_a_processor(self._pid)
-                passed -= min(passed, self._waited_s - before)
+                before, self._run_delay_s = self._run_delay_s, run_delay(self._pid)
+                passed -= min(passed, self._run_delay_s - before)
             self.silent_s += passed
 
     def close(self) -> None:
@@ -101,7 +101,7 @@ class HeartbeatMonitor:
         os.close(self._reader)
 
 
-def waited_for_a_processor(pid: int) -> float:
+def run_delay(pid: int) -> float:
     """How long the main thread of a process could have run and had no processor, seconds since it began.
 
     The second field of ``/proc/PID/schedstat`` (Linux, Documentation/scheduler/sched-stats). 0 when the

@@ -1,9 +1,9 @@
 """From reports of home sensors to the room of the user. The time is given; ROS and MQTT are not known here.
 
-The rule. A motion detector speaks for its room while it sees motion, a device for a minute after it was
-operated. Of those that speak, the one that began last says where the user is. When none speaks any more, the
-user stays where they were seen last. When the one that began last falls silent while a motion detector still
-sees motion, that one takes over: the user has walked back before it had noticed that they were gone.
+The rule. A motion detector counts while it sees motion, a device for a minute after it was operated. Of those
+that count, the one that began last says where the user is. When none counts any more, the user stays where
+they were seen last. When the one that began last no longer counts while a motion detector still sees motion,
+that one takes over: the user has walked back before it had noticed that they were gone.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.skills.home_sensors.settings import HomeSensor, SensorKind
 
 HOLD_S = 60.0
-"""How long a device that was operated speaks for its room: as long as motion detectors show motion."""
+"""How long a device that was operated counts: as long as motion detectors show motion."""
 AHEAD_S = 5.0
 """How far ahead of ours the clock of a sensor may be."""
 CONTRADICTION_S = 120.0
@@ -65,7 +65,7 @@ class _State:
     """What is known of one sensor; times in seconds."""
 
     active: bool | None = None
-    heard: float | None = None
+    last_report: float | None = None
     began: float | None = None
     """When it was last switched on or operated."""
     counts_from: float | None = None
@@ -89,17 +89,17 @@ class HomeSensors:
 
     def __init__(self, sensors: Mapping[str, HomeSensor], now: float) -> None:
         self._sensors = sensors
-        self._begin(now)
+        self._reset(now)
 
-    def _begin(self, now: float) -> None:
+    def _reset(self, now: float) -> None:
         self._states = {name: _State() for name in self._sensors}
         self._started = self._now = now
         self._sighting: Sighting | None = None
 
-    def _forget_when_set_back(self, now: float) -> None:
+    def _reset_if_set_back(self, now: float) -> None:
         """Begin again when the clock was set back: what was said before would lie in the future."""
         if now < self._now - AHEAD_S:
-            self._begin(now)
+            self._reset(now)
         self._now = now
 
     def take(self, report: Report, now: float) -> None:
@@ -108,7 +108,7 @@ class HomeSensors:
         Raises:
             BadReport: The sensor or the time cannot be meant.
         """
-        self._forget_when_set_back(now)
+        self._reset_if_set_back(now)
         sensor, state = self._sensors.get(report.sensor), self._states.get(report.sensor)
         if sensor is None or state is None:
             names = ", ".join(closest_first(report.sensor, self._sensors))
@@ -124,18 +124,18 @@ class HomeSensors:
                 f"(would have worked: at most {AHEAD_S:g} s)"
             )
         at = min(report.at, now)
-        if now - at > sensor.stale_after or (state.heard is not None and at < state.heard):
+        if now - at > sensor.stale_after or (state.last_report is not None and at < state.last_report):
             state.late += 1
             return
         if _begins(sensor, state, report.active, at):
             state.began = state.counts_from = state.ended = at
         elif state.began is not None and state.active and not report.active:
             state.ended = self._until(report.sensor, at)
-        state.active, state.heard = report.active, at
+        state.active, state.last_report = report.active, at
 
     def locate(self, now: float) -> Sighting | None:
         """Where the user is, None while no sensor has said so. Call it after each report, and often."""
-        self._forget_when_set_back(now)
+        self._reset_if_set_back(now)
         last, began = self._sighting, self._candidates(now)
         if not began:
             return last
@@ -161,12 +161,12 @@ class HomeSensors:
         }
         if last is None:
             return began
-        speaking = {
+        counting = {
             name: since
             for name, since in began.items()
             if self._sees_motion(name, now) or (since >= last.since and self._was_operated(name, now))
         }
-        return speaking or {
+        return counting or {
             name: since for name, since in began.items() if name == last.source or since > last.at
         }
 
@@ -175,11 +175,11 @@ class HomeSensors:
         sensor, state = self._sensors[name], self._states[name]
         if self._sees_motion(name, now):
             return now
-        assert state.began is not None and state.heard is not None and state.ended is not None
+        assert state.began is not None and state.last_report is not None and state.ended is not None
         if sensor.kind is not SensorKind.MOTION:
             return state.began
         # Silent or stuck: until it was believed.
-        return min(state.heard, state.began + sensor.stuck_after) if state.active else state.ended
+        return min(state.last_report, state.began + sensor.stuck_after) if state.active else state.ended
 
     def _was_operated(self, name: str, now: float) -> bool:
         """Whether it is a device that was operated a moment ago."""
@@ -194,8 +194,8 @@ class HomeSensors:
         return (
             sensor.kind is SensorKind.MOTION
             and bool(state.active)
-            and state.heard is not None
-            and now - state.heard <= sensor.stale_after
+            and state.last_report is not None
+            and now - state.last_report <= sensor.stale_after
             and not self._is_stuck(name, now)
         )
 
@@ -234,15 +234,15 @@ class HomeSensors:
 
     def _diagnosis(self, name: str, now: float) -> Diagnosis:
         sensor, state = self._sensors[name], self._states[name]
-        heard = self._started if state.heard is None else state.heard
+        last_report = self._started if state.last_report is None else state.last_report
         values = {
             "room": sensor.room,
             "kind": sensor.kind.value,
             "state": "unknown" if state.active is None else "on" if state.active else "off",
-            "last report": "none" if state.heard is None else f"{now - state.heard:.0f} s ago",
+            "last report": "none" if state.last_report is None else f"{now - state.last_report:.0f} s ago",
             "reports that came too late": str(state.late),
         }
-        if sensor.kind is SensorKind.MOTION and now - heard > sensor.stale_after:
+        if sensor.kind is SensorKind.MOTION and now - last_report > sensor.stale_after:
             problem = (
                 f"has not reported for {sensor.stale_after:g} s: it says nothing about the user any more"
             )
@@ -250,7 +250,9 @@ class HomeSensors:
         if self._is_stuck(name, now):
             problem = f"has seen motion for more than {sensor.stuck_after:g} s: not believed until it is over"
             return Diagnosis(Severity.WARN, problem, values)
-        return Diagnosis(Severity.OK, "has not reported yet" if state.heard is None else "reports", values)
+        return Diagnosis(
+            Severity.OK, "has not reported yet" if state.last_report is None else "reports", values
+        )
 
 
 def _begins(sensor: HomeSensor, state: _State, active: bool, at: float) -> bool:
@@ -259,5 +261,5 @@ def _begins(sensor: HomeSensor, state: _State, active: bool, at: float) -> bool:
         return active
     if sensor.kind is SensorKind.DEVICE:
         return active if state.active is None else active != state.active
-    stale = state.heard is not None and at - state.heard > sensor.stale_after
+    stale = state.last_report is not None and at - state.last_report > sensor.stale_after
     return active and (not state.active or stale)

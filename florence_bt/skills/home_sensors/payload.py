@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from datetime import datetime
 from typing import Any
 
@@ -71,18 +70,17 @@ def _state(sensor: HomeSensor, value: Any) -> bool:
 
 def _time(value: Any) -> float:
     """Seconds since 1970 from a number or ISO 8601."""
-    seconds = math.nan
+    wrong = _bad(f"the time is {_shown(value)}", "seconds since 1970, or 2026-01-31T08:00:00Z")
     if isinstance(value, str):
         try:
             moment = datetime.fromisoformat(value)
-            seconds = moment.timestamp() if moment.tzinfo is not None else math.nan
-        except (ValueError, OverflowError):
-            pass
+            if moment.tzinfo is not None:
+                return moment.timestamp()
+        except (ValueError, OverflowError) as error:
+            raise wrong from error
     elif isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15:
-        seconds = value / 1000.0 if value > MILLISECONDS_FROM else float(value)
-    if not math.isfinite(seconds):
-        raise _bad(f"the time is {_shown(value)}", "seconds since 1970, or 2026-01-31T08:00:00Z")
-    return seconds
+        return value / 1000.0 if value > MILLISECONDS_FROM else float(value)
+    raise wrong
 
 
 def _shown(value: Any) -> str:

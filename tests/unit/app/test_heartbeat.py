@@ -15,7 +15,7 @@ from florence_bt.app.bringup.heartbeat import (
     SILENT_S,
     HeartbeatMonitor,
     heartbeat_of_this_process,
-    waited_for_a_processor,
+    run_delay,
 )
 
 
@@ -57,7 +57,7 @@ def test_who_looks_seldom_was_held_up_and_blames_nobody(monitor, beat):
 
 def test_time_without_a_processor_makes_nobody_hang(monitor, beat, monkeypatch):
     waited = iter([7.0, *(7.0 + 0.04 * look for look in range(1, 200))])
-    monkeypatch.setattr(heartbeat, "waited_for_a_processor", lambda pid: next(waited))
+    monkeypatch.setattr(heartbeat, "run_delay", lambda pid: next(waited))
     beat()
     looks = 0
     monitor.look(0.0)
@@ -77,15 +77,15 @@ def test_the_kernel_tells_who_waits_for_a_processor():
     stand = "import signal; print(flush=True); signal.pause()"
     rivals = [start_python(spin), start_python(spin), start_python(stand)]
     try:
-        before = [waited_for_a_processor(rival.pid) for rival in rivals]
-        while waited_for_a_processor(rivals[0].pid) < before[0] + 0.05:
+        before = [run_delay(rival.pid) for rival in rivals]
+        while run_delay(rivals[0].pid) < before[0] + 0.05:
             pass
-        assert waited_for_a_processor(rivals[2].pid) < before[2] + 0.05
+        assert run_delay(rivals[2].pid) < before[2] + 0.05
     finally:
         for rival in rivals:
             with rival:
                 rival.kill()
-    assert waited_for_a_processor(rivals[0].pid) == 0.0, "it is gone"
+    assert run_delay(rivals[0].pid) == 0.0, "it is gone"
 
 
 def start_python(code):

@@ -11,10 +11,10 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.generate import choose_flat
+from florence_bt.simulation.home.ground_truth import best_case
 from florence_bt.simulation.home.people import place_person
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import SITUATIONS, person_in, room_with_decoy
-from florence_bt.simulation.home.truth import chances
 from florence_bt.simulation.home.world import SimulatedWorld
 
 
@@ -127,7 +127,7 @@ def test_the_shortest_way_is_straight_where_nothing_is_and_goes_through_doors_el
 
 
 def best(flat, spec):
-    return chances(flat, SimulatedWorld(flat, people=[spec]), spec, flat.start)
+    return best_case(flat, SimulatedWorld(flat, people=[spec]), spec, flat.start)
 
 
 def test_a_perfect_robot_sees_who_stands_in_the_hall_and_gets_to_half_a_metre(small):

@@ -5,8 +5,8 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
+from florence_bt.simulation.home.ground_truth import BestCase
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.truth import Chances
 from tools.trials import Trial, _is_false, main, page, run_trial
 
 
@@ -16,7 +16,7 @@ def trial(**changes):
         "seed": 1,
         "room": "kitchen",
         "person": "standing, 1.70 m",
-        "chances": Chances(True, 0.5, 4.5),
+        "best_case": BestCase(True, 0.5, 4.5),
         "status": RunStatus.SUCCEEDED,
         "reason": "",
         "end": Closeness(0.52, 0.1),
@@ -37,11 +37,11 @@ def trial(**changes):
         ({"end": Closeness(0.52, 0.5)}, False, False),
         ({"status": RunStatus.FAILED}, False, False),
         ({"contacts": ("sofa",)}, True, False),
-        ({"chances": Chances(True, 0.9, 4.5), "end": Closeness(0.85, 0.1)}, True, True),
-        ({"chances": Chances(True, 0.9, 4.5)}, False, False),
-        ({"chances": Chances(False, None, None)}, False, False),
-        ({"chances": None, "end": None, "status": RunStatus.FAILED}, False, True),
-        ({"chances": None, "end": None, "status": RunStatus.FAILED, "false_find": True}, False, False),
+        ({"best_case": BestCase(True, 0.9, 4.5), "end": Closeness(0.85, 0.1)}, True, True),
+        ({"best_case": BestCase(True, 0.9, 4.5)}, False, False),
+        ({"best_case": BestCase(False, None, None)}, False, False),
+        ({"best_case": None, "end": None, "status": RunStatus.FAILED}, False, True),
+        ({"best_case": None, "end": None, "status": RunStatus.FAILED, "false_find": True}, False, False),
     ],
 )
 def test_what_is_polite_and_what_is_good(changes, polite, good):
@@ -54,7 +54,7 @@ def test_a_class_is_a_line_and_a_table():
         trial(seed=2, contacts=("sofa", "user")),
         trial(seed=3, false_find=True, end=Closeness(2, 0)),
     ]
-    nobody = trial(situation="nobody", chances=None, end=None, status=RunStatus.FAILED)
+    nobody = trial(situation="nobody", best_case=None, end=None, status=RunStatus.FAILED)
     text = page([*runs, nobody])
     assert "| standing or leaning anywhere free | 3 | 3 | **2** | 2 | 1 | 60 | 5.0 |" in text
     assert "| nobody at home, with plants and coats | 1 |  |  | 0 | 0 |  |  |" in text
@@ -79,7 +79,7 @@ def test_a_find_is_false_where_the_person_has_never_been(found, spec, false):
 @pytest.mark.slow
 def test_a_run_of_the_easy_class_is_good():
     result = run_trial("easy", 1)
-    assert result.good and result.chances.visible
+    assert result.good and result.best_case.visible
     assert 1.0 < result.simulated / result.ideal < 20.0
 
 

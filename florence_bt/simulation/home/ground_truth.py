@@ -30,7 +30,7 @@ _EVERY_CELLS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Chances:
+class BestCase:
     """What could be done at best.
 
     Attributes:
@@ -45,7 +45,7 @@ class Chances:
     way: float | None
 
 
-def chances(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2) -> Chances:
+def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2) -> BestCase:
     """What a perfect robot could do, while everything stands as it does now.
 
     Args:
@@ -66,10 +66,10 @@ def chances(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2) -
     goals = ways & (np.abs(apart - distance) <= DISTANCE_TOLERANCE_M)
     visible = _visible(world, spec, ways & (apart >= _SEEN_FROM_M[0]) & (apart <= _SEEN_FROM_M[1]), space)
     if not math.isfinite(distance) or not goals.any():
-        return Chances(visible, None, None)
+        return BestCase(visible, None, None)
     way = space.shortest_way((start.x, start.y), goals, FOOTPRINT_RADIUS_M)
     length = sum(math.dist(a, b) for a, b in itertools.pairwise(way)) if way else None
-    return Chances(visible, distance, length)
+    return BestCase(visible, distance, length)
 
 
 def _visible(world: SimulatedWorld, spec: PersonSpec, cells: BoolGrid, space: FreeSpace) -> bool:
