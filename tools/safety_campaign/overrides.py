@@ -140,10 +140,9 @@ def _try_once(system: RunningSystem, server: str, drive: str, dice: random.Rando
     system.forget()
     begin, speed, place = time.monotonic(), _speed(system.truth), system.truth["robot"]
     system.switch.publish(Bool(data=True))
-    stands = system.spin_until(lambda: not system.truth["moving"] and _speed(system.truth) == 0.0, 5.0)
-    system.spin(SETTLE_S)
+    stands = system.spin_until(lambda: _stands_for(SETTLE_S, system.truths, begin), 5.0)
     truths = [truth for truth in system.truths if truth["monotonic"] >= begin]
-    moving = [number for number, truth in enumerate(truths) if truth["moving"] or _speed(truth) > 0.0]
+    moving = [number for number, truth in enumerate(truths) if _moves(truth)]
     lower = [truth["monotonic"] for truth in truths if _speed(truth) < speed or speed == 0.0]
     standing = truths[moving[-1] + 1 if moving else 0]["monotonic"] if stands else begin + 5.0
     distance = _distance(place, system.truth["robot"])
@@ -204,6 +203,17 @@ def _speeds(truths: list[dict]) -> str:
     """When the wheels were given which speeds, for people; seconds from the first truth."""
     given = [(truth["monotonic"] - truths[0]["monotonic"], truth["wheels"]) for truth in truths]
     return ", ".join(f"{at:.2f} s: {wheels}" for at, wheels in given if any(wheels))[:500]
+
+
+def _stands_for(seconds: float, truths: list[dict], begin: float) -> bool:
+    """Whether nothing has moved for some time; a robot that brakes hard rocks for a moment."""
+    end = truths[-1]["monotonic"] if truths else begin
+    lately = [truth for truth in truths if truth["monotonic"] > end - seconds]
+    return end - begin >= seconds and not any(map(_moves, lately))
+
+
+def _moves(truth: dict) -> bool:
+    return bool(truth["moving"]) or _speed(truth) > 0.0
 
 
 def _speed(truth: dict) -> float:
