@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 
 FloatArray = NDArray[np.float32]
+Posture = Literal["standing", "sitting", "lying"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +170,8 @@ class TrackedUser:
         x: Position in metres in the frame the tracker was asked for.
         y: Position in metres.
         distance: Horizontal distance from the camera in metres.
+        posture: What the person does.
+        height: Height above the floor of the highest point that was seen of them, metres; 0 when not known.
     """
 
     user_id: int
@@ -175,3 +179,5 @@ class TrackedUser:
     x: float
     y: float
     distance: float
+    posture: Posture = "standing"
+    height: float = 0.0

@@ -21,7 +21,7 @@ from tools.safety_campaign.messages import attack_with_messages
 from tools.safety_campaign.overrides import override_many, overrides_table
 from tools.safety_campaign.restarts import restart_many
 from tools.safety_campaign.running_system import RunningSystem
-from tools.safety_campaign.tables import table, write_between_marks
+from tools.tables import table, write_between_marks
 
 ATTACK_S = 120.0
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
-from tools.safety_campaign.tables import milliseconds, table
+from tools.tables import milliseconds, table
 
 PROCESSES = ("missions", "navigation", "people")
 

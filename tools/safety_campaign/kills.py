@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
-from tools.safety_campaign.tables import milliseconds, table
+from tools.tables import milliseconds, table
 
 OTHERS = ("hardware", "navigation", "people", "simulator")
 IN_A_ROW = 3

@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool
 
 from tools.safety_campaign.running_system import CampaignFailed, RunningSystem
-from tools.safety_campaign.tables import milliseconds, table
+from tools.tables import milliseconds, table
 
 SERVERS = ("alive", "hung", "dead")
 DRIVES = ("mission", "goal_pose", "foreign goal")

@@ -111,7 +111,7 @@ class Rig:
                 "base": self._base,
                 "people": self._people,
                 "locator": self.locator,
-                "cost_at": self._base.occupancy_at,
+                "costmap": self._base.global_grid,
             }
         )
         self.executor = Executor(
@@ -179,11 +179,9 @@ class _BaseSkills:
         """Whether something is being driven."""
         return bool(self._navigator.active)
 
-    def occupancy_at(self, x: float, y: float) -> int:
-        """Occupancy of the global costmap, 0..100, -1 where unknown."""
-        grid = self._navigator.global_grid()
-        row, column = grid.cell_of(x, y)
-        return int(grid.cells[row, column]) if grid.contains(row, column) else -1
+    def global_grid(self) -> OccupancyGrid:
+        """The global costmap."""
+        return self._navigator.global_grid()
 
     def on_scan(self, source: str, scan: LaserScan) -> None:
         sensor_in_base = self._frames.lookup(BASE_FRAME, scan.frame_id)
@@ -252,7 +250,7 @@ class _PeopleSkills:
             )
             users = self._tracker.update(now, [detection.moved_by(robot) for detection in found])
             if self._looking:
-                self._look.feed(now, users, robot)
+                self._look.feed(now, users, robot, undecided=self._tracker.undecided)
         self._end_look_when_over()
 
     def start_tracker(self) -> Result:

@@ -33,7 +33,7 @@ def colours(hue_bin: int) -> Histogram:
 
 
 def seen(x: float, y: float, histogram: Histogram | None = None) -> Detection:
-    return Detection(x, y, math.hypot(x, y), 0.45, 1.7, histogram)
+    return Detection(x, y, math.hypot(x, y), histogram=histogram)
 
 
 class Run:
@@ -249,14 +249,33 @@ def see_nobody(look: LookForUser, pictures: int) -> None:
         look.feed(11.0 + 0.1 * k, [])
 
 
-def test_nobody_is_told_at_the_end_of_the_window(look: LookForUser) -> None:
-    see_nobody(look, 5)
+def test_nobody_is_told_when_enough_pictures_are_empty(look: LookForUser) -> None:
     assert look.deadline == 15.0
+    for k in range(6):
+        look.feed(11.0 + 0.125 * k, [])
+        assert (look.result(11.0 + 0.125 * k) is not None) is (k == 5), "as long as a position takes"
+    result = look.result(11.625)
+    assert result is not None and not result.succeeded
+    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 1.6 s in 6 pictures")
+    assert result.code in LOOK_FOR_USER.failures
+
+
+def test_who_may_be_a_person_is_looked_at_until_the_end_of_the_window(look: LookForUser) -> None:
+    for k in range(30):
+        look.feed(11.0 + 0.1 * k, [], undecided=True)
     assert look.result(14.9) is None
     result = look.result(15.0)
-    assert result is not None and not result.succeeded
-    assert (result.code, result.reason) == ("no_user_seen", "no user seen within 5 s in 5 pictures")
-    assert result.code in LOOK_FOR_USER.failures
+    assert result is not None and result.reason == "no user seen within 5.0 s in 30 pictures"
+
+
+def test_a_tracker_is_undecided_while_somebody_is_not_confirmed() -> None:
+    tracker = UserTracker()
+    tracker.start(0.0)
+    decided = []
+    for k, people in enumerate(([], [seen(2.0, 0.0)], [], [seen(2.0, 0.0)], [seen(2.0, 0.0)])):
+        tracker.update(0.1 * k, people)
+        decided.append(not tracker.undecided)
+    assert decided == [True, False, True, False, True]
 
 
 @pytest.mark.parametrize("pictures", [0, 1, 4])

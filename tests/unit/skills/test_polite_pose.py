@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from florence_bt.core.geometry import Pose2, angle_difference
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.people.approach_user.approach_status import ApproachStatus
 from florence_bt.skills.people.approach_user.declaration import PROPOSE_APPROACH_POSE
 from florence_bt.skills.people.approach_user.polite_pose import polite_pose, propose_approach
@@ -45,27 +47,76 @@ def test_every_proposal_is_at_the_distance_and_faces_the_person(
 
 
 @pytest.mark.parametrize("trial", [0, 4, -1])
-def test_there_are_three_trials(trial: int) -> None:
+def test_three_trials_are_at_the_safe_distance(trial: int) -> None:
     with pytest.raises(ValueError, match="1 to 3"):
         polite_pose(USER, ROBOT, trial)
+
+
+@pytest.mark.parametrize("trial", [0, 5, -1])
+def test_there_are_four_trials(trial: int) -> None:
     assert propose_approach(USER, ROBOT, trial).code == "bad_input"
 
 
+def costmap(marks: dict[tuple[float, float], int]) -> OccupancyGrid:
+    """6 m by 4 m of free cells of 5 cm, but for some."""
+    grid = OccupancyGrid(0.05, Pose2(), np.zeros((80, 120), np.int8))
+    for place, cost in marks.items():
+        grid.cells[grid.cell_of(*place)] = cost
+    return grid
+
+
 def test_a_free_place_is_proposed_and_a_taken_one_refused_with_its_pose() -> None:
-    costs = {(2.5, 2.0): 99}
-
-    def cost_at(x: float, y: float) -> int:
-        return costs.get((round(x, 3), round(y, 3)), 0)
-
-    taken = propose_approach(USER, ROBOT, 1, 0.5, cost_at)
+    grid = costmap({(2.501, 2.001): 99})
+    taken = propose_approach(USER, ROBOT, 1, 0.5, grid)
     assert taken.code == "pose_occupied" and "cost 99" in taken.reason
     assert taken.outputs["pose"].x == pytest.approx(2.5)
-    assert propose_approach(USER, ROBOT, 2, 0.5, cost_at).succeeded
+    assert propose_approach(USER, ROBOT, 2, 0.5, grid).succeeded
 
 
 @pytest.mark.parametrize(("cost", "free"), [(0, True), (98, True), (-1, True), (99, False), (100, False)])
 def test_only_what_touches_is_not_free(cost: int, free: bool) -> None:
-    assert propose_approach(USER, ROBOT, 1, 0.5, lambda x, y: cost).succeeded is free
+    assert propose_approach(USER, ROBOT, 1, 0.5, costmap({(2.501, 2.001): cost})).succeeded is free
+
+
+def block(grid: OccupancyGrid, x: tuple[float, float], y: tuple[float, float]) -> None:
+    """Something that the robot must not touch, with the cells in which its middle cannot be."""
+    for cost, margin in ((99, 0.16), (100, 0.0)):
+        (low_row, low_column) = grid.cell_of(x[0] - margin, y[0] - margin)
+        (row, column) = grid.cell_of(x[1] + margin, y[1] + margin)
+        cells = grid.cells[max(low_row, 0) : row, max(low_column, 0) : column]
+        np.maximum(cells, cost, out=cells)
+
+
+def test_somebody_on_a_sofa_is_met_as_near_as_the_robot_gets() -> None:
+    grid = costmap({})
+    block(grid, (2.6, 3.4), (1.0, 3.0))
+    assert propose_approach(USER, ROBOT, 1, 0.5, grid).code == "pose_occupied"
+    pose = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    assert pose.distance_to(USER) == pytest.approx(0.4 + 0.2625, abs=0.06)
+    assert pose.x < 2.6, "on the side of the robot"
+    assert abs(pose.bearing_to(USER.x, USER.y)) < 0.05
+
+
+def test_in_the_open_the_nearest_place_is_at_the_safe_distance() -> None:
+    pose = propose_approach(USER, ROBOT, 4, 0.5, costmap({})).outputs["pose"]
+    assert pose.distance_to(USER) == pytest.approx(0.5, abs=0.05)
+
+
+def test_nobody_is_met_through_a_wall() -> None:
+    grid = costmap({})
+    block(grid, (3.3, 3.4), (-1.0, 5.0))
+    block(grid, (2.5, 3.3), (1.0, 3.0))
+    pose = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    assert pose.x < 2.5, "0.66 m away is the other side of the wall"
+
+
+def test_where_no_place_is_left_there_is_no_proposal() -> None:
+    grid = costmap({})
+    block(grid, (0.5, 5.5), (-1.0, 5.0))
+    refused = propose_approach(USER, Pose2(0.2, 2.0), 4, 0.5, grid)
+    assert refused.code == "pose_occupied" and "2.5 m" in refused.reason
+    assert propose_approach(USER, Pose2(-3.0, 2.0), 4, 0.5, grid).code == "pose_occupied"
+    assert propose_approach(USER, ROBOT, 4, 0.5).code == "pose_occupied"
 
 
 def test_without_a_costmap_the_proposal_passes() -> None:
@@ -91,7 +142,7 @@ def test_bad_input_is_refused(user: Pose2, robot: Pose2, distance: float) -> Non
 def test_the_declaration_has_the_defaults_of_the_document() -> None:
     completed = PROPOSE_APPROACH_POSE.complete({"user": USER, "robot": ROBOT})
     assert (completed["trial"], completed["safe_distance"]) == (1, 0.5)
-    assert PROPOSE_APPROACH_POSE.problems_with({"user": USER, "robot": ROBOT, "trial": 4})
+    assert PROPOSE_APPROACH_POSE.problems_with({"user": USER, "robot": ROBOT, "trial": 5})
 
 
 def words(status: ApproachStatus, number: int) -> list[str | None]:

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ServedService
 from florence_bt.core.skill import Inputs
-from florence_bt.skills.people.approach_user.polite_pose import CostAt, propose_approach
+
+if TYPE_CHECKING:
+    from florence_bt.core.sensing import OccupancyGrid
 
 PROPOSE_APPROACH_POSE = SkillDeclaration(
     name="propose_approach_pose",
-    summary="Propose where to stand in front of a person, another place for each of three trials",
+    summary="Propose where to stand in front of a person, another place for each of four trials",
     inputs={
         "user": Port(Kind.POSE, "where the person is"),
         "robot": Port(Kind.POSE, "where the robot was when the approach began; the same for all trials"),
         "trial": Port(
-            Kind.INTEGER, "1 straight ahead, 2 and 3 to either side", default=1, minimum=1, maximum=3
+            Kind.INTEGER,
+            "1 straight ahead, 2 and 3 to either side, 4 as near as the robot gets",
+            default=1,
+            minimum=1,
+            maximum=4,
         ),
         "safe_distance": Port(
             Kind.LENGTH, "how far from the person the robot stops", default=0.5, minimum=0.3, maximum=2.0
         ),
     },
     outputs={"pose": Port(Kind.POSE, "where to stand, facing the person")},
-    failures={"pose_occupied": "the proposed place is not free"},
+    failures={"pose_occupied": "the proposed place is not free, or there is none to propose"},
     deadline_s=5.0,
 )
 
@@ -48,9 +55,11 @@ def _proposed(message: Any) -> Result:
     return success(pose=Pose2(message.x, message.y, message.phi))
 
 
-def _propose(cost_at: CostAt, inputs: Inputs) -> Result:
+def _propose(costmap: Callable[[], OccupancyGrid], inputs: Inputs) -> Result:
+    from florence_bt.skills.people.approach_user.polite_pose import propose_approach  # loads scipy
+
     return propose_approach(
-        inputs["user"], inputs["robot"], inputs["trial"], inputs["safe_distance"], cost_at
+        inputs["user"], inputs["robot"], inputs["trial"], inputs["safe_distance"], costmap()
     )
 
 
@@ -61,7 +70,7 @@ SERVED = (
         name="approach_user/propose",
         request=_request,
         result=_proposed,
-        component="cost_at",
+        component="costmap",
         perform=_propose,
     ),
 )

@@ -15,7 +15,7 @@ from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import Positive, check_limits
-from florence_bt.core.sensing import UNKNOWN, OccupancyGrid
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.ros.conversions import grid_from_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
@@ -73,7 +73,7 @@ class ApproachNode(FlorenceNode):
             Pose2(request.robot_x, request.robot_y),
             request.trial,
             request.safe_distance or self._use.safe_distance,
-            self._cost_at if self._costmap is not None else None,
+            self._costmap,
         )
         response.valid, response.message = result.succeeded, result.reason
         if result.succeeded and self._costmap is None:
@@ -82,13 +82,6 @@ class ApproachNode(FlorenceNode):
         if pose is not None:
             response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
         return response
-
-    def _cost_at(self, x: float, y: float) -> int:
-        grid = self._costmap
-        if grid is None:
-            return UNKNOWN
-        row, column = grid.cell_of(x, y)
-        return int(grid.cells[row, column]) if grid.contains(row, column) else UNKNOWN
 
     def _on_run_state(self, message: RunState) -> None:
         if self._status.take(message.run_id, message.mission, message.state) and self._timer is None:

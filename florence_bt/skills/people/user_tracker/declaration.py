@@ -36,6 +36,8 @@ LOOK_FOR_USER = SkillDeclaration(
         "user": Port(Kind.POSE, "where the person is; the yaw points from the person to the robot"),
         "distance": Port(Kind.LENGTH, "horizontal distance between the camera and the person"),
         "user_id": Port(Kind.INTEGER, "the persistent id of the person"),
+        "posture": Port(Kind.TEXT, "what the person does: standing, sitting or lying"),
+        "height": Port(Kind.LENGTH, "height above the floor of the highest point seen of the person"),
     },
     failures={
         "no_user_seen": "nobody was in front of the camera during the whole window",
@@ -57,7 +59,13 @@ def _looked(message: Any, outcome: Outcome) -> Result:
         code = LOOK_FOR_USER.server_codes.get(message.error_code, "no_user_seen")
         return failure(code, message.error_msg or "no user seen", server_code=message.error_code)
     user = Pose2(message.x, message.y, message.phi)
-    return success(user=user, distance=message.distance, user_id=message.user_id)
+    return success(
+        user=user,
+        distance=message.distance,
+        user_id=message.user_id,
+        posture=message.posture,
+        height=message.height,
+    )
 
 
 SERVED = (

@@ -1,22 +1,22 @@
 """A look for a person: the nearest one that is seen for long enough, or nobody within the window.
 
-A look with too few pictures to decide says so: that is not the same as nobody being there.
+A look ends as soon as it is decided: nobody is there when enough pictures show nothing that may be a person. A
+look with too few pictures to decide says so: that is not the same as nobody being there.
 """
 
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
-
-import numpy as np
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
-_Sample = tuple[float, float, float, float]
-"""Time, x, y, distance."""
+_Sample = tuple[float, TrackedUser]
+"""Time and what the tracker said."""
 
 
 class LookForUser:
@@ -36,6 +36,8 @@ class LookForUser:
         self._started = 0.0
         self._window = 0.0
         self._pictures = 0
+        self._first_picture: float | None = None
+        self._undecided = False
 
     @property
     def deadline(self) -> float:
@@ -58,41 +60,60 @@ class LookForUser:
         self._samples = {}
         self._robot = None
         self._pictures = 0
+        self._first_picture = None
+        self._undecided = False
 
-    def feed(self, now: float, users: Sequence[TrackedUser], robot: Pose2 | None = None) -> None:
+    def feed(
+        self,
+        now: float,
+        users: Sequence[TrackedUser],
+        robot: Pose2 | None = None,
+        *,
+        undecided: bool = False,
+    ) -> None:
         """Take the confirmed people of a picture.
 
         Args:
             now: The time of the picture, seconds.
             users: The people, map frame; those out of range or not finite do not count.
             robot: Where the robot is, map frame; gives the person's yaw its meaning.
+            undecided: Whether there is something else in view that may be a person.
         """
         self._pictures += 1
+        self._first_picture = now if self._first_picture is None else self._first_picture
+        self._undecided = undecided or bool(users)
         self._robot = robot or self._robot
         for user in users:
             if math.isfinite(user.x) and math.isfinite(user.y) and self._in_range(user.distance):
-                self._samples.setdefault(user.user_id, []).append((now, user.x, user.y, user.distance))
+                self._samples.setdefault(user.user_id, []).append((now, user))
 
     def result(self, now: float) -> Result | None:
         """The end of the look, or None while it goes on.
 
         Returns:
             Success with ``user`` (its yaw points to the robot, 0 when the robot's pose is not known),
-            ``distance`` and ``user_id``; ``no_user_seen``; or ``no_picture`` when there were too few
-            pictures to see anybody.
+            ``distance``, ``user_id``, ``posture`` and ``height``; ``no_user_seen``; or ``no_picture`` when
+            there were too few pictures to see anybody.
         """
         seen = {key: each for key, each in self._samples.items() if len(each) >= self._use.minimum_pictures}
         settled = any(each[-1][0] - each[0][0] >= self._use.settle_s for each in seen.values())
         if seen and (settled or now >= self.deadline):
             return self._found(seen)
-        if now >= self.deadline:
-            return self._nobody()
+        if now >= self.deadline or (not self._samples and self._is_empty(now)):
+            return self._nobody(now)
         return None
 
-    def _nobody(self) -> Result:
+    def _is_empty(self, now: float) -> bool:
+        """Whether enough pictures have shown nothing that may be a person."""
+        if self._first_picture is None or self._undecided or self._pictures < self._use.enough_pictures:
+            return False
+        return now - self._first_picture >= self._use.settle_s
+
+    def _nobody(self, now: float) -> Result:
         if self._pictures >= self._use.enough_pictures:
+            seconds = min(now, self.deadline) - self._started
             return failure(
-                "no_user_seen", f"no user seen within {self._window:g} s in {self._pictures} pictures"
+                "no_user_seen", f"no user seen within {seconds:.1f} s in {self._pictures} pictures"
             )
         return failure(
             "no_picture",
@@ -104,8 +125,15 @@ class LookForUser:
         return self._use.nearest <= distance <= self._use.farthest
 
     def _found(self, seen: dict[int, list[_Sample]]) -> Result:
-        middle = {key: np.median(np.array(each), axis=0) for key, each in seen.items()}
-        user_id = min(middle, key=lambda key: float(middle[key][3]))
-        _, x, y, distance = (float(value) for value in middle[user_id])
+        users = {key: [user for _, user in each] for key, each in seen.items()}
+        user_id = min(users, key=lambda key: statistics.median(user.distance for user in users[key]))
+        mine = users[user_id]
+        x, y = statistics.median(user.x for user in mine), statistics.median(user.y for user in mine)
         yaw = math.atan2(self._robot.y - y, self._robot.x - x) if self._robot else 0.0
-        return success(user=Pose2(x, y, yaw), distance=distance, user_id=user_id)
+        return success(
+            user=Pose2(x, y, yaw),
+            distance=statistics.median(user.distance for user in mine),
+            user_id=user_id,
+            posture=mine[-1].posture,
+            height=mine[-1].height,
+        )

@@ -252,7 +252,7 @@ class UserTrackerNode(FlorenceNode):
 
     def _feed_look(self, stamp: float, users: tuple[TrackedUser, ...], robot: Pose2) -> None:
         before = self._look.users_seen
-        self._look.feed(stamp, users, robot)
+        self._look.feed(stamp, users, robot, undecided=self._tracker.undecided)
         if self._look.users_seen != before:
             self._action.publish_feedback(LookAction.Feedback(users_seen=self._look.users_seen))
         self._judge_look()
@@ -312,4 +312,6 @@ def _look_to_ros(result: Result, pictures: int) -> LookAction.Result:
         y=user.y,
         phi=user.yaw,
         distance=result.outputs["distance"],
+        posture=result.outputs["posture"],
+        height=result.outputs["height"],
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections import deque
 from collections.abc import Mapping, Sequence
 
@@ -32,6 +33,7 @@ class _Track:
         self.user_id = 0
         self.distance = detection.distance
         self.histogram: Histogram | None = detection.histogram
+        self.looks = deque([detection], maxlen=use.posture_window)
         self.seen = self.predicted = now
         self.lost = False
 
@@ -48,6 +50,7 @@ class _Track:
         """Take over where the person was seen."""
         self.filter.update(np.array([detection.x, detection.y]))
         self.hits.append(True)
+        self.looks.append(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
         if detection.histogram is not None:
             old = self.histogram
@@ -56,7 +59,10 @@ class _Track:
     def as_user(self) -> TrackedUser:
         """What is published of it."""
         x, y = (float(value) for value in self.filter.state[:2])
-        return TrackedUser(self.user_id, self.device_id, x, y, LOST_DISTANCE if self.lost else self.distance)
+        distance = LOST_DISTANCE if self.lost else self.distance
+        posture = statistics.mode(each.posture for each in self.looks)
+        height = statistics.median(each.height for each in self.looks)
+        return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height)
 
 
 class UserTracker:
@@ -121,6 +127,11 @@ class UserTracker:
         self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
         self._identify(now)
         return tuple(track.as_user() for track in self._confirmed())
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the last picture showed somebody who is not confirmed yet."""
+        return any(not track.device_id and track.hits[-1] for track in self._tracks)
 
     def _confirmed(self) -> list[_Track]:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)

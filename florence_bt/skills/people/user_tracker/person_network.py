@@ -1,0 +1,107 @@
+"""The network that says of each part of a depth picture whether it shows a person, where the middle of that
+person is, and whether they stand, sit or lie.
+
+It was trained on simulated pictures only (``tools/person_network``), as the body parts of the first Kinect were
+(Shotton et al., Real-Time Human Pose Recognition in Parts from Single Depth Images, CVPR 2011).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.sensing import DepthImage, Posture
+from florence_bt.core.transforms import Transform3
+
+FILE = Path(__file__).parent / "person_network.onnx"
+POSTURES: tuple[Posture, ...] = ("standing", "sitting", "lying")
+INPUT_SIZE = (160, 120)
+"""Columns and rows that the network is given."""
+STRIDE = 2
+"""The network answers for every second column and row of its input."""
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Pixels:
+    """The pixels of a depth picture that the network is given.
+
+    Attributes:
+        depth: Shape (120, 160), metres along the optical axis, NaN where nothing was measured.
+        points: Shape (120, 160, 3), metres, in the robot frame; NaN as above.
+        rays: Shape (120, 160, 2), the horizontal direction of each pixel in the robot frame, unit vectors.
+        area: Shape (120, 160), what a pixel covers of a surface that faces the camera, square metres.
+    """
+
+    depth: Floats
+    points: Floats
+    rays: Floats
+    area: Floats
+
+    @staticmethod
+    def of(picture: DepthImage, optical_in_base: Transform3) -> Pixels:
+        """Take every so many pixels of a picture of any size.
+
+        Args:
+            picture: The picture.
+            optical_in_base: Takes points of the optical frame to the robot frame.
+        """
+        camera = picture.camera
+        columns = np.arange(INPUT_SIZE[0]) * camera.width // INPUT_SIZE[0]
+        rows = np.arange(INPUT_SIZE[1]) * camera.height // INPUT_SIZE[1]
+        depth = np.asarray(picture.depth, np.float32)[np.ix_(rows, columns)]
+        across = ((columns - camera.cx) / camera.fx).astype(np.float32)[None, :]
+        down = ((rows - camera.cy) / camera.fy).astype(np.float32)[:, None]
+        turn = optical_in_base.rotation.astype(np.float32)
+        along = across[..., None] * turn[:, 0] + down[..., None] * turn[:, 1] + turn[:, 2]
+        points = depth[..., None] * along + optical_in_base.translation.astype(np.float32)
+        rays = along[..., :2] / np.linalg.norm(along[..., :2], axis=-1, keepdims=True)
+        side = camera.width / (INPUT_SIZE[0] * camera.fx) * camera.height / (INPUT_SIZE[1] * camera.fy)
+        return Pixels(depth, points, rays, depth**2 * np.float32(side))
+
+    def as_input(self) -> Floats:
+        """What the network is given: inverse depth, height above the floor and whether there is a value."""
+        seen = np.isfinite(self.depth)
+        inverse = np.where(seen, 1.0 / np.where(seen, np.maximum(self.depth, 0.3), 1.0), 0.0)
+        height = np.where(seen, np.clip(self.points[..., 2], -0.5, 3.0), 0.0)
+        return np.stack([inverse, height, seen]).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the network says of every second pixel.
+
+    Attributes:
+        person: Shape (60, 80), probability that it shows a person.
+        middle: Shape (60, 80, 2), metres from the point seen to the middle of the person: along the
+            horizontal direction of the pixel, and to the left of it.
+        posture: Shape (60, 80, 3), probabilities in the order of ``POSTURES``.
+    """
+
+    person: Floats
+    middle: Floats
+    posture: Floats
+
+
+@cache
+def _network() -> cv2.dnn.Net:
+    return cv2.dnn.readNetFromONNX(str(FILE))
+
+
+def ask(pixels: Pixels) -> Answer:
+    """Ask the network; takes some milliseconds on one core."""
+    network = _network()
+    network.setInput(pixels.as_input()[None])
+    answer = network.forward()[0]
+    odds = np.exp(answer[3:] - answer[3:].max(axis=0))
+    return Answer(
+        person=1.0 / (1.0 + np.exp(-answer[0])),
+        middle=np.moveaxis(answer[1:3], 0, -1),
+        posture=np.moveaxis(odds / odds.sum(axis=0), 0, -1),
+    )

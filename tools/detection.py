@@ -1,0 +1,177 @@
+"""How well people are found in single depth pictures of generated homes, by what they do, distance and hiding.
+
+``python tools/detection.py --homes 60 --write docs/people.md``
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from florence_bt.simulation.home.build_map import laser_map
+from florence_bt.simulation.home.generate import generated_flat
+from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
+from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.person_network import POSTURES
+from tools.person_network.pictures import Picture, pictures_of_home, posture_of
+from tools.tables import table, write_between_marks
+
+FIRST_SEED = 3000
+"""Neither the training of the network nor the trials use the homes from here on."""
+
+SCENES, EMPTY_SHARE = 6, 0.5
+"""How often people are placed anew in a home; for how many of the homes there are pictures without people."""
+
+MATCH_M, LYING_MATCH_M = 0.5, 0.8
+"""A detection this near to a person is that person."""
+
+DISTANCES = ((0.6, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0))
+HIDDEN = (("in full view", 0.8, 1.01), ("20 to 40 % hidden", 0.6, 0.8), ("40 to 60 % hidden", 0.4, 0.6))
+"""Name, and from which share of the pixels to which one is seen."""
+
+SMALLEST_PIXELS = 150
+"""Nobody with fewer pixels when nothing is in front of them is asked for: they are at the picture's very edge."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One person in one picture.
+
+    Attributes:
+        kind: What the person does.
+        distance: From the camera to the middle of the person, metres.
+        shown: Share of their pixels that nothing hides.
+        error: Metres between the detection and the middle of the person; None when not found.
+        posture_right: Whether the posture was right.
+    """
+
+    kind: str
+    distance: float
+    shown: float
+    error: float | None
+    posture_right: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What was found in one picture: the people, and the detections that are nobody."""
+
+    people: tuple[Seen, ...]
+    wrong: int
+
+
+def judge(picture: Picture, found: Sequence[Detection]) -> Judged:
+    """Compare what was found with who was there."""
+    left = list(found)
+    people = []
+    camera = picture.robot.apply(*picture.optical_in_base.translation[:2])
+    for index, spec in enumerate(picture.people):
+        limit = LYING_MATCH_M if spec.posture == "lying" else MATCH_M
+        at = picture.robot.inverse().apply(spec.pose.x, spec.pose.y)
+        near = [(math.dist(at, (each.x, each.y)), number) for number, each in enumerate(left)]
+        error, number = min(near, default=(math.inf, -1))
+        matched = left.pop(number) if error <= limit else None
+        whole, pixels = picture.whole[index], int((picture.owner == index).sum())
+        if whole < SMALLEST_PIXELS:
+            continue
+        right = matched is not None and matched.posture == POSTURES[posture_of(spec)]
+        distance = math.dist(camera, (spec.pose.x, spec.pose.y))
+        people.append(Seen(kind_of(spec), distance, pixels / whole, error if matched else None, right))
+    return Judged(tuple(people), len(left))
+
+
+def kind_of(spec: PersonSpec) -> str:
+    """The row of the table that a person belongs to."""
+    if spec.aid != "none":
+        return f"with a {spec.aid}"
+    if spec.posture == "lying":
+        return "lying in bed" if spec.surface > 0.0 else "lying on the floor"
+    if spec.posture in ("seated", "sitting"):
+        return "sitting"
+    if spec.posture == "leaning":
+        return "bent over"
+    return "child up to 1.3 m, standing" if spec.height < 1.3 else "standing"
+
+
+def judge_home(seed: int, count: int, *, empty: bool) -> list[Judged]:
+    """The pictures of a home."""
+    known = KnownObstacles(laser_map(generated_flat(seed)))
+    pictures = pictures_of_home(seed, count, scenes=SCENES, width=320, bent=False, empty=empty)
+    return [
+        judge(each, detect_people(each.depth, each.optical_in_base, known=known, robot=each.robot))
+        for each in pictures
+    ]
+
+
+def recall(people: Iterable[Seen]) -> str:
+    """How many of some people were found, as a cell of the table."""
+    found = [each.error is not None for each in people]
+    return f"{100 * sum(found) / len(found):.0f} % of {len(found)}" if found else ""
+
+
+def rows(people: Sequence[Seen]) -> Iterator[tuple[str, ...]]:
+    """A row for each kind and hiding."""
+    kinds = sorted({each.kind for each in people})
+    for name, low, high in HIDDEN:
+        mine = [each for each in people if low <= each.shown < high]
+        for kind in [*kinds, "all"]:
+            of = [each for each in mine if kind in ("all", each.kind)]
+            cells = (recall(each for each in of if a <= each.distance < b) for a, b in DISTANCES)
+            yield f"{kind}, {name}", *cells
+
+
+def report(full: Sequence[Judged], empty: Sequence[Judged]) -> str:
+    """All results as Markdown."""
+    people = [each for judged in full for each in judged.people]
+    errors = sorted(each.error for each in people if each.error is not None)
+    right = [each.posture_right for each in people if each.error is not None]
+    head = ("", *(f"{a:g} to {b:g} m" for a, b in DISTANCES))
+    wrong = sum(judged.wrong for judged in full)
+    return "\n\n".join(
+        (
+            table(head, rows(people)),
+            f"Of {len(full)} pictures of homes with people {wrong} detections were nobody; of {len(empty)} "
+            f"pictures of homes without people {sum(judged.wrong for judged in empty)}. "
+            f"Position: {100 * statistics.median(errors):.0f} cm off (median), "
+            f"{100 * errors[int(0.95 * len(errors))]:.0f} cm (95 %). "
+            f"The posture was right for {100 * sum(right) / len(right):.0f} %.",
+        )
+    )
+
+
+def main() -> int:
+    """Look at pictures and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--homes", type=int, default=60, help="homes with people; half as many without")
+    parser.add_argument("--pictures", type=int, default=60, help="pictures of each home")
+    parser.add_argument("--first", type=int, default=FIRST_SEED, help="first seed of a home")
+    parser.add_argument("--jobs", type=int, default=2, help="homes at a time, each on a core")
+    parser.add_argument(
+        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+    )
+    given = parser.parse_args()
+    seeds = range(given.first, given.first + given.homes)
+    with ProcessPoolExecutor(given.jobs) as pool:
+        full = pool.map(partial(judge_home, count=given.pictures, empty=False), seeds)
+        empty = pool.map(
+            partial(judge_home, count=given.pictures, empty=True), seeds[: round(EMPTY_SHARE * given.homes)]
+        )
+        text = report([each for home in full for each in home], [each for home in empty for each in home])
+    print(text)
+    if given.write:
+        write_between_marks(given.write, "detection", text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
