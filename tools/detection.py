@@ -1,4 +1,4 @@
-"""How well people are found in single depth pictures of generated homes, by what they do, distance and hiding.
+"""How well people are found in single depth pictures of generated homes.
 
 ``python tools/detection.py --homes 60 --write docs/people.md``
 """
@@ -40,7 +40,7 @@ HIDDEN = (("in full view", 0.8, 1.01), ("20 to 40 % hidden", 0.6, 0.8), ("40 to 
 """Name, and from which share of the pixels to which one is seen."""
 
 SMALLEST_PIXELS = 150
-"""Nobody with fewer pixels when nothing is in front of them is asked for: they are at the picture's very edge."""
+"""Whoever has fewer pixels when nothing is in front of them is at the very edge, and not asked for."""
 
 
 @dataclass(frozen=True, slots=True)

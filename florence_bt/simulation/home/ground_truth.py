@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.body import BodyPart, body_parts
@@ -36,7 +37,7 @@ class BestCase:
     Attributes:
         visible: Whether trunk or head are in sight from somewhere the robot gets to.
         distance: The polite distance between the middles, metres: 0.5, or for somebody who sits or lies as
-            near as the robot gets; None when it gets nowhere near.
+            near as the robot gets where they see each other; None when it gets nowhere near.
         way: The shortest way from the start to that distance, metres; None as above.
     """
 
@@ -60,11 +61,14 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
     x, y = space.frame.centres()
     apart = np.hypot(x[None, :] - spec.pose.x, y[:, None] - spec.pose.y)
     distance = POLITE_DISTANCE_M
-    near = np.where(ways, apart, np.inf)
+    sight = _Sight(world, spec, space)
     if spec.posture in ("seated", "lying") or spec.aid == "wheelchair":
-        distance = max(distance, float(near.min()))
+        distance = max(distance, sight.nearest(ways, apart))
     goals = ways & (np.abs(apart - distance) <= DISTANCE_TOLERANCE_M)
-    visible = _visible(world, spec, ways & (apart >= _SEEN_FROM_M[0]) & (apart <= _SEEN_FROM_M[1]), space)
+    from_afar = np.zeros_like(ways)
+    from_afar[::_EVERY_CELLS, ::_EVERY_CELLS] = True
+    from_afar &= ways & (apart >= _SEEN_FROM_M[0]) & (apart <= _SEEN_FROM_M[1])
+    visible = math.isfinite(sight.nearest(from_afar, apart))
     if not math.isfinite(distance) or not goals.any():
         return BestCase(visible, None, None)
     way = space.shortest_way((start.x, start.y), goals, FOOTPRINT_RADIUS_M)
@@ -72,23 +76,29 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
     return BestCase(visible, distance, length)
 
 
-def _visible(world: SimulatedWorld, spec: PersonSpec, cells: BoolGrid, space: FreeSpace) -> bool:
-    parts = body_parts(spec)
-    shown = [
-        part
-        for part in parts
-        if part.shape == "sphere" or (part.shape == "box" and part.colour == spec.shirt)
-    ]
-    points = [(*spec.pose.apply(part.x, part.y), (part.bottom + part.top) / 2) for part in shown]
-    x, y = space.frame.centres()
-    spots = np.argwhere(cells)
-    spots = spots[(spots % _EVERY_CELLS == 0).all(axis=1)]
-    order = np.argsort(np.hypot(x[spots[:, 1]] - spec.pose.x, y[spots[:, 0]] - spec.pose.y), kind="stable")
-    return any(
-        world.sees((float(x[column]), float(y[row]), CAMERA_HEIGHT_M), spec.name, point)
-        for row, column in spots[order]
-        for point in points
-    )
+class _Sight:
+    """Whether trunk or head of a person are in sight of the camera of a robot."""
+
+    def __init__(self, world: SimulatedWorld, spec: PersonSpec, space: FreeSpace) -> None:
+        shown = [
+            part
+            for part in body_parts(spec)
+            if part.shape == "sphere" or (part.shape == "box" and part.colour == spec.shirt)
+        ]
+        self._points = [(*spec.pose.apply(part.x, part.y), (part.bottom + part.top) / 2) for part in shown]
+        self._world, self._name = world, spec.name
+        self._x, self._y = space.frame.centres()
+
+    def nearest(self, cells: BoolGrid, apart: NDArray[np.float64]) -> float:
+        """The smallest distance of those cells from which the person is in sight, infinite without one."""
+        spots = np.argwhere(cells)
+        distances = apart[cells]
+        for number in np.argsort(distances, kind="stable"):
+            row, column = spots[number]
+            eye = (float(self._x[column]), float(self._y[row]), CAMERA_HEIGHT_M)
+            if any(self._world.sees(eye, self._name, point) for point in self._points):
+                return float(distances[number])
+        return math.inf
 
 
 def _solid(spec: PersonSpec, part: BodyPart) -> Solid:

@@ -61,10 +61,10 @@ def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DE
 
 
 def nearest_pose(user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid) -> Pose2 | None:
-    """The place nearest to a person at which the robot fits whichever way it turns, at the safe distance or more.
+    """The place nearest to a person, at the safe distance or more, at which the robot can turn.
 
-    Who sits on a sofa or lies in bed can often not be met at the safe distance. Only places count to which the robot
-    gets without leaving the surroundings of the person, so none behind a wall.
+    Who sits on a sofa or lies in bed can often not be met at the safe distance. Only places count to which
+    the robot gets without leaving the surroundings of the person, so none behind a wall.
 
     Args:
         user: Where the person is, map frame.

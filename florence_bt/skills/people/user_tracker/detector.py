@@ -1,7 +1,7 @@
-"""People in a depth picture: a network says which pixels show somebody and where the middle of that person is;
-where these votes meet is a person.
+"""People in a depth picture.
 
-A person who is partly hidden or cut off by the edge of the picture has fewer votes, at the same place.
+A network says which pixels show somebody and where the middle of that person is; where these votes meet is a
+person. Who is partly hidden or cut off by the edge of the picture has fewer votes, at the same place.
 """
 
 from __future__ import annotations
@@ -144,11 +144,17 @@ def _groups(votes: _Votes, use: DetectorParameters) -> list[NDArray[np.int64]]:
     reach = 2 * round(use.merge_radius / _CELL) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     peaks = np.argwhere((counts == cv2.dilate(counts, disc)) & (counts > 0.0))
-    places = low + (peaks + 0.5) * _CELL
+    # Neighbours on a flat top are one peak.
+    single = [peak for number, peak in enumerate(peaks) if not _near(peak, peaks[:number], reach / 2)]
+    places = low + (np.array(single) + 0.5) * _CELL
     apart = np.linalg.norm(votes.middles[:, None] - places[None], axis=2)
     nearest = apart.argmin(axis=1)
     near = apart[np.arange(len(nearest)), nearest] <= use.merge_radius
     return [np.flatnonzero(near & (nearest == number)) for number in range(len(places))]
+
+
+def _near(peak: NDArray[np.int64], others: NDArray[np.int64], cells: float) -> bool:
+    return bool((np.linalg.norm(others - peak, axis=1) <= cells).any())
 
 
 def _judge(

@@ -1,7 +1,7 @@
 """A look for a person: the nearest one that is seen for long enough, or nobody within the window.
 
-A look ends as soon as it is decided: nobody is there when enough pictures show nothing that may be a person. A
-look with too few pictures to decide says so: that is not the same as nobody being there.
+A look ends as soon as it is decided: nobody is there when enough pictures show nothing that may be a person.
+A look with too few pictures to decide says so: that is not the same as nobody being there.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
-"""The network that says of each part of a depth picture whether it shows a person, where the middle of that
-person is, and whether they stand, sit or lie.
+"""A network that tells of each part of a depth picture whether it shows a person.
 
-It was trained on simulated pictures only (``tools/person_network``), as the body parts of the first Kinect were
-(Shotton et al., Real-Time Human Pose Recognition in Parts from Single Depth Images, CVPR 2011).
+It also tells where the middle of that person is, and whether they stand, sit or lie. It was trained on
+simulated pictures only (``tools/person_network``), as the body parts of the first Kinect were.
+
+Source:
+    Shotton et al., Real-Time Human Pose Recognition in Parts from Single Depth Images, CVPR 2011.
 """
 
 from __future__ import annotations

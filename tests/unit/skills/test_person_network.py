@@ -1,0 +1,131 @@
+"""What the network is given, and what is made of its answers; the answers here are made by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import CameraModel, DepthImage, OccupancyGrid
+from florence_bt.core.transforms import Transform3
+from florence_bt.skills.people.user_tracker import detector
+from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
+from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
+from florence_bt.skills.people.user_tracker.person_network import POSTURES, Answer, Pixels, ask
+
+OPTICAL_IN_BASE = Transform3.from_xyz_rpy((-0.087, 0.0, 0.54), (-math.pi / 2, 0.0, -math.pi / 2))
+
+
+def picture(width: int, depth: float = 2.0) -> DepthImage:
+    height, focal = width * 3 // 4, 525.0 * width / 640
+    camera = CameraModel(width, height, focal, focal, width / 2 - 0.5, height / 2 - 0.5)
+    return DepthImage(0.0, "optical", camera, np.full((height, width), depth, np.float32))
+
+
+@pytest.mark.parametrize("width", [160, 320, 640])
+def test_every_size_of_picture_gives_the_same_pixels(width: int) -> None:
+    pixels = Pixels.of(picture(width), OPTICAL_IN_BASE)
+    assert pixels.points.shape == (120, 160, 3)
+    np.testing.assert_allclose(pixels.points[..., 0], 2.0 - 0.087, atol=1e-5)
+    assert pixels.points[0, 0, 1] > 1.1 and pixels.points[0, 159, 1] < -1.1, "left is left"
+    assert pixels.points[0, 80, 2] > 1.4 and pixels.points[119, 80, 2] < -0.3, "up is up"
+    np.testing.assert_allclose(np.hypot(pixels.rays[..., 0], pixels.rays[..., 1]), 1.0, atol=1e-5)
+    np.testing.assert_allclose(pixels.area, (2.0 / 131.25) ** 2, rtol=1e-4)
+
+
+def test_what_was_not_measured_is_given_as_nothing() -> None:
+    image = picture(160)
+    image.depth[40:, :] = np.nan
+    given = Pixels.of(image, OPTICAL_IN_BASE).as_input()
+    assert given.shape == (3, 120, 160) and np.isfinite(given).all()
+    assert (given[:, 40:] == 0.0).all()
+    np.testing.assert_allclose(given[0, :40], 0.5)
+    assert (given[2, :40] == 1.0).all()
+
+
+def test_the_network_answers_for_every_second_pixel() -> None:
+    answer = ask(Pixels.of(picture(160), OPTICAL_IN_BASE))
+    assert answer.person.shape == (60, 80)
+    assert answer.middle.shape == (60, 80, 2)
+    np.testing.assert_allclose(answer.posture.sum(axis=-1), 1.0, atol=1e-5)
+    assert ((answer.person >= 0.0) & (answer.person <= 1.0)).all()
+
+
+class Said:
+    """Answers as if people stood 0.2 m behind what is seen, at some columns of the answer."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._answer = Answer(
+            np.zeros((60, 80), np.float32),
+            np.zeros((60, 80, 2), np.float32),
+            np.zeros((60, 80, 3), np.float32),
+        )
+        self._answer.posture[...] = (1.0, 0.0, 0.0)
+        monkeypatch.setattr(detector, "ask", lambda pixels: self._answer)
+
+    def person(
+        self, columns: slice, rows: slice = slice(10, 50), sure: float = 0.95, lie: bool = False
+    ) -> None:
+        self._answer.person[rows, columns] = sure
+        self._answer.middle[rows, columns, 0] = 0.2
+        if lie:
+            self._answer.posture[rows, columns] = (0.0, 0.1, 0.9)
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> Said:
+    return Said(monkeypatch)
+
+
+def test_votes_that_meet_are_a_person(said: Said) -> None:
+    said.person(slice(36, 44))
+    (found,) = detect_people(picture(320), OPTICAL_IN_BASE)
+    assert (found.x, found.y) == pytest.approx((2.0 - 0.087 + 0.2, 0.0), abs=0.03)
+    assert found.distance == pytest.approx(2.2, abs=0.03)
+    assert (found.confidence, found.posture) == (pytest.approx(0.95), "standing")
+    assert found.height == pytest.approx(0.54 + 2.0 * (119.5 - 42) / 262.5, abs=0.06)
+
+
+def test_two_people_are_two_nearest_first(said: Said) -> None:
+    image = picture(320)
+    image.depth[:, :160] = 3.0
+    said.person(slice(16, 22))
+    said.person(slice(50, 58), lie=True)
+    near, far = detect_people(image, OPTICAL_IN_BASE)
+    assert (near.posture, far.posture) == ("lying", "standing")
+    assert near.y < 0.0 < far.y
+    assert set(POSTURES) >= {near.posture, far.posture}
+
+
+def test_too_few_or_unsure_pixels_are_nobody(said: Said) -> None:
+    said.person(slice(36, 44), rows=slice(30, 31))
+    assert detect_people(picture(320), OPTICAL_IN_BASE) == []
+    said.person(slice(36, 44), sure=0.55)
+    assert detect_people(picture(320), OPTICAL_IN_BASE) == []
+    assert (
+        len(detect_people(picture(320), OPTICAL_IN_BASE, None, DetectorParameters(minimum_confidence=0.5)))
+        == 1
+    )
+
+
+def test_somebody_too_far_away_is_left_alone(said: Said) -> None:
+    said.person(slice(36, 44))
+    assert detect_people(picture(320, 4.5), OPTICAL_IN_BASE) == []
+
+
+@pytest.mark.parametrize(("sure", "found"), [(0.95, True), (0.75, False)])
+def test_a_map_lowers_the_confidence_and_erases_nobody(said: Said, sure: float, found: bool) -> None:
+    said.person(slice(36, 44), sure=sure)
+    cells = np.zeros((100, 100), np.int8)
+    robot = Pose2(1.0, 2.0, 0.0)
+    grid = OccupancyGrid(0.05, Pose2(), cells)
+    row, column = grid.cell_of(*robot.apply(1.913, 0.0))
+    cells[row - 20 : row + 20, column - 2 : column + 3] = 100
+    people = detect_people(picture(320), OPTICAL_IN_BASE, known=KnownObstacles(grid), robot=robot)
+    assert bool(people) is found
+    assert len(detect_people(picture(320), OPTICAL_IN_BASE)) == 1, "without the map"
+    if found:
+        assert people[0].confidence == pytest.approx(sure - DetectorParameters().map_doubt, abs=0.01)
