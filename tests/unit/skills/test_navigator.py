@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 
@@ -11,6 +12,7 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigation.navigate.drive import (
     CycleParameters,
@@ -427,9 +429,45 @@ def test_a_bumper_that_is_released_by_backing_off_does_not_end_the_drive() -> No
     assert any(text.startswith("backing off: the left bumper") for text in trip.texts)
 
 
-def test_a_drive_that_touches_the_same_thing_again_and_again_ends() -> None:
+def test_what_was_touched_is_driven_round() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    box, touches = Pose2(2.0, 1.5), []
+
+    def bump(world: World) -> None:
+        on = world.pose.distance_to(box) < 0.4 and abs(world.pose.bearing_to(box.x, box.y)) < 1.0
+        touches.append(on)
+        touch(trip, LEFT_BUMPER, on)
+
+    assert trip.go(Pose2(3.0, 1.5, 0.0), each=bump).succeeded
+    assert sum(now and not before for before, now in itertools.pairwise(touches)) <= 2
+
+
+def test_what_was_touched_long_ago_may_be_gone() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    trip.navigator.global_costmap.add_contact(Pose2(1.8, 1.5), trip.world.now)
+    assert trip.navigator.cost_at(2.0, 1.5) == LETHAL
+    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 59.0)
+    assert trip.navigator.cost_at(2.0, 1.5) == LETHAL
+    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 61.0)
+    assert trip.navigator.cost_at(2.0, 1.5) == 0
+
+
+def test_a_drive_that_finds_no_way_round_what_it_touches_ends() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     result = trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: touch(trip, LEFT_BUMPER, world.pose.x > 1.6))
+    assert result.code == "bumper"
+    assert result.reason.startswith(f"{LEFT_BUMPER.text}, and no way round it was found: ")
+
+
+def test_a_drive_that_touches_something_again_and_again_ends() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    driven = [0.0]
+
+    def bump(world: World) -> None:
+        driven[0] = max(0.0, driven[0] + 0.1 * world.command.linear)
+        touch(trip, LEFT_BUMPER, driven[0] > 0.2)
+
+    result = trip.go(Pose2(3.0, 1.5, 0.0), each=bump)
     assert result.code == "bumper"
     assert result.reason.endswith("again after backing off 3 times")
 

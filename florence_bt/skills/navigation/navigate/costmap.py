@@ -98,6 +98,12 @@ class Rays:
     nearest: float
 
 
+CONTACTS = "contacts"
+"""Name of the layer of what was touched."""
+_BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
+"""Shape (n, 2), metres in base_footprint: what the bumper may touch, just before the round base of 0.17 m."""
+
+
 def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
     """Take a scan into a frame; beams that measured nothing valid are left out.
 
@@ -119,10 +125,14 @@ def moved_rays(rays: Rays, motion: Pose2) -> Rays:
         rays: In a frame.
         motion: That frame in the new one.
     """
-    c, s = math.cos(motion.yaw), math.sin(motion.yaw)
     x, y = motion.apply(rays.x, rays.y)
-    ends = rays.ends @ np.array([[c, s], [-s, c]]) + np.array([motion.x, motion.y])
-    return Rays(x, y, ends, rays.ranges, rays.nearest)
+    return Rays(x, y, moved_points(rays.ends, motion), rays.ranges, rays.nearest)
+
+
+def moved_points(points: NDArray[np.float64], motion: Pose2) -> NDArray[np.float64]:
+    """Points of a frame, shape (n, 2), in another one in which that frame has the pose ``motion``."""
+    c, s = math.cos(motion.yaw), math.sin(motion.yaw)
+    return points @ np.array([[c, s], [-s, c]]) + np.array([motion.x, motion.y])
 
 
 class Costmap:
@@ -144,6 +154,7 @@ class Costmap:
         self._true_footprint = parameters.make_true_footprint().corner_array()
         self._layers: dict[str, Cells] = {}
         self._master: Cells | None = None
+        self._last_contact = -math.inf
         if static is None:
             self.resolution = parameters.local_resolution
             side = math.ceil(parameters.local_size / self.resolution)
@@ -225,12 +236,32 @@ class Costmap:
         self.clear_footprint(robot)
 
     def clear_footprint(self, robot: Pose2) -> None:
-        """Set what the sensors marked under the robot to free: it stands there."""
+        """Set what the sensors marked under the robot to free, but for what it touches: it stands there."""
         corners = np.array([robot.apply(x, y) for x, y in self._true_footprint])
         corners = (corners - np.array([self.origin_x, self.origin_y])) / self.resolution
-        for marks in self._layers.values():
-            _cells.clear_polygon(marks, corners)
+        for source, marks in self._layers.items():
+            if source != CONTACTS:
+                _cells.clear_polygon(marks, corners)
         self._master = None
+
+    def add_contact(self, robot: Pose2, now: float) -> None:
+        """Mark what the robot touched with its front; no ray clears that.
+
+        Args:
+            robot: base_footprint when it touched, in the frame of this costmap.
+            now: Seconds.
+        """
+        points = moved_points(_BUMPER_ARC, robot)
+        self._last_contact = now
+        marks = self._layers.setdefault(CONTACTS, np.zeros(self._static.shape, np.uint8))
+        cells = (points - np.array([self.origin_x, self.origin_y])) / self.resolution
+        _cells.mark_points(marks, np.ascontiguousarray(cells), np.ones(len(cells), bool))
+        self._master = None
+
+    def forget_contacts(self, before: float) -> None:
+        """Forget what was touched when the last contact was before a moment: it may be gone."""
+        if self._last_contact < before and self._layers.pop(CONTACTS, None) is not None:
+            self._master = None
 
     def roll_to(self, robot: Pose2) -> None:
         """Shift a rolling costmap so that the robot is in its middle; what leaves it is forgotten."""

@@ -301,6 +301,8 @@ class Drive:
         self._recoveries = 0
         self._touched_since: float | None = None
         self._back_offs = 0
+        self._contact: tuple[Pose2, Pose2] | None = None
+        self._touched = BaseStop()
         self.path: NDArray[np.float64] | None = None
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
@@ -414,6 +416,8 @@ class Drive:
         """Begin the next behaviour; a failure when all were tried."""
         if not self._untried:
             code, reason = self._trouble
+            if self._touched.code:
+                return self._touched.failure(f"{self._touched.text}, and no way round it was found: {reason}")
             tried = f"{reason}; gave up after {self._recoveries} recoveries"
             return failure(code, tried, server_code=SERVER_CODES[code])
         behaviour = self._next_behaviour(state)
@@ -447,6 +451,7 @@ class Drive:
                 return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
             self._back_offs += 1
             self._recoveries += 1
+            self._contact, self._touched = (state.pose, state.map_pose), stop
             self._behaviour, self._behaviour_text = self._back_up(state), f"backing off: {stop.text}"
         if state.now - self._touched_since > _GET_OFF_TIME_S:
             return stop.failure(f"{stop.text}, and backing off did not help")
@@ -487,8 +492,18 @@ class Drive:
         if not over:
             return command
         self._behaviour = None
+        self._mark_contact(state)
         self._restart(state)
         return None
+
+    def _mark_contact(self, state: RobotState) -> None:
+        """Mark what was touched, once the robot has backed off: the next path goes round it."""
+        if self._contact is None or state.stop.holds_forward:
+            return
+        odom_pose, map_pose = self._contact
+        self._contact = None
+        self._costmaps.local_costmap.add_contact(odom_pose, state.now)
+        self._costmaps.global_costmap.add_contact(map_pose, state.now)
 
     def _feedback(self, state: RobotState, remaining: float, text: str) -> Feedback:
         here = state.map_pose

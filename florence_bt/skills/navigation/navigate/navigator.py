@@ -25,6 +25,9 @@ from florence_bt.skills.navigation.navigate.drive import (
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 
+_CONTACTS_KEPT_S = 60.0
+"""A goal that begins so long after the last contact does not believe in it any more."""
+
 
 class Freshness:
     """Remembers the newest scan of each sensor and says what is missing.
@@ -214,6 +217,8 @@ class Navigator:
             self._end = cancelled()
 
     def _begin(self, now: float) -> None:
+        for costmap in (self.global_costmap, self.local_costmap):
+            costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
         self._drive = self._turn = self._end = None
         self._missing_since = None
         self._feedback = Feedback(text="starting")
