@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -17,21 +18,56 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tools.person_network.network import Examples, train, write_onnx
-from tools.person_network.pictures import FIRST_SEED, example_of, pictures_of_home
+from tools.person_network.network import Examples, new_network, train, write_onnx
+from tools.person_network.pictures import FIRST_SEED, Picture, example_of, pictures_of_home
+from tools.person_network.plain_rooms import plain_pictures
+
+EPOCHS = (8, 6)
+"""How often each picture is shown: bent homes first, then all kinds."""
+RATES = (3e-3, 2e-3)
+MORE_OFTEN = (
+    "easy",
+    "standing",
+    "standing",
+    "sitting",
+    "sitting",
+    "sitting",
+    "lying",
+    "lying",
+    "walking",
+    "aided",
+)
+"""What people do in the homes that are not bent: more of what is hard to see."""
 
 
-def pictures_of(seed: int, count: int, folder: Path) -> Path:
-    """The file with the examples of a home; made when it is not there yet."""
-    file = folder / f"{seed}.npz"
+def saved(file: Path, pictures: Callable[[], Iterable[Picture]]) -> Path:
+    """The file with the examples of some pictures; made when it is not there yet."""
     if not file.exists():
-        examples = [example_of(picture) for picture in pictures_of_home(seed, count)]
+        examples = [example_of(picture) for picture in pictures()]
         fields = ("given", "person", "middle", "posture")
         np.savez(file, **{name: np.stack([getattr(each, name) for each in examples]) for name in fields})
     return file
 
 
-def read_all(files: list[Path]) -> Examples:
+def bent_home(seed: int, folder: Path) -> Path:
+    """A home in which everything is bent a little."""
+    return saved(folder / f"bent_{seed}.npz", lambda: pictures_of_home(seed, 64))
+
+
+def true_home(seed: int, folder: Path) -> Path:
+    """A home as the trials have them."""
+    return saved(
+        folder / f"true_{seed}.npz",
+        lambda: pictures_of_home(seed, 72, scenes=8, bent=False, situations=MORE_OFTEN),
+    )
+
+
+def plain_room(seed: int, folder: Path) -> Path:
+    """Rooms with other bodies."""
+    return saved(folder / f"plain_{seed}.npz", lambda: plain_pictures(seed, 1200))
+
+
+def read_all(files: Sequence[Path]) -> Examples:
     """The examples of all files together."""
     parts = [dict(np.load(file)) for file in files]
     return {name: np.concatenate([part.pop(name) for part in parts]) for name in list(parts[0])}
@@ -40,19 +76,24 @@ def read_all(files: list[Path]) -> Examples:
 def main() -> int:
     """Make the pictures, train, write the network."""
     parser = argparse.ArgumentParser(prog="python tools/person_network", description=__doc__)
-    parser.add_argument("--homes", type=int, default=200, help="how many homes")
-    parser.add_argument("--pictures", type=int, default=64, help="pictures of each home")
-    parser.add_argument("--epochs", type=int, default=12, help="how often each picture is shown")
+    parser.add_argument("--homes", type=int, default=200, help="homes that are bent; 3 in 5 more are not")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="homes at a time, each on a core")
     parser.add_argument("--folder", type=Path, default=Path("build/person_network"), help="keeps pictures")
     parser.add_argument("--out", type=Path, required=True, help="the network, an ONNX file")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
-    make = partial(pictures_of, count=given.pictures, folder=given.folder)
     with ProcessPoolExecutor(given.jobs) as pool:
-        files = list(pool.map(make, range(FIRST_SEED, FIRST_SEED + given.homes)))
-    write_onnx(train(read_all(files), given.epochs, given.seed), given.out)
+        first = FIRST_SEED
+        bent = list(pool.map(partial(bent_home, folder=given.folder), range(first, first + given.homes)))
+        first += 1000
+        true = pool.map(partial(true_home, folder=given.folder), range(first, first + 3 * given.homes // 5))
+        plain = pool.map(partial(plain_room, folder=given.folder), range(FIRST_SEED, FIRST_SEED + 2))
+        mixed = [*true, *plain, *bent[: 3 * given.homes // 10]]
+    network = new_network(given.seed)
+    for files, epochs, rate in zip((bent, mixed), EPOCHS, RATES, strict=True):
+        train(network, read_all(files), epochs, rate, given.seed)
+    write_onnx(network, given.out)
     return 0
 
 

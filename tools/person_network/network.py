@@ -15,7 +15,6 @@ from torch.nn import functional
 from florence_bt.skills.people.user_tracker.person_network import INPUT_SIZE, POSTURES
 
 _BATCH = 32
-_RATE = 3e-3
 _MIDDLE_WEIGHT, _POSTURE_WEIGHT = 2.0, 0.3
 _EDGE_SHARE = 0.15
 """Most pixels of a picture are easy: the loss of the hardest ones alone counts as much as that of all."""
@@ -61,21 +60,27 @@ Examples = dict[str, NDArray[np.generic]]
 """``given``, ``person``, ``middle`` and ``posture`` of many examples, one after the other."""
 
 
-def train(examples: Examples, epochs: int, seed: int) -> PersonNet:
+def new_network(seed: int) -> PersonNet:
+    """A network that knows nothing."""
+    torch.manual_seed(seed)
+    return PersonNet()
+
+
+def train(network: PersonNet, examples: Examples, epochs: int, rate: float, seed: int) -> None:
     """Train a network.
 
     Args:
+        network: Its weights are changed.
         examples: What to learn from.
-        epochs: How many times each example is shown; every second time mirrored.
-        seed: Chooses the first weights and the order.
+        epochs: How many times each example is shown; about every second time mirrored.
+        rate: Highest learning rate.
+        seed: Chooses the order.
     """
-    torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    network = PersonNet()
     count = len(examples["given"])
-    optimizer = torch.optim.AdamW(network.parameters(), _RATE, weight_decay=1e-3)
+    optimizer = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-3)
     steps = epochs * (count // _BATCH)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, _RATE, total_steps=steps)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps, pct_start=0.1)
     began = time.monotonic()
     for epoch in range(epochs):
         network.train()
@@ -90,7 +95,7 @@ def train(examples: Examples, epochs: int, seed: int) -> PersonNet:
             total += loss.item()
         mean = total / (count // _BATCH)
         print(f"epoch {epoch + 1}: loss {mean:.4f}, {time.monotonic() - began:.0f} s", flush=True)
-    return network.eval()
+    network.eval()
 
 
 def _batch(examples: Examples, chosen: NDArray[np.int64], *, mirrored: bool) -> Sequence[Tensor]:

@@ -51,7 +51,7 @@ class Picture:
         depth: The picture.
         optical_in_base: Takes points of the optical frame to the robot frame.
         robot: Where the robot stands, map frame.
-        owner: Shape (height, width): which of the people a pixel shows, -1 for none.
+        owner: Shape (height, width): which of the people a pixel shows, -1 for none or out of range.
         people: The people of the home.
         whole: How many pixels each would have if nothing were in front of them.
     """
@@ -198,13 +198,14 @@ class _Scene:
             [] if self._bent else [self._pixels_alone(who, place, camera) for who in range(len(self._people))]
         )
         image = DepthImage(0.0, CAMERA_FRAME, camera, metres_from_raw(raw))
-        return Picture(image, seen, robot, self._owner[rows], self._people, whole)
+        owner = np.where(_measurable(depth), self._owner[rows], -1)
+        return Picture(image, seen, robot, owner, self._people, whole)
 
     def _pixels_alone(self, who: int, place: Transform3, camera: CameraModel) -> int:
         mine = np.flatnonzero(self._owner[:-1] == who)
         alone = type(self._shapes)(*(values[mine] for values in self._shapes))
         depth, _ = _cast(alone, place, camera)
-        return int(((depth >= _KINECT.min_depth_m) & (depth <= _KINECT.max_depth_m)).sum())
+        return int(_measurable(depth).sum())
 
     def _view(self, rng: Random) -> Pose2:
         choice = rng.random()
@@ -228,6 +229,10 @@ class _Scene:
                 bearing = math.atan2(aim[1] - place[1], aim[0] - place[0])
                 return Pose2(*place, bearing + float(rng.uniform(-0.55, 0.55)))
         return Pose2(*self._free_point(rng, _ROBOT_M), float(rng.uniform(-math.pi, math.pi)))
+
+
+def _measurable(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
+    return (depth >= _KINECT.min_depth_m) & (depth <= _KINECT.max_depth_m)
 
 
 def _cast(
