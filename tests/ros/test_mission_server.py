@@ -71,6 +71,29 @@ def test_triggers_by_name_are_served_for_missions_without_required_inputs(bench_
     assert not any(word in name for name in names for word in ("drive_far", "not-a-ros-name", "torn"))
 
 
+def test_the_topic_of_the_document_starts_and_stops_the_search(bench_of):
+    from std_msgs.msg import Bool
+
+    bench = bench_of(Step(None, cancel_takes=0.1))
+    (bench.missions / "detect_user.yaml").write_text("mission: detect_user\ntree:\n  drive: {}\n")
+    command = bench.node.create_publisher(Bool, "detect_user/cmd", 10)
+    bench.ros.spin_until(lambda: command.get_subscription_count() == 1, what="the mission server")
+    command.publish(Bool(data=False))
+    command.publish(Bool(data=True))
+    status = bench.wait("RUNNING")
+    assert status.mission == "detect_user"
+    command.publish(Bool(data=True))
+    command.publish(Bool(data=False))
+    status = bench.wait("STOPPED")
+    assert status.reason.startswith("false on detect_user/cmd")
+    assert len(bench.drive.runs) == 1, "a second true while it runs is refused"
+    other = bench.run("drive_once").run_id
+    command.publish(Bool(data=False))
+    bench.wait("RUNNING", other)
+    bench.ros.spin_for(0.3)
+    assert bench.status(other).state == "RUNNING", "false stops no other mission"
+
+
 def test_older_runs_are_told_from_their_records(bench_of):
     bench = bench_of()
     first = bench.run("be_quick").run_id

@@ -1,4 +1,4 @@
-"""Every way to start a mission: the service, one trigger per mission, and the action with its feedback."""
+"""Every way to start a mission: the service, one trigger per mission, the action, the topic of the document."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from florence_interfaces.action import ExecuteMission
 from florence_interfaces.srv import RunMission
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from florence_bt.core.errors import FlorenceError
@@ -16,6 +17,7 @@ from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
@@ -24,9 +26,14 @@ from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.vocabulary import IDENTIFIER
 
+SEARCH = "detect_user"
+"""The mission that ``detect_user/cmd`` starts and stops. Source: REFERENCE 12.2; document, table 12."""
+
 
 class Triggers:
     """Serves ``florence_bt/run_mission``, ``florence_bt/missions/*`` and ``florence_bt/execute_mission``.
+
+    ``detect_user/cmd`` starts the mission of that name with true and stops the run it started with false.
 
     Args:
         node: The node that serves them.
@@ -44,6 +51,7 @@ class Triggers:
         self._runs_folder = runs_folder
         self._run_of_action: str | None = None
         self._replaced: MissionRun | None = None
+        self._run_of_topic: str | None = None
         self._by_name: dict[str, Any] = {}
         self._served: MissionLibrary | None = None
         allow_deferred(node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission))
@@ -55,6 +63,7 @@ class Triggers:
             on_cancel=self._on_cancel,
             on_replaced=self._on_replaced,
         )
+        node.create_subscription(Bool, f"{SEARCH}/cmd", self._on_search_command, RELIABLE)
         self.sync()
 
     def sync(self) -> None:
@@ -160,6 +169,23 @@ class Triggers:
 
         self._edits.when_fresh(start)
         return answer
+
+    def _on_search_command(self, message: Bool) -> None:
+        caller = f"{SEARCH}/cmd topic"
+        if not message.data:
+            if self._run_of_topic is not None:
+                self._missions.stop(f"false on {SEARCH}/cmd", self._run_of_topic)
+            return
+
+        def start(problem: str, report: ReloadReport) -> None:
+            if problem:
+                self._node.get_logger().warning(f"{SEARCH!r} asked by {caller!r} was refused: {problem}")
+                return
+            accepted, run_id, _ = self._start(SEARCH, (), (), caller, "", 0)
+            if accepted:
+                self._run_of_topic = run_id
+
+        self._edits.when_fresh(start)
 
     def _on_goal(self, goal: ExecuteMission.Goal) -> str | None:
         older = self._run_of_action
