@@ -1,4 +1,4 @@
-"""Every way to start a mission: the service, one trigger per mission, the action, the topic of the document."""
+"""Every way to start a mission: the service, a trigger per mission, the action, the topic of the document."""
 
 from __future__ import annotations
 
