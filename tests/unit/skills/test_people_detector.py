@@ -308,7 +308,9 @@ def test_a_detection_moves_with_the_robot() -> None:
     assert (moved.x, moved.y) == pytest.approx((1.0, 2.0))
 
 
-@pytest.mark.parametrize("bad", [{"merge_radius": 0.0}, {"minimum_probability": 1.5}, {"maximum_distance": float("nan")}])
+@pytest.mark.parametrize(
+    "bad", [{"merge_radius": 0.0}, {"minimum_probability": 1.5}, {"maximum_distance": float("nan")}]
+)
 def test_senseless_parameters_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ConfigError):
         DetectorParameters(**bad)
