@@ -3,7 +3,12 @@
 import pytest
 
 USER = "(3 m, 2 m, 180 deg)"
-PROPOSALS = ("(2.5 m, 2 m, 0 deg)", "(2.6 m, 2.4 m, -45 deg)", "(2.6 m, 1.6 m, 45 deg)")
+PROPOSALS = (
+    "(2.5 m, 2 m, 0 deg)",
+    "(2.6 m, 2.4 m, -45 deg)",
+    "(2.6 m, 1.6 m, 45 deg)",
+    "(2.2 m, 1.9 m, 7 deg)",
+)
 
 
 @pytest.fixture

@@ -2,6 +2,8 @@
 
 import pytest
 
+USER = "(3 m, 2 m, 180 deg)"
+
 
 def test_a_running_mission(robot):
     robot.mock("look_for_user", 'running 5 s, then FAILURE no_user_seen "nobody was there"')
@@ -20,7 +22,8 @@ def test_a_running_mission(robot):
                     [ ] retry up to $looks times
                         [ ] turn and look (sequence)
                             [ ] stop tracker
-                            [ ] turn
+                            [ ] unless $look_first and $look == 1
+                                [ ] turn
                             [ ] settle
                             [ ] start tracker
                             [ ] repeat a look without pictures
@@ -34,21 +37,93 @@ def test_a_running_mission(robot):
                     [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody was there
                         [>] turn and look (sequence)
                             [+] stop tracker
-                            [+] turn
+                            [+] unless $look_first and $look == 1
+                                [+] turn
                             [+] settle
                             [+] start tracker
                             [>] repeat a look without pictures
                                 [>] look for user
+                    [ ] stop tracker
+    [ ] when $distance > 1.6 m
+        [ ] make sure from nearby (sequence)
+            [ ] run approach_user
+                [ ] within $limit
+                    [ ] approach the person (sequence)
+                        [ ] get robot pose
+                        [ ] retry up to 4 times
+                            [ ] propose and drive (sequence)
+                                [ ] propose approach pose
+                                [ ] navigate to
+            [ ] run detect_user
+                [ ] search in a circle (finally)
+                    [ ] retry up to $looks times
+                        [ ] turn and look (sequence)
+                            [ ] stop tracker
+                            [ ] unless $look_first and $look == 1
+                                [ ] turn
+                            [ ] settle
+                            [ ] start tracker
+                            [ ] repeat a look without pictures
+                                [ ] look for user
                     [ ] stop tracker
     [ ] set user position
     [ ] run approach_user
         [ ] within $limit
             [ ] approach the person (sequence)
                 [ ] get robot pose
-                [ ] retry up to 3 times
+                [ ] retry up to 4 times
                     [ ] propose and drive (sequence)
                         [ ] propose approach pose
                         [ ] navigate to"""
+    )
+
+
+def test_a_search_from_nearby(robot):
+    robot.mock("make sure from nearby/**/look_for_user", "running 5 s, then FAILURE no_user_seen")
+    play = robot.start("goto_user")
+    robot.run_until("make sure from nearby/**/look_for_user")
+    assert "    [+] find the user (selector)\n" in play.tree
+    held = "$look_first and $look == 1 holds (look_first is true, look is 1)"
+    assert (
+        f"""\
+    [>] when $distance > 1.6 m
+        [>] make sure from nearby (sequence)
+            [+] run approach_user
+                [+] within 120 s
+                    [+] approach the person (sequence)
+                        [+] get robot pose
+                        [+] retry up to 4 times
+                            [+] propose and drive (sequence)
+                                [+] propose approach pose
+                                [+] navigate to
+            [>] run detect_user
+                [>] search in a circle (finally)
+                    [>] retry up to $looks times
+                        [>] turn and look (sequence)
+                            [+] stop tracker
+                            [+] unless $look_first and $look == 1 -- skipped: {held}
+                                [ ] turn
+                            [+] settle
+                            [+] start tracker
+                            [>] repeat a look without pictures
+                                [>] look for user
+                    [ ] stop tracker
+    [ ] set user position
+"""
+        in play.tree
+    )
+
+
+def test_a_search_from_nearby_that_is_not_needed(robot):
+    robot.mock("look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7)")
+    play = robot.run("goto_user").assert_succeeded()
+    assert (
+        """\
+    [+] when $distance > 1.6 m -- skipped: $distance > 1.6 m does not hold (distance is 1 m)
+        [ ] make sure from nearby (sequence)
+            [ ] run approach_user
+"""
+        in play.tree
     )
 
 
@@ -92,12 +167,37 @@ SKILLS = (
 @pytest.mark.parametrize("skill", SKILLS)
 def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill, at):
     took = "running 1 s, then " if at == "after 1 s" else ""
+    if skill == "turn":
+        robot.mock("look_for_user", "running 1 s, then FAILURE no_user_seen")
     robot.mock(skill, f'{took}FAILURE server_lost "nobody answers"')
     play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
     assert play.leaf.endswith(skill)
     tracker = [name for name in play.order if name in ("start_tracker", "stop_tracker")]
     searched = skill not in ("get_user_room", "get_hotspot", "navigate_to")
     assert tracker[-1:] == (["stop_tracker"] if searched else [])
+    assert all(call.ended is not None for call in play.calls())
+
+
+@pytest.mark.parametrize(
+    "skill",
+    [
+        "get_robot_pose",
+        "propose_approach_pose",
+        "navigate_to",
+        "stop_tracker",
+        "turn",
+        "start_tracker",
+        "look_for_user",
+    ],
+)
+def test_a_failure_in_the_look_from_nearby_names_the_skill_there(robot, skill):
+    if skill == "turn":
+        robot.mock("make sure from nearby/**/look_for_user", "running 1 s, then FAILURE no_user_seen")
+    robot.mock(f"make sure from nearby/**/{skill}", 'running 1 s, then FAILURE server_lost "nobody answers"')
+    play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
+    assert "/make sure from nearby/" in play.leaf and play.leaf.endswith(skill)
+    tracker = [name for name in play.order if name in ("start_tracker", "stop_tracker")]
+    assert tracker[-1] == "stop_tracker"
     assert all(call.ended is not None for call in play.calls())
 
 

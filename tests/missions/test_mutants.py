@@ -10,8 +10,14 @@ from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_
 from florence_bt.trees.language.loader import BUILT_IN
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
-ROOM_SEARCH = "with: {window: $window, looks: $looks}\n              out: {user: user}\n    - set"
-HERE_SEARCH = "with: {window: $window, looks: $looks}\n              out: {user: user}\n        - name"
+SEARCH = "with: {window: $window, looks: $looks}\n              out: {user: user, distance: distance}\n"
+HERE_SEARCH = f"{SEARCH}        - name"
+ROOM_SEARCH = f"{SEARCH}    #"
+NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
+NEARBY_APPROACH = (
+    f"        - run: approach_user\n          with: {{user: $user, safe_distance: {NEARBY_DISTANCE}}}\n"
+)
+NEARBY_SEARCH = "with: {window: $window, looks: $looks}\n          out: {user: user}\n"
 MUTANTS = [
     (
         "goto_pose",
@@ -37,7 +43,7 @@ MUTANTS = [
         "detect_user",
         "on: [no_user_seen]",
         "on: [no_user_seen, collision_ahead]",
-        "'turn' was started 8 times, not twice",
+        "'turn' was started 7 times, not twice",
     ),
     (
         "detect_user",
@@ -64,11 +70,33 @@ MUTANTS = [
         "",
         "detect_user took 10.5 s, not 12.5 s",
     ),
+    ("detect_user", "        unless: $look_first and $look == 1\n", "", "detect_user took 3.6 s, not 1.6 s"),
+    ("detect_user", "unless: $look_first and", "unless: true and", "detect_user took 2.3 s, not 4.3 s"),
+    ("detect_user", "$look_first and $look == 1", "$look_first", "'turn' was started never, not 7 times"),
+    ("detect_user", "$look == 1", "$look == 2", "detect_user took 3.6 s, not 1.6 s"),
+    ("detect_user", "$look == 1", "$look <= 2", "detect_user took 7.1 s, not 9.1 s"),
+    ("detect_user", "default: true", "default: false", "detect_user took 3.6 s, not 1.6 s"),
+    ("detect_user", "default: 300 ms", "default: 1 s", "detect_user took 2.3 s, not 1.6 s"),
+    (
+        "detect_user",
+        "on: [no_user_seen]",
+        "on: [no_user_seen, no_picture]",
+        "'look_for_user' was started 24 times, not 3 times",
+    ),
     ("detect_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker' was started 8 times, not 9 times"),
     ("detect_user", "{window: $window}", "{window: 5 s}", "'look_for_user' with window=2 was started never"),
     ("detect_user", "{angle: $step}", "{angle: 45 deg}", "'turn' with angle=1.571 was started never"),
     ("detect_user", "min: 1, max: 72", "min: 1, max: 71", "72 is above the maximum of 71"),
-    ("approach_user", "retry: 3", "retry: 4", "trial: 4 is above the maximum of 3"),
+    ("approach_user", "retry: 4", "retry: 5", "trial: 5 is above the maximum of 4"),
+    ("approach_user", "retry: 4", "retry: 3", "'navigate_to' was started 3 times, not 4 times"),
+    (
+        "approach_user",
+        "trial: $trial",
+        "trial: '${min($trial, 3)}'",
+        "'propose_approach_pose' with trial=4, user=(x 3.00 m, y 2.00 m, yaw 3.14 rad), "
+        "robot=(x 1.00 m, y 2.00 m, yaw 0.00 rad), safe_distance=0.5 was not called as number 8",
+    ),
+    ("approach_user", "[pose_occupied, ", "[", "'propose_approach_pose' was started once, not 3 times"),
     ("approach_user", "timeout: $limit", "timeout: 120 s", "approach_user took 120.5 s, not 12.5 s"),
     (
         "approach_user",
@@ -82,7 +110,7 @@ MUTANTS = [
         "trial: 1",
         "'propose_approach_pose' with trial=2, robot=(x 1.00 m, y 2.00 m, yaw 0.00 rad) was not called",
     ),
-    ("approach_user", "timed_out]", "timed_out, rejected]", "'navigate_to' was started 3 times, not once"),
+    ("approach_user", "timed_out]", "timed_out, rejected]", "'navigate_to' was started 4 times, not once"),
     (
         "approach_user",
         "dock, timed_out]",
@@ -137,7 +165,83 @@ MUTANTS = [
         "      memory: false\n      selector:",
         "goto_user does not end, and more than 20000 things happened",
     ),
-    ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
+    ("goto_user", "      when: $distance > 1.6 m\n", "", "goto_user took 33.3 s, not 21.65 s"),
+    ("goto_user", "$distance > 1.6 m", "$distance >= 1.6 m", "goto_user took 33.3 s, not 21.65 s"),
+    ("goto_user", "$distance > 1.6 m", "$distance > 1.7 m", "'look_for_user' was started once, not twice"),
+    (
+        "goto_user",
+        HERE_SEARCH,
+        HERE_SEARCH.replace(", distance: distance", ""),
+        "goto_user is FAILED: the key 'distance' has no value yet",
+    ),
+    (
+        "goto_user",
+        ROOM_SEARCH,
+        ROOM_SEARCH.replace(", distance: distance", ""),
+        "goto_user is FAILED: the key 'distance' has no value yet",
+    ),
+    (
+        "goto_user",
+        NEARBY_DISTANCE,
+        "1.2 m",
+        "'make sure from nearby/**/propose_approach_pose' with safe_distance=1.21 was not called",
+    ),
+    (
+        "goto_user",
+        NEARBY_DISTANCE,
+        "$safe_distance",
+        "'make sure from nearby/**/propose_approach_pose' with safe_distance=1.2 was not called",
+    ),
+    (
+        "goto_user",
+        "max(1.2 m",
+        "max(1 m",
+        "'make sure from nearby/**/propose_approach_pose' with safe_distance=1.2 was not called",
+    ),
+    (
+        "goto_user",
+        f"user: $user, safe_distance: {NEARBY_DISTANCE}",
+        f"user: $hotspot, safe_distance: {NEARBY_DISTANCE}",
+        "'propose_approach_pose' with user=(x 3.00 m, y 2.00 m, yaw 3.14 rad), safe_distance=1.2, trial=1 "
+        "was not called as number 10",
+    ),
+    (
+        "goto_user",
+        NEARBY_SEARCH,
+        NEARBY_SEARCH.replace("window: $window, ", ""),
+        "'make sure from nearby/**/look_for_user' with window=2 was started never",
+    ),
+    (
+        "goto_user",
+        NEARBY_SEARCH,
+        NEARBY_SEARCH.replace(", looks: $looks", ""),
+        "'make sure from nearby/**/look_for_user' with window=2 was started 8 times",
+    ),
+    (
+        "goto_user",
+        NEARBY_SEARCH,
+        NEARBY_SEARCH.replace("          out: {user: user}\n", ""),
+        "'set_user_position' with user=(x 2.00 m, y 4.00 m, yaw -1.57 rad) was not called",
+    ),
+    (
+        "goto_user",
+        f"        - run: detect_user\n          {NEARBY_SEARCH}",
+        "",
+        "'make sure from nearby/**/look_for_user' matches no skill of goto_user",
+    ),
+    (
+        "goto_user",
+        NEARBY_APPROACH,
+        "",
+        "'make sure from nearby/**/navigate_to' matches no skill of goto_user",
+    ),
+    (
+        "goto_user",
+        "    - name: make sure from nearby\n",
+        "    - set_user_position: {user: $user}\n    - name: make sure from nearby\n",
+        "'set_user_position' was started twice, not once",
+    ),
+    ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 7"),
 ]
 """The mission, a text in it, what stands in its place, and what the scenarios must say of that."""
 

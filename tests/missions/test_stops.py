@@ -18,15 +18,22 @@ def stop_at(robot, mission, seconds, **inputs):
     return play
 
 
-@pytest.mark.parametrize("tenth", range(0, 245, 5))
+@pytest.mark.parametrize("tenth", range(0, 345, 5))
 def test_goto_user(robot, tenth):
     stop_at(robot, "goto_user", tenth / 10)
 
 
+@pytest.mark.parametrize("tenth", range(0, 350, 7))
+def test_goto_user_that_searches_again_from_nearby(robot, tenth):
+    robot.mock("make sure from nearby/**/look_for_user", "running 5 s, then FAILURE no_user_seen")
+    stop_at(robot, "goto_user", 20 + tenth / 10)
+
+
+@pytest.mark.parametrize("look_first", ["true", "false"])
 @pytest.mark.parametrize("tenth", range(0, 180, 3))
-def test_detect_user(robot, tenth):
+def test_detect_user(robot, tenth, look_first):
     robot.mock("look_for_user", "running 5 s, then FAILURE no_user_seen")
-    play = stop_at(robot, "detect_user", tenth / 10)
+    play = stop_at(robot, "detect_user", tenth / 10, look_first=look_first)
     assert play.order[-1] == "stop_tracker"
 
 
@@ -36,6 +43,18 @@ def test_approach_user(robot, tenth):
         "navigate_to",
         [
             "accepted after 500 ms, cancel takes 300 ms, running 1 s, then FAILURE no_path",
+            "cancel takes 1 s, running 10 s, then SUCCESS",
+        ],
+    )
+    stop_at(robot, "approach_user", tenth / 10, user="(3 m, 2 m, 180 deg)")
+
+
+@pytest.mark.parametrize("tenth", range(0, 145, 4))
+def test_approach_user_to_the_fourth_place(robot, tenth):
+    robot.mock(
+        "navigate_to",
+        [
+            "accepted after 500 ms, cancel takes 300 ms, running 1 s, then FAILURE no_path 3 times",
             "cancel takes 1 s, running 10 s, then SUCCESS",
         ],
     )

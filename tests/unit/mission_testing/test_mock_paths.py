@@ -27,25 +27,32 @@ def goto_user():
 @pytest.mark.parametrize(
     ("pattern", "count"),
     [
-        ("navigate_to", 2),
-        ("navigate to", 2),
-        ("Navigate_To", 2),
-        ("approach_user/**/navigate_to", 1),
-        ("goto_user/**/navigate_to", 2),
-        ("/goto_user/**/navigate_to", 2),
+        ("navigate_to", 3),
+        ("navigate to", 3),
+        ("Navigate_To", 3),
+        ("approach_user/**/navigate_to", 2),
+        ("goto_user/approach_user/**/navigate_to", 1),
+        ("make sure from nearby/**/navigate_to", 1),
+        ("goto_user/**/navigate_to", 3),
+        ("/goto_user/**/navigate_to", 3),
         ("/navigate_to", 0),
-        ("run approach_user/**/navigate to", 1),
+        ("run approach_user/**/navigate to", 2),
+        ("goto_user/run approach_user/**/navigate to", 1),
         ("approach_user/navigate_to", 0),
-        ("detect_user/**/turn", 2),
+        ("detect_user/**/turn", 3),
+        ("turn and look/turn", 0),  # the guard of the turn is between
+        ("turn and look/*/turn", 3),
+        ("turn and look/**/turn", 3),
         (f"{HOTSPOT}/**/turn", 1),
         (f"{HOTSPOT}/*", 2),
         ("search from */**/turn", 2),
-        ("turn and look/*_tracker", 4),
-        ("search in a circle/stop_tracker", 2),
+        ("turn and look/*_tracker", 6),
+        ("search in a circle/stop_tracker", 3),
         ("goto_user/*", 2),
-        ("**/**/turn", 2),
-        ("*tracker", 6),
-        ("approach_user/**", 3),
+        ("**/**/turn", 3),
+        ("*tracker", 9),
+        ("approach_user/**", 6),
+        ("make sure from nearby/**", 8),
         ("get_user_rom", 0),
     ],
 )
@@ -78,7 +85,10 @@ def test_the_pattern_that_says_more_has_the_higher_rank():
 
 
 def test_a_wrong_pattern_is_told_the_closest_paths(goto_user):
-    assert closest_paths("aproach_user/**/navigat_to", goto_user.uses())[0] == "approach_user/**/navigate_to"
+    nearby, last = closest_paths("aproach_user/**/navigat_to", goto_user.uses())[:2]
+    assert nearby == "make sure from nearby/**/navigate_to"
+    assert last.startswith("goto_user/approach_user/") and last.endswith("/navigate_to")
+    assert closest_paths("serch from here/**/trn", goto_user.uses())[0] == "search from here/**/turn"
     assert closest_paths("get_user_rom", goto_user.uses())[0] == "get_user_room"
     assert closest_paths("**", goto_user.uses())
 

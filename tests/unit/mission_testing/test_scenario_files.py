@@ -172,7 +172,7 @@ def test_scripts_of_several_steps(play):
                   [>] approach_user
                       [>] approach the person (sequence)
                           [+] get robot pose
-                          [>] retry up to 3 times
+                          [>] retry up to 4 times
                               [>] propose and drive (sequence)
                                   [+] propose approach pose
                                   [>] navigate to -- off we go

@@ -8,7 +8,8 @@ from florence_bt.mission_testing.coverage import Coverage
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 
-SEEN = "running 8 s, then SUCCESS (user=(3 m, 2 m, 180 deg), distance=2 m, user_id=1)"
+SEEN = "running 8 s, then SUCCESS (user=(3 m, 2 m, 180 deg), distance=1.5 m, user_id=1)"
+SEEN_FAR_AWAY = SEEN.replace("1.5 m", "2 m")
 WAVE = """\
 skills:
   wave_arm:
@@ -38,7 +39,25 @@ def test_a_called_mission_is_mocked_like_a_skill(stage):
     play.assert_called("detect_user", times=1, looks=3, window="5 s", step="45 deg")
     play.assert_order("detect_user", "set_user_position", "approach_user")
     play.assert_trace("0 s detect_user: RUNNING\n8 s detect_user: SUCCESS", "detect_user")
-    assert search.inputs[0]["settle"] == 1.0
+    assert search.inputs[0]["settle"] == 0.3 and search.inputs[0]["look_first"] is True
+
+
+def test_each_call_of_a_mission_is_a_call_of_its_mock(stage):
+    search = stage.mock("detect_user", SEEN_FAR_AWAY)
+    approach = stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
+    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(26)
+    play.assert_called("detect_user", times=2, looks=3, window="5 s", step="45 deg")
+    assert play.order[2:] == [
+        "detect_user",
+        "approach_user",
+        "detect_user",
+        "set_user_position",
+        "approach_user",
+    ]
+    assert [call["safe_distance"] for call in approach.inputs] == [1.2, 0.5]
+    assert len(search.inputs) == 2
+    play.assert_called("make sure from nearby/**/detect_user", times=1)
+    play.assert_called("make sure from nearby/**/approach_user", times=1, safe_distance="1.2 m")
 
 
 def test_paths_tell_one_call_from_the_other(stage):
@@ -77,6 +96,8 @@ def test_it_can_do_only_what_the_mission_declares(stage, script, says):
 
 
 def test_without_a_mock_it_is_played(stage):
+    stage.mock("start_tracker", "SUCCESS")
+    stage.mock("look_for_user", "FAILURE no_user_seen")
     stage.mock("turn", "FAILURE no_scan")
     stage.mock("stop_tracker", "SUCCESS")
     play = stage.run("goto_user")
@@ -112,7 +133,8 @@ def test_in_scenarios(tmp_path):
         f"  - name: whole\n    given: {{skills: {{detect_user: '{SEEN}'}}}}\n"
         "    then: {status: SUCCEEDED, duration: 8 s, called: {detect_user: {times: 1, looks: 8}}}\n"
         "  - name: played\n"
-        "    given: {skills: {stop_tracker: SUCCESS, turn: FAILURE no_scan, get_hotspot: FAILURE}}\n"
+        "    given:\n      skills: {stop_tracker: SUCCESS, start_tracker: SUCCESS, turn: FAILURE no_scan,\n"
+        "        look_for_user: FAILURE no_user_seen, get_hotspot: FAILURE}\n"
         "    then: {status: FAILED, code: unknown_hotspot, called: {turn: 1}}\n"
         "  - name: another mission\n    mission: goto_pose\n"
         "    given: {inputs: {x: 1 m, y: 1 m}, skills: {navigate_to: SUCCESS}}\n"
