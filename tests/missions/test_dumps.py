@@ -66,7 +66,8 @@ def test_a_running_mission(robot):
                             [ ] repeat a look without pictures
                                 [ ] look for user
                     [ ] stop tracker
-    [ ] set user position
+    [ ] try set user position
+        [ ] set user position
     [ ] run approach_user
         [ ] within $limit
             [ ] approach the person (sequence)
@@ -108,7 +109,8 @@ def test_a_search_from_nearby(robot):
                             [>] repeat a look without pictures
                                 [>] look for user
                     [ ] stop tracker
-    [ ] set user position
+    [ ] try set user position
+        [ ] set user position
 """
         in play.tree
     )
@@ -157,7 +159,6 @@ SKILLS = (
     "turn",
     "start_tracker",
     "look_for_user",
-    "set_user_position",
     "get_robot_pose",
     "propose_approach_pose",
 )

@@ -137,7 +137,7 @@ MUTANTS = [
     ),
     (
         "goto_user",
-        "    - set_user_position: {user: $user}\n",
+        "    - succeed:\n        set_user_position: {user: $user}\n",
         "",
         "'set_user_position' is a skill that goto_user does not use",
     ),
@@ -240,6 +240,12 @@ MUTANTS = [
         "    - name: make sure from nearby\n",
         "    - set_user_position: {user: $user}\n    - name: make sure from nearby\n",
         "'set_user_position' was started twice, not once",
+    ),
+    (
+        "goto_user",
+        "    - succeed:\n        set_user_position: {user: $user}\n",
+        "    - set_user_position: {user: $user}\n",
+        "at goto_user/set_user_position, not SUCCEEDED",
     ),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 7"),
 ]
