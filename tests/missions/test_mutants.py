@@ -137,6 +137,22 @@ MUTANTS = [
         "      memory: false\n      selector:",
         "goto_user does not end, and more than 20000 things happened",
     ),
+    ("patrol", "dock, timed_out,", "dock,", "patrol is FAILED: "),
+    ("patrol", "collision_ahead, no_user_seen,", "no_user_seen,", "patrol is FAILED: "),
+    ("patrol", "              when: $attempt == 1\n", "", "patrol is FAILED: "),
+    (
+        "patrol",
+        "{rooms: $rooms, visited: $visited}",
+        "{visited: $visited}",
+        "'next_room' with rooms=kitchen, hall was started once (3 times in all), not 3 times",
+    ),
+    ("patrol", "repeat: $count", "repeat: 3", "'detect_user' with looks=4, window=2 was started 3 times"),
+    (
+        "patrol",
+        "found: could not be reached",
+        "found: nobody was seen",
+        "kitchen: could not be reached. hall: nobody was seen.",
+    ),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
 ]
 """The mission, a text in it, what stands in its place, and what the scenarios must say of that."""

@@ -141,6 +141,13 @@ def test_the_user_is_where_sensors_say(bench: Bench) -> None:
     bench.until(lambda: bench.call(GetRoom, "getUserPosRoom").room == "bedroom", "the detected user")
 
 
+def test_the_rooms_begin_where_the_user_was_last(bench: Bench) -> None:
+    assert bench.call(Trigger, "getRooms").message == "kitchen, bedroom"
+    assert bench.call(SetRoom, "setUserPosRoom", room="bedroom").success
+    rooms = bench.call(Trigger, "getRooms")
+    assert (rooms.success, rooms.message) == (True, "bedroom, kitchen")
+
+
 def test_a_place_in_an_obstacle_of_the_map_is_not_stored(bench: Bench) -> None:
     cells = np.zeros((4, 4), np.int8)
     cells[1, 2] = OCCUPIED

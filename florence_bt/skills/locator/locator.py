@@ -14,7 +14,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
-from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
@@ -198,6 +198,19 @@ class Locator:
     def get_robot_pose(self) -> Result:
         """The skill ``get_robot_pose``."""
         return success(pose=self.robot) if self.robot is not None else failure("no_pose", NO_POSE)
+
+    def likely_rooms(self) -> tuple[str, ...]:
+        """Every room, in the order in which to look for the user.
+
+        First the room where the user was last known to be, then the nearest to the robot, by the straight
+        line to their hotspots.
+        """
+        here, believed = self.robot, self.room_of_pose(self.user)
+
+        def order(room: Hotspot) -> tuple[bool, float]:
+            return room.label != believed, here.distance_to(room.pose) if here is not None else 0.0
+
+        return tuple(room.label for room in sorted(self.hotspots.rooms(), key=order))
 
     def take_run_state(self, state: str) -> None:
         """Take over the state of the most recent mission run; an unknown word is kept as it is."""

@@ -141,6 +141,7 @@ class LocatorNode(FlorenceNode):
             self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
         self._serve(GetUserSeen, "getUserSeen", self._on_get_user_seen)
         self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
+        self._serve(Trigger, "getRooms", self._on_get_rooms)
         self._serve(GetStatus, "getStatus", self._on_get_status)
 
     def _room_answer(self, pose_of: Callable[[], Pose2 | None]) -> Callable[..., GetRoom.Response]:
@@ -169,6 +170,11 @@ class LocatorNode(FlorenceNode):
         if result.succeeded:
             pose = result.outputs["pose"]
             response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
+        return response
+
+    def _on_get_rooms(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._robot_pose()
+        response.success, response.message = True, ", ".join(self._locator.likely_rooms())
         return response
 
     def _on_get_status(self, request: GetStatus.Request, response: GetStatus.Response) -> GetStatus.Response:

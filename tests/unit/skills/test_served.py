@@ -84,6 +84,38 @@ def test_the_robot_is_in_the_room_that_was_asked_for() -> None:
     assert served.judge({"room": "hall"}, success(room="kitchen")).code == "elsewhere"
 
 
+@pytest.mark.parametrize(
+    ("inputs", "room", "left"),
+    [
+        ({}, "hall", 3),
+        ({"visited": "hall"}, "kitchen", 2),
+        ({"visited": ", hall,kitchen, nowhere"}, "bath room", 1),
+        ({"rooms": "bath room, hall, bath room"}, "bath room", 2),
+        ({"rooms": "bath room, hall", "visited": "bath room"}, "hall", 1),
+    ],
+)
+def test_the_next_room_is_the_first_that_was_not_visited(
+    inputs: dict[str, str], room: str, left: int
+) -> None:
+    assert next_room("hall, kitchen, bath room", **inputs) == success(room=room, left=left)
+
+
+def test_without_a_next_room_the_reason_says_what_there_is() -> None:
+    done = next_room("hall, kitchen", visited="kitchen, hall")
+    assert done == failure("no_more_rooms", "every room has been visited: hall, kitchen")
+    assert next_room("").reason == "every room has been visited: there is none"
+    unknown = next_room("hall, kitchen", rooms="hall, kichen")
+    assert unknown.code == "unknown_room"
+    assert unknown.reason == "there is no room 'kichen' (would have worked: kitchen)"
+
+
+def next_room(known: str, **inputs: str) -> Result:
+    served = BY_NAME["next_room"]
+    assert isinstance(served, ServedService) and served.judge is not None
+    answer = served.result(SimpleNamespace(success=True, message=known))
+    return served.judge(served.skill.complete(inputs), answer)
+
+
 def test_ends_of_actions_become_results() -> None:
     error = {"error_code": 106, "error_msg": "a chair"}
     assert ended("navigate_to", Outcome.FAILED, **error) == failure("blocked", "a chair", server_code=106)
