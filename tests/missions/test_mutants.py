@@ -153,6 +153,31 @@ MUTANTS = [
         "found: nobody was seen",
         "kitchen: could not be reached. hall: nobody was seen.",
     ),
+    ("find_user", "dock, timed_out,", "dock,", "find_user is FAILED: "),
+    (
+        "find_user",
+        "collision_ahead, no_user_seen,",
+        "no_user_seen,",
+        "'detect_user' was started once, not 3 times",
+    ),
+    (
+        "find_user",
+        'visited: "$visited, $room"',
+        "visited: $room",
+        "the reason does not contain 'the user was not found. kitchen: nobody was seen. hall:",
+    ),
+    (
+        "find_user",
+        "$report$room: could not",
+        "$room: could not",
+        "the reason does not contain 'kitchen: could not be reached. hall:",
+    ),
+    (
+        "find_user",
+        "    - set_user_position: {user: $user}\n",
+        "",
+        "'set_user_position' is a skill that find_user does not use",
+    ),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
 ]
 """The mission, a text in it, what stands in its place, and what the scenarios must say of that."""

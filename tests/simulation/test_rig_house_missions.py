@@ -1,0 +1,28 @@
+"""The missions that go through the whole flat, in the rig."""
+
+from __future__ import annotations
+
+import pytest
+
+from florence_bt.app.demo.rigs import make_rig
+from florence_bt.runtime.run import RunStatus
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_patrol_tells_who_was_seen_where():
+    rig = make_rig(seed=1, person="kitchen", user_room="hall")
+    run = rig.run("patrol", {"rooms": "hall, kitchen"})
+    assert run.status is RunStatus.SUCCEEDED, run.reason
+    assert run.outputs["report"].startswith("hall: nobody was seen. kitchen: a person was seen at (x ")
+    assert rig.found[0].distance_to(rig.world.person_pose("user")) < 0.3
+
+
+def test_the_user_is_found_where_they_usually_are_at_this_hour():
+    rig = make_rig(seed=1, person="kitchen", user_room="hall")
+    rig.locator.habits.saw("kitchen", rig.clock.now())
+    run = rig.run("find_user")
+    assert run.status is RunStatus.SUCCEEDED, run.reason
+    assert run.outputs["report"] == "hall: nobody was seen. kitchen: the user was seen."
+    assert run.outputs["user"].distance_to(rig.world.person_pose("user")) < 0.3
+    assert rig.locator.get_user_room().outputs["room"] == "kitchen"
