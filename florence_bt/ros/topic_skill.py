@@ -9,9 +9,9 @@ from typing import Any
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
+from florence_bt.core.message_skills import MessageCondition
 from florence_bt.core.outcome import Result, cancelled
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.ros._message_condition import MessageCondition
 from florence_bt.ros._runs import Deadlines, RemoteSkill, TopicRun
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE

@@ -139,7 +139,7 @@ MUTANTS = [
     ),
     ("patrol", "dock, timed_out,", "dock,", "patrol is FAILED: "),
     ("patrol", "collision_ahead, no_user_seen,", "no_user_seen,", "patrol is FAILED: "),
-    ("patrol", "              when: $attempt == 1\n", "", "patrol is FAILED: "),
+    ("patrol", "                when: $attempt == 1\n", "", "patrol is FAILED: "),
     (
         "patrol",
         "{rooms: $rooms, visited: $visited}",
@@ -178,6 +178,11 @@ MUTANTS = [
         "",
         "'set_user_position' is a skill that find_user does not use",
     ),
+    ("patrol", "  memory: false\n", "", "'go_home' with dock=dock was not called"),
+    ("patrol", "{charge: $charge}", "{charge: 0.2}", "'battery_above' with charge=0.3 was not called"),
+    ("go_home", "unless: $attempt == 1", "unless: $attempt == 2", "go_home took 40 s, not 10 s"),
+    ("go_home", "wait: $pause", "wait: 30 s", "go_home took 40 s, not 70 s"),
+    ("go_home", "{room: $dock}", "{room: dock}", "'goto_room' with room=home was not called"),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
 ]
 """The mission, a text in it, what stands in its place, and what the scenarios must say of that."""

@@ -24,7 +24,7 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import ExclusiveComponent, rig_skills
+from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.navigate.drive import NavigatorParameters
@@ -42,6 +42,8 @@ from florence_bt.skills.people.user_tracker.tracker import UserTracker
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
+BATTERY_PERIOD_S = 1.0
+"""As of the base's driver."""
 SETTLE_S = 2.0
 """Seconds before a mission, in which the gyro learns its rest offset and the costmaps fill."""
 
@@ -83,6 +85,8 @@ class Rig:
         world: The truth.
         executor: Runs the missions.
         records: What finished runs left, when a folder for runs was given.
+        topics: The topics that skills use beside actions and services, by name.
+        charge_fraction: How full the battery is, 0 to 1; it stays as it is set.
     """
 
     def __init__(self, setting: RigSetting) -> None:
@@ -106,14 +110,19 @@ class Rig:
         self.locator.map = setting.grid
         self._base = _BaseSkills(self.robot, setting, self.clock)
         self._people = _PeopleSkills(self.robot, setting, self.clock)
+        self.topics: dict[str, RigTopic] = {}
         skills = rig_skills(
             {
                 "base": self._base,
                 "people": self._people,
                 "locator": self.locator,
                 "costmap": self._base.global_grid,
-            }
+            },
+            self.topics,
+            self.clock,
         )
+        self.charge_fraction = 1.0
+        call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
             MissionLibrary.load(),
             skills,
@@ -157,6 +166,9 @@ class Rig:
             while not run.status.final:
                 self.clock.run_next()
         return run
+
+    def _publish_battery(self) -> None:
+        self.topics["battery_state"].publish(percentage=self.charge_fraction)
 
     def _locate(self) -> None:
         self.locator.robot = self.robot.pose

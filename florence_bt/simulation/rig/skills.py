@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, MutableMapping
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
+from florence_bt.core.clock import Clock
+from florence_bt.core.message_skills import MessageCondition
 from florence_bt.core.outcome import Result, cancelled
+from florence_bt.core.serving import Served, ServedByNode, ServedCondition
 from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, Skill, SkillRun
 from florence_bt.skills.served import SERVED
 
@@ -82,13 +86,43 @@ class ComponentSkill:
         return FinishedRun(answer) if isinstance(answer, Result) else answer
 
 
-def rig_skills(components: Mapping[str, Any]) -> dict[str, Skill]:
+class RigTopic:
+    """A topic of the rig: what is published reaches every subscriber at once."""
+
+    def __init__(self) -> None:
+        self._subscribers: list[Callable[[Any], None]] = []
+
+    def subscribe(self, callback: Callable[[Any], None]) -> None:
+        """Call back with each message."""
+        self._subscribers.append(callback)
+
+    def publish(self, **values: Any) -> None:
+        """Send a message with these fields."""
+        message = SimpleNamespace(**values)
+        for callback in tuple(self._subscribers):
+            callback(message)
+
+
+def rig_skills(
+    components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+) -> dict[str, Skill]:
     """Every shipped skill by name.
 
     Args:
         components: Those that the tables of the skills name.
+        topics: Receives the topics that the tables name, by name.
+        clock: Says how old messages are.
     """
-    return {
-        served.skill.name: ComponentSkill(partial(served.perform, components[served.component]))
-        for served in SERVED
-    }
+    return {served.skill.name: _in_rig(served, components, topics, clock) for served in SERVED}
+
+
+def _in_rig(
+    served: Served, components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+) -> Skill:
+    if isinstance(served, ServedByNode):
+        return ComponentSkill(partial(served.perform, components[served.component]))
+    topic = topics.setdefault(served.name, RigTopic())
+    assert isinstance(served, ServedCondition)
+    condition = MessageCondition(clock, f"topic {served.name}", served.judge, served.max_age_s)
+    topic.subscribe(condition.take)
+    return condition

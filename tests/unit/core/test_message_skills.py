@@ -3,8 +3,8 @@
 import pytest
 
 from florence_bt.core.clock import ManualClock
+from florence_bt.core.message_skills import MessageCondition
 from florence_bt.core.outcome import failure, success
-from florence_bt.ros._message_condition import MessageCondition
 
 
 def judge(inputs, message):

@@ -1,4 +1,4 @@
-"""A condition that is answered from the last message of some source: no ROS in here."""
+"""Skills that are answered by the messages of some source, such as a topic. No ROS in here."""
 
 from __future__ import annotations
 
