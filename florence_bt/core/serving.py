@@ -84,3 +84,29 @@ class ServedCondition(Served):
 
     judge: Callable[[Inputs, Any], Result]
     max_age_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedPublication(Served):
+    """A skill that publishes one message on a topic.
+
+    Attributes:
+        message: The fields of the message from the inputs.
+    """
+
+    message: Callable[[Inputs], Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedWait(Served):
+    """A skill that waits for the next message of a topic.
+
+    Attributes:
+        result: The result from the message.
+        time_limit: How long to wait, seconds, from the inputs.
+        nothing: The result from the inputs when no message came in time.
+    """
+
+    result: Callable[[Any], Result]
+    time_limit: Callable[[Inputs], float]
+    nothing: Callable[[Inputs], Result]

@@ -8,6 +8,7 @@ from florence_bt.skills.locator import declaration as locator
 from florence_bt.skills.navigation.navigate import declaration as navigate
 from florence_bt.skills.people.approach_user import declaration as approach_user
 from florence_bt.skills.people.user_tracker import declaration as user_tracker
+from florence_bt.skills.speech import declaration as speech
 
 SERVED: tuple[Served, ...] = (
     *navigate.SERVED,
@@ -15,6 +16,7 @@ SERVED: tuple[Served, ...] = (
     *approach_user.SERVED,
     *locator.SERVED,
     *base.SERVED,
+    *speech.SERVED,
 )
 
 ACTIONS = tuple(served.name for served in SERVED if isinstance(served, ServedAction))

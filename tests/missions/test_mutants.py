@@ -183,6 +183,15 @@ MUTANTS = [
     ("go_home", "unless: $attempt == 1", "unless: $attempt == 2", "go_home took 40 s, not 10 s"),
     ("go_home", "wait: $pause", "wait: 30 s", "go_home took 40 s, not 70 s"),
     ("go_home", "{room: $dock}", "{room: dock}", "'goto_room' with room=home was not called"),
+    (
+        "remind",
+        "on: [no_answer, no_more_rooms]",
+        "on: [no_answer]",
+        "'find_user' was started once, not 3 times",
+    ),
+    ("remind", "unless: $attempt == 1", "unless: $attempt == 2", "remind took "),
+    ("remind", "      - say: {text: $text}\n", "", "'say' is a skill that remind does not use"),
+    ("remind", "{time_limit: $time_limit}", "{time_limit: 30 s}", "'wait_for_answer' with time_limit=20 was"),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
 ]
 """The mission, a text in it, what stands in its place, and what the scenarios must say of that."""

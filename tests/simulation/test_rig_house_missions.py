@@ -36,3 +36,20 @@ def test_a_patrol_with_a_low_battery_goes_home():
     rig.clock.advance(1.0)
     assert rig.world.robot_pose.distance_to(rig.world.flat.start) < 0.15
     assert rig.world.contacts == []
+
+
+def test_a_reminder_is_said_in_front_of_the_user_until_it_is_confirmed():
+    rig = make_rig(seed=1, person="kitchen")
+    said = []
+
+    def hear(message):
+        said.append((message.data, rig.world.robot_pose.distance_to(rig.world.person_pose("user"))))
+        if len(said) == 2:
+            rig.clock.call_at(rig.clock.now() + 3.0, lambda: rig.topics["answer"].publish(data="yes"))
+
+    rig.topics["say"].subscribe(hear)
+    run = rig.run("remind", {"text": "Please drink something.", "pause": "5 s"})
+    assert run.status is RunStatus.SUCCEEDED, run.reason
+    assert run.outputs["answer"] == "yes"
+    assert [text for text, _ in said] == ["Please drink something."] * 2
+    assert all(0.8 < distance < 1.5 for _, distance in said)

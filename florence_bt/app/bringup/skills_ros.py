@@ -9,13 +9,21 @@ from types import ModuleType
 from typing import Any
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.serving import Served, ServedAction, ServedByNode, ServedCondition, ServedService
+from florence_bt.core.serving import (
+    Served,
+    ServedAction,
+    ServedByNode,
+    ServedCondition,
+    ServedPublication,
+    ServedService,
+    ServedWait,
+)
 from florence_bt.core.skill import Inputs, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.service_skill import ServiceSkill
-from florence_bt.ros.topic_skill import TopicCondition
+from florence_bt.ros.topic_skill import TopicCondition, TopicPublication, TopicWait
 from florence_bt.skills.served import SERVED
 from florence_bt.trees.language.declarations import skills_in
 from florence_bt.trees.language.third_party import ThirdParty
@@ -85,6 +93,10 @@ def _over_ros(node: FlorenceNode, served: Served) -> Skill:
     if isinstance(served, ServedCondition):
         source = (interface, served.name)
         return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
+    if isinstance(served, ServedPublication):
+        return TopicPublication(node, interface, served)
+    if isinstance(served, ServedWait):
+        return TopicWait(node, interface, served)
     assert isinstance(served, ServedByNode)
     return _of_node(node, served, interface)
 

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from florence_bt.core.clock import Clock
-from florence_bt.core.message_skills import MessageCondition
-from florence_bt.core.outcome import Result, cancelled
-from florence_bt.core.serving import Served, ServedByNode, ServedCondition
-from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, Skill, SkillRun
+from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.serving import Served, ServedByNode, ServedCondition, ServedPublication, ServedWait
+from florence_bt.core.skill import Event, FinishedRun, Inputs, InstantSkill, RunState, Skill, SkillRun
 from florence_bt.skills.served import SERVED
 
 
@@ -122,7 +122,19 @@ def _in_rig(
     if isinstance(served, ServedByNode):
         return ComponentSkill(partial(served.perform, components[served.component]))
     topic = topics.setdefault(served.name, RigTopic())
-    assert isinstance(served, ServedCondition)
-    condition = MessageCondition(clock, f"topic {served.name}", served.judge, served.max_age_s)
-    topic.subscribe(condition.take)
-    return condition
+    if isinstance(served, ServedPublication):
+        return InstantSkill(partial(_publish, topic, served))
+    label = f"topic {served.name}"
+    answered: MessageCondition | MessageWait
+    if isinstance(served, ServedWait):
+        answered = MessageWait(clock, label, served)
+    else:
+        assert isinstance(served, ServedCondition)
+        answered = MessageCondition(clock, label, served.judge, served.max_age_s)
+    topic.subscribe(answered.take)
+    return answered
+
+
+def _publish(topic: RigTopic, served: ServedPublication, inputs: Inputs) -> Result:
+    topic.publish(**served.message(inputs))
+    return success()

@@ -1,10 +1,16 @@
-"""A condition that is answered from the last message: its answers, its changes, its timers."""
+"""Skills that messages answer: a condition with its answers, changes and timers, and a wait for a message."""
+
+from types import SimpleNamespace
 
 import pytest
 
 from florence_bt.core.clock import ManualClock
-from florence_bt.core.message_skills import MessageCondition
-from florence_bt.core.outcome import failure, success
+from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.outcome import Outcome, failure, success
+from florence_bt.core.serving import ServedWait
+from florence_bt.skills.speech.declaration import SERVED
+
+(WAIT_FOR_ANSWER,) = (served for served in SERVED if isinstance(served, ServedWait))
 
 
 def judge(inputs, message):
@@ -58,3 +64,44 @@ def test_silence_is_a_change_and_needs_no_timer_while_nobody_watches(battery, cl
     end()
     end()
     assert clock.next_time() is None
+
+
+@pytest.fixture
+def answers(clock):
+    return MessageWait(clock, "topic answer", WAIT_FOR_ANSWER)
+
+
+def test_a_wait_ends_with_the_first_message_that_comes_after_its_start(answers, clock):
+    woken = []
+    answers.take(SimpleNamespace(data="too early"))
+    run = answers.start({"time_limit": 30.0})
+    run.on_change(lambda: woken.append(run.poll()))
+    clock.advance(29.0)
+    assert run.poll() is None and run.feedback == "waiting for topic answer"
+    answers.take(SimpleNamespace(data="yes"))
+    answers.take(SimpleNamespace(data="no"))
+    assert run.poll() == success(answer="yes") and woken == [success(answer="yes")]
+    assert clock.next_time() is None
+
+
+def test_an_answer_has_an_end(answers):
+    run = answers.start({"time_limit": 30.0})
+    answers.take(SimpleNamespace(data="no" * 1000))
+    assert run.poll().outputs["answer"] == "no" * 100
+
+
+def test_a_wait_without_a_message_fails_in_time(answers, clock):
+    long, short = answers.start({"time_limit": 30.0}), answers.start({"time_limit": 2.0})
+    clock.advance(2.0)
+    assert long.poll() is None
+    assert short.poll() == failure("no_answer", "nobody answered within 2 s")
+    answers.take(SimpleNamespace(data="yes"))
+    assert long.poll() == success(answer="yes") and short.poll().code == "no_answer"
+
+
+def test_a_wait_that_is_cancelled_is_over_at_once(answers, clock):
+    run = answers.start({"time_limit": 30.0})
+    run.cancel()
+    run.cancel()
+    answers.take(SimpleNamespace(data="yes"))
+    assert run.poll().outcome is Outcome.CANCELLED and clock.next_time() is None
