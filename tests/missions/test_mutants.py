@@ -192,6 +192,21 @@ MUTANTS = [
     ("remind", "unless: $attempt == 1", "unless: $attempt == 2", "remind took "),
     ("remind", "      - say: {text: $text}\n", "", "'say' is a skill that remind does not use"),
     ("remind", "{time_limit: $time_limit}", "{time_limit: 30 s}", "'wait_for_answer' with time_limit=20 was"),
+    (
+        "night_check",
+        "$height < 0.5 m",
+        "$height <= 0.5 m",
+        "call_for_help was started, but",
+    ),
+    ("night_check", "$distance > 2.5 m", "$distance >= 2.5 m", "'approach_user' was started once"),
+    ("night_check", "safe_distance: 1.5 m", "safe_distance: 0.5 m", "'approach_user' with user="),
+    (
+        "night_check",
+        "      finally:\n        name: take the speed limit back\n        set_speed_limit: {speed: 0}\n",
+        "",
+        "'set_speed_limit' with speed=0 was not called at all",
+    ),
+    ("night_check", "code: user_lying", "code: failed", "night_check cannot end with"),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number 8"),
 ]
 """The mission, a text in it, what stands in its place, and what the scenarios must say of that."""

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from florence_bt.app.demo.rigs import make_rig
+from florence_bt.core.clock import call_every
+from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
+from florence_bt.simulation.home.people import PersonSpec
 
 pytestmark = pytest.mark.slow
 
@@ -53,3 +58,26 @@ def test_a_reminder_is_said_in_front_of_the_user_until_it_is_confirmed():
     assert run.outputs["answer"] == "yes"
     assert [text for text, _ in said] == ["Please drink something."] * 2
     assert all(0.8 < distance < 1.5 for _, distance in said)
+
+
+@pytest.mark.parametrize(
+    ("pose", "surface", "code"),
+    [(Pose2(3.0, 6.2, 0.5), 0.0, "user_lying"), (Pose2(7.7, 6.9, -1.57), 0.52, "ok")],
+    ids=["on the floor", "in bed"],
+)
+def test_a_night_check_is_slow_and_raises_help_for_who_lies_on_the_floor(pose, surface, code):
+    rig = make_rig(seed=2, person=PersonSpec("user", pose, "lying", surface=surface))
+    helped, places = [], []
+    rig.topics["help"].subscribe(lambda message: helped.append(message.data))
+    call_every(rig.clock, 0.5, lambda: places.append(rig.world.robot_pose))
+    run = rig.run("night_check")
+    assert run.code == code, run.reason
+    assert helped == ([] if code == "ok" else ["The user is lying on the floor: living_room."])
+    assert 0.1 < fastest(places) < 0.17
+    rig.run("goto_room", {"room": "hall"})
+    assert fastest(places) > 0.3, "the limit was taken back"
+
+
+def fastest(places):
+    """The highest speed between places of every half second, m/s."""
+    return max(here.distance_to(before) / 0.5 for before, here in pairwise(places))

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
@@ -27,6 +27,7 @@ from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, R
 from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.drive import NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.results import BaseStop
@@ -121,6 +122,7 @@ class Rig:
             self.topics,
             self.clock,
         )
+        self.topics[SPEED_LIMIT].subscribe(self._base.limit_speed)
         self.charge_fraction = 1.0
         call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
@@ -200,6 +202,9 @@ class _BaseSkills:
         self._navigator.add_scan(
             source, scan, sensor_in_base, self._robot.odometry.pose, self._robot.map_from_odom
         )
+
+    def limit_speed(self, message: Any) -> None:
+        self._navigator.speed_limit = message.data
 
     def navigate(self, goal: Pose2) -> SkillRun:
         run = self._component.begin("driving", self._navigator.cancel)

@@ -16,6 +16,13 @@ SAY = SkillDeclaration(
     deadline_s=10.0,
 )
 
+CALL_FOR_HELP = SkillDeclaration(
+    name="call_for_help",
+    summary="Tell that a person needs help; a program that calls somebody listens on the topic `help`",
+    inputs={"text": Port(Kind.TEXT, "what has happened, and where")},
+    deadline_s=10.0,
+)
+
 WAIT_FOR_ANSWER = SkillDeclaration(
     name="wait_for_answer",
     summary="Wait for a button of the home sensors, or anything else that comes on the topic `answer`",
@@ -33,6 +40,12 @@ SERVED = (
         skill=SAY,
         interface="std_msgs/msg/String",
         name="say",
+        message=lambda inputs: {"data": inputs["text"]},
+    ),
+    ServedPublication(
+        skill=CALL_FOR_HELP,
+        interface="std_msgs/msg/String",
+        name="help",
         message=lambda inputs: {"data": inputs["text"]},
     ),
     ServedWait(
