@@ -1,4 +1,5 @@
-"""How a shipped skill is served: over ROS by an action or a service, and in the rig by a component.
+"""How a shipped skill is served: over ROS by an action, a service or a topic, and in the rig by a component
+or a topic of the rig.
 
 Each ``declaration.py`` has a table ``SERVED`` beside its declarations. The types of ROS are named, not
 imported, and messages are read by their fields, so that the rig and ``florence check`` need no ROS.
@@ -17,28 +18,37 @@ from florence_bt.core.skill import Inputs, SkillRun
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Served:
-    """What actions and services have in common.
+    """What all have in common.
 
     Attributes:
         skill: The declaration.
         interface: The ROS type, such as ``nav2_msgs/action/Spin``.
-        name: The name of the action or service.
+        name: The name of the action, service or topic.
+    """
+
+    skill: SkillDeclaration
+    interface: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedByNode(Served):
+    """What actions and services have in common.
+
+    Attributes:
         component: The part of the rig that performs the skill.
         perform: Given the component and the inputs: the result of a skill that answers at once, else its run.
         request: The fields of the goal or request from the inputs. A :class:`Pose2` becomes a stamped pose in
             the map frame, a ``timedelta`` a duration.
     """
 
-    skill: SkillDeclaration
-    interface: str
-    name: str
     component: str
     perform: Callable[[Any, Inputs], Result | SkillRun]
     request: Callable[[Inputs], Mapping[str, Any]] = lambda inputs: {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedAction(Served):
+class ServedAction(ServedByNode):
     """A skill that is an action.
 
     Attributes:
@@ -51,7 +61,7 @@ class ServedAction(Served):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ServedService(Served):
+class ServedService(ServedByNode):
     """A skill that is a service.
 
     Attributes:
@@ -61,3 +71,42 @@ class ServedService(Served):
 
     result: Callable[[Any], Result]
     judge: Callable[[Inputs, Result], Result] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedCondition(Served):
+    """A condition that is judged from the last message of a topic.
+
+    Attributes:
+        judge: The result from the inputs and a message; raises ValueError when a message says nothing.
+        max_age_s: Seconds after which a message does not count any more.
+    """
+
+    judge: Callable[[Inputs, Any], Result]
+    max_age_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedPublication(Served):
+    """A skill that publishes one message on a topic.
+
+    Attributes:
+        message: The fields of the message from the inputs.
+    """
+
+    message: Callable[[Inputs], Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedWait(Served):
+    """A skill that waits for the next message of a topic.
+
+    Attributes:
+        result: The result from the message.
+        time_limit: How long to wait, seconds, from the inputs.
+        nothing: The result from the inputs when no message came in time.
+    """
+
+    result: Callable[[Any], Result]
+    time_limit: Callable[[Inputs], float]
+    nothing: Callable[[Inputs], Result]

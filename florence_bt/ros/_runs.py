@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.limits import Positive, check_limits
-from florence_bt.core.outcome import Outcome, Result, cancelled, failure
+from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
 from florence_bt.core.skill import Event, FinishedRun, Inputs, Phase, RunState, SkillRun
 
 SEARCH_PERIOD_S = 0.05
@@ -271,6 +271,29 @@ class TopicRun(RemoteRun):
             return
         reason = f"{self._label} reported no end within {self._deadlines.result_s:g} s"
         self._stop_with(failure("timed_out", reason))
+
+
+class PublicationRun(RemoteRun):
+    """A run that publishes one message as soon as somebody listens, and has succeeded with that."""
+
+    def __init__(self, clock: Clock, channel: Channel, deadline_s: float, label: str) -> None:
+        """Begin the run.
+
+        Args:
+            clock: Drives the deadline; the steady time.
+            channel: The way to the topic.
+            deadline_s: Seconds in which a subscriber must be found.
+            label: Names the topic in reasons.
+        """
+        super().__init__(channel, clock, label, f"publishing on {label}")
+        not_found = self._not_found(deadline_s, "subscriber")
+        self._set_deadline(clock.call_at(clock.now() + deadline_s, lambda: self._stop_with(not_found)))
+        self._search()
+
+    def _search(self) -> None:
+        super()._search()
+        if self.sent:
+            self.finished(success())
 
 
 class StopAnswer(enum.Enum):

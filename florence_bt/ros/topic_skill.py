@@ -1,4 +1,4 @@
-"""Skills over topics: one that is commanded on one topic and reports its end on another, and a condition."""
+"""Skills over topics: commands with a report, conditions, publications, and waiting for a message."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Any
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 
+from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled
+from florence_bt.core.serving import ServedPublication, ServedWait
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.ros._message_condition import MessageCondition
-from florence_bt.ros._runs import Deadlines, RemoteSkill, TopicRun
+from florence_bt.ros._runs import Deadlines, PublicationRun, RemoteSkill, TopicRun
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 
@@ -103,6 +104,53 @@ class TopicCondition(MessageCondition):
         self.label = f"topic {self._topic}"
         super().__init__(node.timebase, self.label, to_result, max_age_s)
         node.create_subscription(source[0], source[1], self.take, qos)
+
+    def server_is_there(self) -> bool:
+        """Whether the topic has a publisher."""
+        return bool(self._node.count_publishers(self._topic) > 0)
+
+
+class TopicPublication(RemoteSkill):
+    """A skill that publishes one message, as soon as somebody listens."""
+
+    def __init__(self, node: FlorenceNode, message_type: Any, served: ServedPublication) -> None:
+        """Make a publisher.
+
+        Args:
+            node: The node that publishes.
+            message_type: The type of the message.
+            served: The topic, and the message from the inputs.
+        """
+        self._node = node
+        self._publisher = node.create_publisher(message_type, served.name, RELIABLE)
+        label = f"topic {self._publisher.topic_name}"
+        super().__init__(label, "message", lambda inputs: message_type(**served.message(inputs)))
+
+    def server_is_there(self) -> bool:
+        """Whether somebody listens."""
+        return bool(self._publisher.get_subscription_count() > 0)
+
+    def _begin(self, message: Any, inputs: Inputs) -> SkillRun:
+        channel = _Channel(self._publisher, message, None)
+        return PublicationRun(self._node.steady, channel, Deadlines().accept_s, self.label)
+
+
+class TopicWait(MessageWait):
+    """A skill that waits for the next message of a topic."""
+
+    def __init__(self, node: FlorenceNode, message_type: Any, served: ServedWait) -> None:
+        """Make a subscription.
+
+        Args:
+            node: The node that subscribes.
+            message_type: The type of the messages.
+            served: The topic, what a message means, and how long to wait for one.
+        """
+        self._node = node
+        self._topic = node.resolve_topic_name(served.name)
+        self.label = f"topic {self._topic}"
+        super().__init__(node.timebase, self.label, served)
+        node.create_subscription(message_type, served.name, self.take, RELIABLE)
 
     def server_is_there(self) -> bool:
         """Whether the topic has a publisher."""

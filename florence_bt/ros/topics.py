@@ -14,3 +14,6 @@ DOCK = "turtlebot_node/dock"
 
 USER_SEEN = "home_sensors/user_seen"
 """``florence_interfaces/UserSeen``, latched: the room of the user by the home sensors."""
+
+ANSWER = "answer"
+"""``std_msgs/String``: what somebody answers to the robot: the name of a button, or words."""

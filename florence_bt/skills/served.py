@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from florence_bt.core.serving import Served, ServedAction
+from florence_bt.skills.base import declaration as base
 from florence_bt.skills.locator import declaration as locator
 from florence_bt.skills.navigation.navigate import declaration as navigate
 from florence_bt.skills.people.approach_user import declaration as approach_user
 from florence_bt.skills.people.user_tracker import declaration as user_tracker
+from florence_bt.skills.speech import declaration as speech
 
-SERVED: tuple[Served, ...] = (*navigate.SERVED, *user_tracker.SERVED, *approach_user.SERVED, *locator.SERVED)
+SERVED: tuple[Served, ...] = (
+    *navigate.SERVED,
+    *user_tracker.SERVED,
+    *approach_user.SERVED,
+    *locator.SERVED,
+    *base.SERVED,
+    *speech.SERVED,
+)
 
 ACTIONS = tuple(served.name for served in SERVED if isinstance(served, ServedAction))
 """The names of all actions: what moves the robot, and what it must not move during."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -84,14 +85,13 @@ class Missions(FlorenceNode):
 class Bench:
     """A locator, a mission server and a caller."""
 
-    def __init__(self, ros: Any, folder: Path, *, use_sim_time: bool = False) -> None:
+    def __init__(self, ros: Any, folder: Path, *, use_sim_time: bool = False, habits_file: str = "") -> None:
         self.ros = ros
         self.file = folder / "hotspots.yaml"
         self.file.write_text(HOTSPOTS)
         self.missions: Missions = ros.add(Missions())
-        self.locator = ros.add(
-            LocatorNode(parameters={"hotspots_file": str(self.file), "use_sim_time": use_sim_time})
-        )
+        parameters = {"hotspots_file": str(self.file), "habits_file": habits_file}
+        self.locator = ros.add(LocatorNode(parameters=parameters | {"use_sim_time": use_sim_time}))
         self._clients: dict[str, Any] = {}
 
     def call(self, service_type: Any, name: str, **fields: Any) -> Any:
@@ -139,6 +139,23 @@ def test_the_user_is_where_sensors_say(bench: Bench) -> None:
     bench.until(lambda: bench.missions.detected.get_subscription_count(), "the subscription")
     bench.missions.detected.publish(DetectedUser(command=True, user_position_x=5.0, user_position_y=1.5))
     bench.until(lambda: bench.call(GetRoom, "getUserPosRoom").room == "bedroom", "the detected user")
+
+
+def test_the_rooms_begin_where_the_user_was_last(bench: Bench) -> None:
+    assert bench.call(Trigger, "getRooms").message == "kitchen, bedroom"
+    assert bench.call(SetRoom, "setUserPosRoom", room="bedroom").success
+    rooms = bench.call(Trigger, "getRooms")
+    assert (rooms.success, rooms.message) == (True, "bedroom, kitchen")
+
+
+def test_the_habits_of_the_user_outlive_the_node(ros: Any, tmp_path: Path) -> None:
+    file = tmp_path / "habits.json"
+    file.write_text("damaged")
+    bench = Bench(ros, tmp_path, habits_file=str(file))
+    assert bench.call(SetRoom, "setUserPosRoom", room="bedroom").success
+    ros.close_node(bench.locator)
+    counts = json.loads(file.read_text())
+    assert list(counts) == ["bedroom"] and sum(counts["bedroom"]) == 1
 
 
 def test_a_place_in_an_obstacle_of_the_map_is_not_stored(bench: Bench) -> None:

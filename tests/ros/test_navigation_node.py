@@ -24,7 +24,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool
 
+from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.geometry import Pose2, angle_difference
+from florence_bt.core.outcome import success
 from florence_bt.ros.conversions import (
     duration_to_ros,
     grid_from_ros,
@@ -331,6 +333,25 @@ def test_a_goal_in_another_frame_and_a_cancel(scene: Scene) -> None:
     assert answer.status == 5
     last = scene.robot.commands[-1]
     assert (last.linear.x, last.angular.z) == (0.0, 0.0)
+
+
+def test_a_speed_limit_holds_until_it_is_taken_back(scene: Scene) -> None:
+    scene.add_navigation()
+    skill = make_skills(scene.client)["set_speed_limit"]
+
+    def set_limit(speed: float) -> None:
+        run = skill.start({"speed": speed})
+        scene.ros.spin_until(run.poll, what="the speed limit")
+        assert run.poll() == success()
+        scene.ros.spin_for(0.5)
+
+    set_limit(0.15)
+    handle = scene.send(scene.poses, to(Pose2(3.4, 2.4)))
+    scene.play_until(lambda: scene.robot.world.pose.x > START.x + 0.5)
+    assert max(command.linear.x for command in scene.robot.commands) == pytest.approx(0.15)
+    set_limit(0.0)
+    scene.play_until(lambda: scene.robot.world.twist.linear > 0.3)
+    assert scene.result_of(handle).status == 4
 
 
 def test_a_laser_that_falls_silent_stops_the_robot_and_a_short_gap_only_pauses_it(scene: Scene) -> None:

@@ -10,43 +10,32 @@ import pytest
 pytest.importorskip("rclpy")
 from sensor_msgs.msg import BatteryState
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.outcome import failure, success
+from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
+from florence_bt.skills.base.declaration import BATTERY_ABOVE
 from florence_bt.trees.language.loader import MissionLibrary
 
 pytestmark = pytest.mark.ros
 
 DECLARATIONS = {
-    "battery_above": SkillDeclaration(
-        "battery_above",
-        "Check that the battery is not low",
-        inputs={"charge": Port(Kind.NUMBER, "the least fraction")},
-        failures={"battery_low": "it is low"},
-        instant=True,
-        wakes=True,
-    ),
+    "battery_above": BATTERY_ABOVE,
     "drive": SkillDeclaration("drive", "Drive for ever", deadline_s=1e6),
 }
+LOW = "the battery holds 20% of its full charge"
 MISSION = "mission: m\ntree: {sequence: [{battery_above: {charge: 0.3}}, drive: ], memory: false}\n"
 
 
-def judge(inputs: Any, message: Any) -> Any:
-    low = message.percentage < inputs["charge"]
-    return failure("battery_low", f"{message.percentage:.0%} are left") if low else success()
-
-
 def test_a_message_stops_the_drive(ros: Any, tmp_path: Path) -> None:
+    from florence_bt.app.bringup.skills_ros import make_skills
     from florence_bt.ros.node import FlorenceNode
     from florence_bt.ros.qos import RELIABLE
-    from florence_bt.ros.topic_skill import TopicCondition
 
     (tmp_path / "m.yaml").write_text(MISSION)
     robot, server = ros.add(FlorenceNode("robot")), ros.add(FlorenceNode("missions"))
     publisher = robot.create_publisher(BatteryState, "battery_state", RELIABLE)
-    battery = TopicCondition(server, (BatteryState, "battery_state"), to_result=judge, max_age_s=1e6)
+    battery: Any = make_skills(server)["battery_above"]
     drive = ScriptedSkill(DECLARATIONS["drive"], server.timebase, [Step(after=1e6)])
     executor = Executor(
         MissionLibrary.load([tmp_path], built_in=False),
@@ -63,5 +52,5 @@ def test_a_message_stops_the_drive(ros: Any, tmp_path: Path) -> None:
     publisher.publish(BatteryState(percentage=0.5))
     publisher.publish(BatteryState(percentage=0.2))
     ros.spin_until(lambda: run.status.final)
-    assert (run.status, run.why.code, run.why.reason) == (RunStatus.FAILED, "battery_low", "20% are left")
+    assert (run.status, run.why.code, run.why.reason) == (RunStatus.FAILED, "battery_low", LOW)
     assert drive.active == 0 and len(drive.runs) == 1

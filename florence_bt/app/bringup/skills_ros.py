@@ -9,12 +9,21 @@ from types import ModuleType
 from typing import Any
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.serving import Served, ServedAction, ServedService
+from florence_bt.core.serving import (
+    Served,
+    ServedAction,
+    ServedByNode,
+    ServedCondition,
+    ServedPublication,
+    ServedService,
+    ServedWait,
+)
 from florence_bt.core.skill import Inputs, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.service_skill import ServiceSkill
+from florence_bt.ros.topic_skill import TopicCondition, TopicPublication, TopicWait
 from florence_bt.skills.served import SERVED
 from florence_bt.trees.language.declarations import skills_in
 from florence_bt.trees.language.third_party import ThirdParty
@@ -78,9 +87,21 @@ def _attempt(make: Callable[[], Any], what: str) -> Any:
 
 
 def _over_ros(node: FlorenceNode, served: Served) -> Skill:
-    """The client of a skill's action or service."""
+    """The client of a skill's action, service or topic."""
     package, kind, name = served.interface.split("/")
     interface: Any = getattr(importlib.import_module(f"{package}.{kind}"), name)
+    if isinstance(served, ServedCondition):
+        source = (interface, served.name)
+        return TopicCondition(node, source, to_result=served.judge, max_age_s=served.max_age_s)
+    if isinstance(served, ServedPublication):
+        return TopicPublication(node, interface, served)
+    if isinstance(served, ServedWait):
+        return TopicWait(node, interface, served)
+    assert isinstance(served, ServedByNode)
+    return _of_node(node, served, interface)
+
+
+def _of_node(node: FlorenceNode, served: ServedByNode, interface: Any) -> Skill:
     message_type = interface.Goal if isinstance(served, ServedAction) else interface.Request
 
     def to_message(inputs: Inputs) -> Any:

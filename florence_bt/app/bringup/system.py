@@ -24,7 +24,7 @@ from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, gro
 from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.core.serving import ServedAction
+from florence_bt.core.serving import ServedAction, ServedByNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.skills.served import ACTIONS, SERVED
 
@@ -202,6 +202,8 @@ class System:
         names = {name for name, _ in self.client.node.get_service_names_and_types()}
         needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
         for served in SERVED:
+            if not isinstance(served, ServedByNode):
+                continue
             suffix = "/_action/send_goal" if isinstance(served, ServedAction) else ""
             needed[f"/{served.name}{suffix}"] = served.name
         return [shown for name, shown in needed.items() if name not in names]

@@ -213,6 +213,7 @@ def _people(settings: _Settings) -> list[Factory]:
         "florenceLocator",
         hotspots_file=str(settings.hotspots_file),
         initial_user_room=user_room(settings.options),
+        habits_file=str(Path(settings.options.folder) / "habits.json"),
     )
     nodes: list[Factory] = [
         partial(UserTrackerNode, parameters=settings.of("user_tracker_ni_node")),

@@ -53,9 +53,11 @@ def put_stubs(
         library: Holds the stubs afterwards, and what they take, give and can fail with as declared skills.
         declarations: The skills by name.
     """
-    for name in names:
-        mission = library.get(name)
-        library.declarations[name] = _declared(mission, library, declarations)
+    missions = [library.get(name) for name in names]
+    # What a mission can fail with is read from what it calls: all are declared before the first is replaced.
+    declared = {mission.name: _declared(mission, library, declarations) for mission in missions}
+    library.declarations.update(declared)
+    for mission in missions:
         library.put(_stub(mission))
 
 

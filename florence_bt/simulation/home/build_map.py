@@ -28,6 +28,8 @@ RESOLUTION_M = 0.05
 MARGIN_M = 0.5
 LASER_PLANE_M = 0.13
 """Height of the laser plane above the floor. Source: REFERENCE 2.9."""
+DOCK = "dock"
+"""The hotspot of the dock; a home that names no place for it has it where the robot starts."""
 
 _PIXELS = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
 """What map_saver writes. Source: REFERENCE 7.8."""
@@ -74,7 +76,7 @@ def map_yaml(grid: OccupancyGrid, image: str) -> str:
 
 
 def hotspots_yaml(flat: Flat) -> str:
-    """Rooms and objects with their poses (REFERENCE 12.3); phi in radians."""
+    """Rooms and objects with their poses (REFERENCE 12.3), and the dock; phi in radians."""
     rooms = [
         {
             **_entry(room.hotspot.label, room.hotspot.pose, "room"),
@@ -83,6 +85,8 @@ def hotspots_yaml(flat: Flat) -> str:
         for room in flat.rooms
     ]
     objects = [_entry(hotspot.label, hotspot.pose, "object") for hotspot in flat.objects]
+    if DOCK not in {entry["label"] for entry in objects}:
+        objects.append(_entry(DOCK, flat.start, "object"))
     return _generated({"hotspots": rooms + objects})
 
 

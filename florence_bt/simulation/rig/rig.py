@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
@@ -24,9 +24,10 @@ from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.people import PersonSpec
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.rig.robot import BASE_FRAME, CAMERA_FRAME, Config, RigRobot, parameters_of
-from florence_bt.simulation.rig.skills import ExclusiveComponent, rig_skills
+from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.drive import NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.results import BaseStop
@@ -42,6 +43,8 @@ from florence_bt.skills.people.user_tracker.tracker import UserTracker
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
+BATTERY_PERIOD_S = 1.0
+"""As of the base's driver."""
 SETTLE_S = 2.0
 """Seconds before a mission, in which the gyro learns its rest offset and the costmaps fill."""
 
@@ -83,6 +86,8 @@ class Rig:
         world: The truth.
         executor: Runs the missions.
         records: What finished runs left, when a folder for runs was given.
+        topics: The topics that skills use beside actions and services, by name.
+        charge_fraction: How full the battery is, 0 to 1; it stays as it is set.
     """
 
     def __init__(self, setting: RigSetting) -> None:
@@ -106,14 +111,20 @@ class Rig:
         self.locator.map = setting.grid
         self._base = _BaseSkills(self.robot, setting, self.clock)
         self._people = _PeopleSkills(self.robot, setting, self.clock)
+        self.topics: dict[str, RigTopic] = {}
         skills = rig_skills(
             {
                 "base": self._base,
                 "people": self._people,
                 "locator": self.locator,
                 "costmap": self._base.global_grid,
-            }
+            },
+            self.topics,
+            self.clock,
         )
+        self.topics[SPEED_LIMIT].subscribe(self._base.limit_speed)
+        self.charge_fraction = 1.0
+        call_every(self.clock, BATTERY_PERIOD_S, self._publish_battery)
         self.executor = Executor(
             MissionLibrary.load(),
             skills,
@@ -158,6 +169,9 @@ class Rig:
                 self.clock.run_next()
         return run
 
+    def _publish_battery(self) -> None:
+        self.topics["battery_state"].publish(percentage=self.charge_fraction)
+
     def _locate(self) -> None:
         self.locator.robot = self.robot.pose
 
@@ -188,6 +202,9 @@ class _BaseSkills:
         self._navigator.add_scan(
             source, scan, sensor_in_base, self._robot.odometry.pose, self._robot.map_from_odom
         )
+
+    def limit_speed(self, message: Any) -> None:
+        self._navigator.speed_limit = message.data
 
     def navigate(self, goal: Pose2) -> SkillRun:
         run = self._component.begin("driving", self._navigator.cancel)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, MutableMapping
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
-from florence_bt.core.outcome import Result, cancelled
-from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, Skill, SkillRun
+from florence_bt.core.clock import Clock
+from florence_bt.core.message_skills import MessageCondition, MessageWait
+from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.serving import Served, ServedByNode, ServedCondition, ServedPublication, ServedWait
+from florence_bt.core.skill import Event, FinishedRun, Inputs, InstantSkill, RunState, Skill, SkillRun
 from florence_bt.skills.served import SERVED
 
 
@@ -82,13 +86,55 @@ class ComponentSkill:
         return FinishedRun(answer) if isinstance(answer, Result) else answer
 
 
-def rig_skills(components: Mapping[str, Any]) -> dict[str, Skill]:
+class RigTopic:
+    """A topic of the rig: what is published reaches every subscriber at once."""
+
+    def __init__(self) -> None:
+        self._subscribers: list[Callable[[Any], None]] = []
+
+    def subscribe(self, callback: Callable[[Any], None]) -> None:
+        """Call back with each message."""
+        self._subscribers.append(callback)
+
+    def publish(self, **values: Any) -> None:
+        """Send a message with these fields."""
+        message = SimpleNamespace(**values)
+        for callback in tuple(self._subscribers):
+            callback(message)
+
+
+def rig_skills(
+    components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+) -> dict[str, Skill]:
     """Every shipped skill by name.
 
     Args:
         components: Those that the tables of the skills name.
+        topics: Receives the topics that the tables name, by name.
+        clock: Says how old messages are.
     """
-    return {
-        served.skill.name: ComponentSkill(partial(served.perform, components[served.component]))
-        for served in SERVED
-    }
+    return {served.skill.name: _in_rig(served, components, topics, clock) for served in SERVED}
+
+
+def _in_rig(
+    served: Served, components: Mapping[str, Any], topics: MutableMapping[str, RigTopic], clock: Clock
+) -> Skill:
+    if isinstance(served, ServedByNode):
+        return ComponentSkill(partial(served.perform, components[served.component]))
+    topic = topics.setdefault(served.name, RigTopic())
+    if isinstance(served, ServedPublication):
+        return InstantSkill(partial(_publish, topic, served))
+    label = f"topic {served.name}"
+    answered: MessageCondition | MessageWait
+    if isinstance(served, ServedWait):
+        answered = MessageWait(clock, label, served)
+    else:
+        assert isinstance(served, ServedCondition)
+        answered = MessageCondition(clock, label, served.judge, served.max_age_s)
+    topic.subscribe(answered.take)
+    return answered
+
+
+def _publish(topic: RigTopic, served: ServedPublication, inputs: Inputs) -> Result:
+    topic.publish(**served.message(inputs))
+    return success()

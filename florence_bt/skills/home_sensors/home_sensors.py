@@ -18,6 +18,8 @@ from florence_bt.skills.home_sensors.settings import HomeSensor, SensorKind
 
 HOLD_S = 60.0
 """How long a device that was operated counts: as long as motion detectors show motion."""
+PRESS_S = 5.0
+"""How old the report of a button may be for a press: what the broker had kept is none."""
 AHEAD_S = 5.0
 """How far ahead of ours the clock of a sensor may be."""
 CONTRADICTION_S = 120.0
@@ -132,6 +134,12 @@ class HomeSensors:
         elif state.began is not None and state.active and not report.active:
             state.ended = self._until(report.sensor, at)
         state.active, state.last_report = report.active, at
+
+    def is_press(self, report: Report, now: float) -> bool:
+        """Whether a report says that a button was pressed a moment ago."""
+        sensor = self._sensors[report.sensor]
+        fresh = report.at is not None and now - report.at <= PRESS_S
+        return sensor.kind is SensorKind.BUTTON and report.active and fresh
 
     def locate(self, now: float) -> Sighting | None:
         """Where the user is, None while no sensor has said so. Call it after each report, and often."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from florence_interfaces.msg import HomeEvent, UserSeen
+from std_msgs.msg import String
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.diagnosis import Diagnosis, Severity
@@ -16,7 +17,7 @@ from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
-from florence_bt.ros.topics import USER_SEEN
+from florence_bt.ros.topics import ANSWER, USER_SEEN
 from florence_bt.skills.home_sensors.home_sensors import BadReport, HomeSensors, Report, Sighting
 from florence_bt.skills.home_sensors.mqtt import MqttClient
 from florence_bt.skills.home_sensors.payload import read_payload
@@ -42,7 +43,7 @@ class HomeSensorsNodeParameters:
 
 
 class HomeSensorsNode(FlorenceNode):
-    """Publishes ``home_sensors/user_seen``.
+    """Publishes ``home_sensors/user_seen``, and on ``answer`` the name of a button that is pressed.
 
     Args:
         parameters: The node's parameters.
@@ -60,6 +61,7 @@ class HomeSensorsNode(FlorenceNode):
         self._sensors = HomeSensors(settings.sensors, self.timebase.now())
         self._published: Sighting | None = None
         self._user_seen = self.create_publisher(UserSeen, USER_SEEN, LATCHED)
+        self._answers = self.create_publisher(String, ANSWER, RELIABLE)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self.create_subscription(HomeEvent, EVENT, self._on_event, RELIABLE)
         call_every(self.timebase, PERIOD_S, self._publish_user)
@@ -105,6 +107,8 @@ class HomeSensorsNode(FlorenceNode):
         except BadReport as error:
             self.health.count_refused(source, str(error))
             return
+        if self._sensors.is_press(report, now):
+            self._answers.publish(String(data=report.sensor))
         self._publish_user()
 
     def _publish_user(self) -> None:

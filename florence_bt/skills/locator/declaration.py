@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.errors import closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.core.serving import ServedService
@@ -57,6 +58,30 @@ GET_ROBOT_POSE = SkillDeclaration(
     instant=True,
 )
 
+NEXT_ROOM = SkillDeclaration(
+    name="next_room",
+    summary="Choose the room to visit next: first where the user is likely to be, then the nearest",
+    inputs={
+        "visited": Port(Kind.TEXT, "the rooms that are done with, separated by commas", default=""),
+        "rooms": Port(
+            Kind.TEXT,
+            "the rooms to choose from, separated by commas and visited in this order; "
+            "without it all rooms, the likely ones first",
+            default="",
+        ),
+    },
+    outputs={
+        "room": Port(Kind.TEXT, "the label of the room", names="room"),
+        "left": Port(Kind.INTEGER, "how many rooms have not been visited yet, this one included"),
+    },
+    failures={
+        "no_more_rooms": "every room has been visited",
+        "unknown_room": "one of the rooms to choose from is not a room",
+    },
+    deadline_s=5.0,
+    instant=True,
+)
+
 SET_USER_POSITION = SkillDeclaration(
     name="set_user_position",
     summary="Remember where the user is, unless the map has an obstacle there",
@@ -75,6 +100,28 @@ def _in_room(inputs: Inputs, result: Result) -> Result:
     if room != inputs["room"]:
         return failure("elsewhere", f"the robot is in {room!r}, not in {inputs['room']!r}")
     return success()
+
+
+def _next_room(inputs: Inputs, result: Result) -> Result:
+    rooms = _labels(result.outputs["rooms"])
+    wanted = _labels(inputs["rooms"]) or rooms
+    for room in wanted:
+        if room not in rooms:
+            close = ", ".join(closest_first(room, rooms))
+            return failure("unknown_room", f"there is no room {room!r} (would have worked: {close})")
+    visited = _labels(inputs["visited"])
+    left = [room for room in wanted if room not in visited]
+    if not left:
+        return failure(
+            "no_more_rooms", f"every room has been visited: {', '.join(wanted) or 'there is none'}"
+        )
+    return success(room=left[0], left=len(left))
+
+
+def _labels(text: str) -> list[str]:
+    """The labels of a text that separates them by commas, each once."""
+    labels = (label.strip() for label in text.split(","))
+    return list(dict.fromkeys(label for label in labels if label))
 
 
 SERVED = (
@@ -117,6 +164,15 @@ SERVED = (
         result=lambda message: success(pose=_pose(message)) if message.valid else failure("no_pose", NO_POSE),
         component="locator",
         perform=lambda locator, inputs: locator.get_robot_pose(),
+    ),
+    ServedService(
+        skill=NEXT_ROOM,
+        interface="std_srvs/srv/Trigger",
+        name="florenceLocator/getRooms",
+        result=lambda message: success(rooms=message.message),
+        judge=_next_room,
+        component="locator",
+        perform=lambda locator, inputs: _next_room(inputs, success(rooms=", ".join(locator.likely_rooms()))),
     ),
     ServedService(
         skill=SET_USER_POSITION,

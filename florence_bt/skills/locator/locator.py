@@ -14,7 +14,8 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.locator.declaration import NO_POSE, USER_UNKNOWN
-from florence_bt.skills.locator.hotspots import Hotspots
+from florence_bt.skills.locator.habits import RoomHabits
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 
 if TYPE_CHECKING:
     from florence_bt.core.sensing import OccupancyGrid
@@ -63,6 +64,7 @@ class Locator:
         hotspots: The rooms and objects.
         clock: Tells how long ago the user was seen.
         initial_user_room: The room to believe the user in at the start, empty for none.
+        habits: Where the user usually is; what is seen from now on is counted there.
 
     Raises:
         ConfigError: The initial room is not among the hotspots.
@@ -71,8 +73,15 @@ class Locator:
         Document, section 3.8; REFERENCE 12.1, 12.3 to 12.5.
     """
 
-    def __init__(self, hotspots: Hotspots, clock: Clock, initial_user_room: str = "") -> None:
+    def __init__(
+        self,
+        hotspots: Hotspots,
+        clock: Clock,
+        initial_user_room: str = "",
+        habits: RoomHabits | None = None,
+    ) -> None:
         self.hotspots = hotspots
+        self.habits = habits or RoomHabits()
         self._clock = clock
         self._last_seen: LastSeen | None = None
         self.robot: Pose2 | None = None
@@ -121,6 +130,7 @@ class Locator:
         self.user = pose
         now = self._clock.now()
         self._last_seen = LastSeen(source, now, now)
+        self._count_room(now)
         return success()
 
     def _in_obstacle(self, pose: Pose2) -> bool:
@@ -157,7 +167,12 @@ class Locator:
         if self.user is None or self.room_of_pose(self.user) != label:
             self.user = hotspot.pose
         self._last_seen = seen
+        if seen.source != INITIAL_ROOM:
+            self._count_room(seen.at)
         return success()
+
+    def _count_room(self, at: float) -> None:
+        self.habits.saw(self.room_of_pose(self.user), at)
 
     def set_hotspot(self, label: str, pose: Pose2) -> Result:
         """Move a hotspot or add a room."""
@@ -198,6 +213,20 @@ class Locator:
     def get_robot_pose(self) -> Result:
         """The skill ``get_robot_pose``."""
         return success(pose=self.robot) if self.robot is not None else failure("no_pose", NO_POSE)
+
+    def likely_rooms(self) -> tuple[str, ...]:
+        """Every room, in the order in which to look for the user.
+
+        First the room where the user was last known to be, then those where the user was on most days at this
+        hour, then the nearest to the robot, by the straight line to their hotspots.
+        """
+        here, believed, now = self.robot, self.room_of_pose(self.user), self._clock.now()
+
+        def order(room: Hotspot) -> tuple[bool, int, float]:
+            distance = here.distance_to(room.pose) if here is not None else 0.0
+            return room.label != believed, -self.habits.count(room.label, now), distance
+
+        return tuple(room.label for room in sorted(self.hotspots.rooms(), key=order))
 
     def take_run_state(self, state: str) -> None:
         """Take over the state of the most recent mission run; an unknown word is kept as it is."""

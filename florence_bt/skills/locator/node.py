@@ -27,6 +27,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformUnavailable
@@ -36,6 +37,7 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE, USER_SEEN
+from florence_bt.skills.locator.habits import RoomHabits, load_habits
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
 from florence_bt.skills.locator.locator import LastSeen, Locator
 
@@ -43,6 +45,8 @@ RUN_SERVICE, STOP_SERVICE = "florence_bt/run_mission", "florence_bt/stop"
 ANSWER_WITHIN_S = 5.0
 """Of this machine's time: the speed of a simulation does not matter to the mission server."""
 CALLER = "florenceLocator"
+SAVE_PERIOD_S = 60.0
+"""Between two looks whether the habits of the user are to be saved."""
 
 Answer = Callable[[bool, str, str], None]
 """Called with whether a mission was accepted, the reason, and the run's id."""
@@ -55,12 +59,14 @@ class LocatorNodeParameters:
     Attributes:
         hotspots_file: The YAML file of the hotspots; empty for none. New hotspots are written there.
         initial_user_room: The room to believe the user in at the start; empty for none.
+        habits_file: Keeps in which rooms the user was seen at which hour; empty for nowhere.
         map_frame: The frame of the map.
         base_frame: The robot's frame.
     """
 
     hotspots_file: str = ""
     initial_user_room: str = ""
+    habits_file: str = ""
     map_frame: str = "map"
     base_frame: str = "base_link"
 
@@ -80,7 +86,9 @@ class LocatorNode(FlorenceNode):
         self._use = self.read_parameters(LocatorNodeParameters)
         file = self._use.hotspots_file
         hotspots = load_hotspots(file) if file else Hotspots()
-        self._locator = Locator(hotspots, self.timebase, self._use.initial_user_room)
+        self._locator = Locator(
+            hotspots, self.timebase, self._use.initial_user_room, self._load_habits(self._use.habits_file)
+        )
         self._tf = TransformListener(self)
         self._missions = _MissionClient(self)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
@@ -92,6 +100,25 @@ class LocatorNode(FlorenceNode):
         self._create_getters()
         self._create_setters()
         self._create_gotos()
+        call_every(self.steady, SAVE_PERIOD_S, self._save_habits)
+        self.on_close(self._save_habits)
+
+    # ---- habits ---------------------------------------------------------------------------------------
+
+    def _load_habits(self, file: str) -> RoomHabits:
+        try:
+            return load_habits(Path(file)) if file else RoomHabits()
+        except ConfigError as error:
+            self.get_logger().warning(f"{error}; counting begins anew")
+            return RoomHabits()
+
+    def _save_habits(self) -> None:
+        if not self._use.habits_file or not self._locator.habits.unsaved:
+            return
+        try:
+            self._locator.habits.save(Path(self._use.habits_file))
+        except ConfigError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=600.0)
 
     # ---- topics ---------------------------------------------------------------------------------------
 
@@ -141,6 +168,7 @@ class LocatorNode(FlorenceNode):
             self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
         self._serve(GetUserSeen, "getUserSeen", self._on_get_user_seen)
         self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
+        self._serve(Trigger, "getRooms", self._on_get_rooms)
         self._serve(GetStatus, "getStatus", self._on_get_status)
 
     def _room_answer(self, pose_of: Callable[[], Pose2 | None]) -> Callable[..., GetRoom.Response]:
@@ -169,6 +197,11 @@ class LocatorNode(FlorenceNode):
         if result.succeeded:
             pose = result.outputs["pose"]
             response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
+        return response
+
+    def _on_get_rooms(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._robot_pose()
+        response.success, response.message = True, ", ".join(self._locator.likely_rooms())
         return response
 
     def _on_get_status(self, request: GetStatus.Request, response: GetStatus.Response) -> GetStatus.Response:

@@ -1,4 +1,4 @@
-"""A run that is commanded on a topic, without ROS."""
+"""Runs that are commanded on a topic, and that only publish, without ROS."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import itertools
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import Outcome, success
-from florence_bt.ros._runs import Deadlines, TopicRun
+from florence_bt.ros._runs import Deadlines, PublicationRun, TopicRun
 
 DEADLINES = Deadlines(accept_s=2.0, result_s=10.0)
 
@@ -90,3 +90,32 @@ def test_every_order_ends_once() -> None:
             first = first or run.poll()
             assert first is None or run.poll() == first
         assert first is not None and clock.next_time() is None
+
+
+def test_a_publication_is_over_when_the_message_is_out() -> None:
+    clock, other = ManualClock(5.0), Other()
+    assert PublicationRun(clock, other, 2.0, "topic /say").poll() == success()
+    assert other.sent == ["command"] and clock.next_time() is None
+
+
+def test_a_publication_waits_for_somebody_who_listens() -> None:
+    clock, other = ManualClock(5.0), Other(there=False)
+    run = PublicationRun(clock, other, 2.0, "topic /say")
+    clock.advance(1.0)
+    assert run.poll() is None and other.sent == []
+    other.there = True
+    clock.advance(1.0)
+    assert run.poll() == success() and other.sent == ["command"] and clock.next_time() is None
+
+
+def test_a_publication_that_nobody_hears_fails() -> None:
+    for cancel in (False, True):
+        clock, other = ManualClock(5.0), Other(there=False)
+        run = PublicationRun(clock, other, 2.0, "topic /say")
+        if cancel:
+            run.cancel()
+        clock.advance(10.0)
+        result = run.poll()
+        assert result is not None and result.code == ("cancelled" if cancel else "server_lost")
+        assert cancel or result.reason.startswith("no subscriber of topic /say")
+        assert other.sent == [] and clock.next_time() is None

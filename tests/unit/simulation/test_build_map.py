@@ -62,6 +62,8 @@ def test_hotspots_name_every_room_and_object(flat):
     assert [entry["label"] for entry in rooms] == [room.name for room in flat.rooms]
     assert all(len(entry["polygon"]) == 4 and -3.15 < entry["phi"] < 3.15 for entry in rooms)
     assert {entry["label"] for entry in entries if entry["kind"] == "object"} >= {"tv", "fridge"}
+    (dock,) = (entry for entry in entries if entry["label"] == "dock")
+    assert (dock["x"], dock["y"]) == (flat.start.x, flat.start.y)
     assert set(rooms[0]) == {"label", "x", "y", "phi", "kind", "polygon"}
 
 

@@ -106,7 +106,8 @@ def test_a_skill_is_the_function_that_starts_it():
 
 
 def skills_of(**components):
-    return rig_skills({"base": None, "people": None, "locator": None, "cost_at": None} | components)
+    none = {"base": None, "people": None, "locator": None, "cost_at": None}
+    return rig_skills(none | components, {}, ManualClock())
 
 
 def test_the_locator_as_skills():
@@ -122,6 +123,8 @@ def test_the_locator_as_skills():
     assert call("get_robot_pose").code == "no_pose"
     locator.robot = Pose2(1.0, 1.0, 0.0)
     assert call("get_robot_pose").outputs["pose"] == Pose2(1.0, 1.0, 0.0)
+    assert call("next_room", rooms="", visited="").outputs == {"room": "kitchen", "left": 1}
+    assert call("next_room", rooms="", visited="kitchen").code == "no_more_rooms"
 
 
 def test_proposals_look_at_the_costmap():
@@ -130,3 +133,14 @@ def test_proposals_look_at_the_costmap():
     assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
     full = skills_of(cost_at=lambda x, y: 100)["propose_approach_pose"].start(inputs).poll()
     assert full.code == "pose_occupied"
+
+
+def test_conditions_judge_the_messages_of_the_topics_of_the_rig():
+    topics, heard = {}, []
+    none = dict.fromkeys(("base", "people", "locator", "costmap"))
+    battery = rig_skills(none, topics, ManualClock())["battery_above"]
+    assert battery.start({"charge": 0.2}).poll().code == "server_lost"
+    battery.watch({"charge": 0.2}, lambda: heard.append(battery.start({"charge": 0.2}).poll().code))
+    for charge in (0.5, 0.4, 0.1):
+        topics["battery_state"].publish(percentage=charge)
+    assert heard == ["ok", "battery_low"]

@@ -13,6 +13,7 @@ from florence_bt.skills.home_sensors.home_sensors import (
     AHEAD_S,
     CONTRADICTION_S,
     HOLD_S,
+    PRESS_S,
     BadReport,
     HomeSensors,
     Report,
@@ -109,6 +110,17 @@ def test_a_button_says_so_with_each_press(house: House) -> None:
     assert house.says("button", True, 50.0) == Sighting("bedroom", "button", 50.0, 50.0)
     house.says("button", False, 51.0)
     assert house.sensors.locate(51.0) == Sighting("bedroom", "button", 50.0, 50.0)
+
+
+def test_a_press_is_a_button_that_reports_now(house: House) -> None:
+    presses = [
+        Report(sensor, active, at)
+        for sensor in ("button", "door")
+        for active in (True, False)
+        for at in (100.0, 100.0 - PRESS_S, 99.9 - PRESS_S, None)
+        if house.sensors.is_press(Report(sensor, active, at), 100.0)
+    ]
+    assert presses == [Report("button", True, 100.0), Report("button", True, 100.0 - PRESS_S)]
 
 
 def test_motion_that_goes_on_takes_over_from_a_device(house: House) -> None:

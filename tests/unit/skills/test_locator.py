@@ -117,6 +117,14 @@ def test_hotspots_can_be_moved_and_added(locator: Locator) -> None:
     assert not locator.set_hotspot("  ", Pose2()).succeeded
 
 
+def test_the_likely_rooms_begin_where_the_user_was_last_and_go_on_with_the_nearest(locator: Locator) -> None:
+    assert locator.likely_rooms() == ("kitchen", "bedroom", "hall"), "as in the file, without objects"
+    locator.robot = Pose2(5.0, 5.0)
+    assert locator.likely_rooms() == ("hall", "bedroom", "kitchen")
+    locator.set_user_position(Pose2(3.0, 3.0))
+    assert locator.likely_rooms() == ("kitchen", "hall", "bedroom")
+
+
 def test_the_robot_is_in_a_room_or_elsewhere(locator: Locator) -> None:
     assert locator.robot_in_room("kitchen").code == "no_pose"
     assert locator.get_robot_pose().code == "no_pose"
@@ -190,7 +198,10 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
         check(declaration.ROBOT_IN_ROOM, locator.robot_in_room("hall"))
         check(declaration.GET_HOTSPOT, locator.get_hotspot("hall" if known else "hull"))
         check(declaration.SET_USER_POSITION, locator.set_user_position(Pose2(1.0, 2.0)))
-    assert len({served.skill.name for served in declaration.SERVED}) == 5
+        inputs = {"rooms": "", "visited": "kitchen, bedroom" if known else "kitchen, bedroom, hall"}
+        (next_room,) = (served for served in declaration.SERVED if served.skill is declaration.NEXT_ROOM)
+        check(declaration.NEXT_ROOM, next_room.perform(locator, inputs))
+    assert len({served.skill.name for served in declaration.SERVED}) == 6
 
 
 # ---- answers that come later --------------------------------------------------------------------------

@@ -123,6 +123,17 @@ def test_short_ways(goal: Pose2) -> None:
     trip.assert_at(goal)
 
 
+def test_a_speed_limit_slows_the_whole_drive_until_it_is_taken_back() -> None:
+    trip = Trip(Pose2(1.0, 2.4, 0.0))
+    trip.navigator.speed_limit = 0.15
+    assert trip.go(Pose2(2.5, 1.8, -1.0)).succeeded
+    trip.assert_at(Pose2(2.5, 1.8, -1.0))
+    assert max(trip.commands) == pytest.approx(0.15)
+    trip.navigator.speed_limit = 0.0
+    assert trip.go(Pose2(1.0, 2.4, 0.0)).succeeded
+    assert max(trip.commands) > 0.3
+
+
 def test_another_heading_only_turns() -> None:
     trip = Trip(Pose2(2.0, 2.4, 0.0))
     assert trip.go(Pose2(2.01, 2.4, 2.5)).succeeded

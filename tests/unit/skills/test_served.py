@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, failure, success
-from florence_bt.core.serving import Served, ServedAction, ServedService
+from florence_bt.core.serving import Served, ServedAction, ServedCondition, ServedService
 from florence_bt.skills.served import ACTIONS, SERVED
 from florence_bt.trees.language.declarations import collect_declarations
 
@@ -37,7 +38,7 @@ def test_every_declared_skill_is_served_once() -> None:
 
 @pytest.mark.parametrize("served", SERVED, ids=lambda served: served.skill.name)
 def test_the_type_fits_the_table(served: Served) -> None:
-    kind = "action" if isinstance(served, ServedAction) else "srv"
+    kind = {ServedAction: "action", ServedService: "srv"}.get(type(served), "msg")
     assert served.interface.split("/")[1:2] == [kind]
 
 
@@ -57,7 +58,9 @@ def test_the_type_fits_the_table(served: Served) -> None:
     ],
 )
 def test_inputs_become_fields(name: str, inputs: dict[str, Any], fields: dict[str, Any]) -> None:
-    assert BY_NAME[name].request(inputs) == fields
+    served = BY_NAME[name]
+    assert isinstance(served, ServedAction | ServedService)
+    assert served.request(inputs) == fields
 
 
 def test_answers_of_services_become_results() -> None:
@@ -82,6 +85,49 @@ def test_the_robot_is_in_the_room_that_was_asked_for() -> None:
     assert isinstance(served, ServedService) and served.judge is not None
     assert served.judge({"room": "hall"}, success(room="hall")) == success()
     assert served.judge({"room": "hall"}, success(room="kitchen")).code == "elsewhere"
+
+
+@pytest.mark.parametrize(
+    ("inputs", "room", "left"),
+    [
+        ({}, "hall", 3),
+        ({"visited": "hall"}, "kitchen", 2),
+        ({"visited": ", hall,kitchen, nowhere"}, "bath room", 1),
+        ({"rooms": "bath room, hall, bath room"}, "bath room", 2),
+        ({"rooms": "bath room, hall", "visited": "bath room"}, "hall", 1),
+    ],
+)
+def test_the_next_room_is_the_first_that_was_not_visited(
+    inputs: dict[str, str], room: str, left: int
+) -> None:
+    assert next_room("hall, kitchen, bath room", **inputs) == success(room=room, left=left)
+
+
+def test_without_a_next_room_the_reason_says_what_there_is() -> None:
+    done = next_room("hall, kitchen", visited="kitchen, hall")
+    assert done == failure("no_more_rooms", "every room has been visited: hall, kitchen")
+    assert next_room("").reason == "every room has been visited: there is none"
+    unknown = next_room("hall, kitchen", rooms="hall, kichen")
+    assert unknown.code == "unknown_room"
+    assert unknown.reason == "there is no room 'kichen' (would have worked: kitchen)"
+
+
+def next_room(known: str, **inputs: str) -> Result:
+    served = BY_NAME["next_room"]
+    assert isinstance(served, ServedService) and served.judge is not None
+    answer = served.result(SimpleNamespace(success=True, message=known))
+    return served.judge(served.skill.complete(inputs), answer)
+
+
+def test_the_battery_is_above_a_part_of_its_charge() -> None:
+    served = BY_NAME["battery_above"]
+    assert isinstance(served, ServedCondition)
+    assert served.judge({"charge": 0.2}, SimpleNamespace(percentage=0.21)) == success()
+    low = served.judge({"charge": 0.2}, SimpleNamespace(percentage=0.2))
+    assert low == failure("battery_low", "the battery holds 20% of its full charge")
+    for unknown in (math.nan, -0.1, 50.0):
+        with pytest.raises(ValueError, match="not a part of the full charge"):
+            served.judge({"charge": 0.2}, SimpleNamespace(percentage=unknown))
 
 
 def test_ends_of_actions_become_results() -> None:

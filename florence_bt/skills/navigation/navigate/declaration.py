@@ -7,7 +7,7 @@ from datetime import timedelta
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.serving import ServedAction
+from florence_bt.core.serving import ServedAction, ServedPublication
 from florence_bt.skills.navigation.navigate.results import (
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
@@ -16,6 +16,9 @@ from florence_bt.skills.navigation.navigate.results import (
     result_from_navigate,
     result_from_spin,
 )
+
+SPEED_LIMIT = "navigate/speed_limit"
+"""``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
 NAVIGATE_TO = SkillDeclaration(
     name="navigate_to",
@@ -45,6 +48,15 @@ TURN = SkillDeclaration(
     resources=frozenset({"base"}),
     deadline_s=30.0,
     server_codes=SPIN_CODES_BY_NUMBER,
+)
+
+SET_SPEED_LIMIT = SkillDeclaration(
+    name="set_speed_limit",
+    summary="Drive no faster than this from now on, until another limit is set",
+    inputs={
+        "speed": Port(Kind.SPEED, "How fast at most; 0 takes the limit back.", minimum=0.0, maximum=10.0)
+    },
+    deadline_s=10.0,
 )
 
 
@@ -77,5 +89,11 @@ SERVED = (
         feedback=lambda message: "turning",
         component="base",
         perform=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
+    ),
+    ServedPublication(
+        skill=SET_SPEED_LIMIT,
+        interface="std_msgs/msg/Float64",
+        name=SPEED_LIMIT,
+        message=lambda inputs: {"data": float(inputs["speed"])},
     ),
 )

@@ -99,6 +99,7 @@ class Navigator:
         global_costmap: In the map frame.
         local_costmap: In the odometry frame, rolling with the robot.
         base_stop: What holds the base, as it says itself; keep it up to date.
+        speed_limit: How fast to drive at most, m/s; 0 means as fast as the parameters allow.
     """
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
@@ -118,6 +119,7 @@ class Navigator:
         self._missing_since: float | None = None
         self._feedback = Feedback()
         self.base_stop = BaseStop()
+        self.speed_limit = 0.0
 
     @property
     def active(self) -> bool:
@@ -262,7 +264,15 @@ class Navigator:
         assert odometry is not None
         state = self._state_at(now, odometry, map_from_odom)
         command, result = self._advance(state)
-        return CycleResult(command, self._feedback) if result is None else self._finish(result)
+        return CycleResult(self._limited(command), self._feedback) if result is None else self._finish(result)
+
+    def _limited(self, command: Twist2) -> Twist2:
+        """The command, slower where it is too fast, along the same arc."""
+        speed = abs(command.linear)
+        if not 0.0 < self.speed_limit < speed:
+            return command
+        share = self.speed_limit / speed
+        return Twist2(command.linear * share, command.angular * share)
 
     def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> RobotState:
         # The odometry is a little old; the robot has moved on since.

@@ -22,7 +22,7 @@ from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import LaserScan as LaserScanMsg
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Empty
 from unique_identifier_msgs.msg import UUID
 
@@ -51,6 +51,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
+from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.drive import CycleResult, NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.results import (
@@ -98,6 +99,7 @@ class NavigationNode(FlorenceNode):
         self._p = self.read_parameters(NavigationNodeParameters)
         self._navigator: Navigator | None = None
         self._base_stop = BaseStop()
+        self._speed_limit = 0.0
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._forget_readings)
         self._taken: dict[str, float] = {}
@@ -116,6 +118,7 @@ class NavigationNode(FlorenceNode):
         for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
             self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
+        self.create_subscription(Float64, SPEED_LIMIT, self._on_speed_limit, RELIABLE)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
         self._poses = SingleGoalServer(
             self,
@@ -172,6 +175,12 @@ class NavigationNode(FlorenceNode):
             self._abandon(failure("no_path", "the map was replaced", server_code=SERVER_CODES["no_path"]))
         self._navigator = Navigator(grid_from_ros(message), self._settings)
         self._navigator.base_stop = self._base_stop
+        self._navigator.speed_limit = self._speed_limit
+
+    def _on_speed_limit(self, message: Float64) -> None:
+        self._speed_limit = max(0.0, message.data)
+        if self._navigator is not None:
+            self._navigator.speed_limit = self._speed_limit
 
     def _on_override(self, message: Bool) -> None:
         self._overridden = bool(message.data)

@@ -1,4 +1,4 @@
-"""A condition that is answered from the last message of some source: no ROS in here."""
+"""Skills that are answered by the messages of some source, such as a topic. No ROS in here."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.outcome import Result, failure
-from florence_bt.core.skill import FinishedRun, Inputs
+from florence_bt.core.outcome import Result, cancelled, failure
+from florence_bt.core.serving import ServedWait
+from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, SkillRun
 
 
 @dataclass(eq=False, slots=True)
@@ -89,6 +90,66 @@ class MessageCondition:
         when = self._came + self._max_age_s
         if self._watches and when > self._clock.now():
             self._silence = self._clock.call_at(when, self._judge_again)
+
+
+class MessageWait:
+    """Waits for the next message.
+
+    Args:
+        clock: The time of the robot.
+        label: Names the source for people.
+        served: What a message means, and how long to wait for one.
+    """
+
+    def __init__(self, clock: Clock, label: str, served: ServedWait) -> None:
+        self._clock = clock
+        self._label = label
+        self._served = served
+        self._runs: list[_WaitRun] = []
+
+    def start(self, inputs: Inputs) -> SkillRun:
+        """Wait from now on; what came before does not count."""
+        run = _WaitRun(f"waiting for {self._label}", self._runs.remove)
+        self._runs.append(run)
+        end = self._clock.now() + self._served.time_limit(inputs)
+        run.timer = self._clock.call_at(end, lambda: run.finish(self._served.nothing(inputs)))
+        return run
+
+    def take(self, message: Any) -> None:
+        """Take a message: it ends every run."""
+        for run in tuple(self._runs):
+            run.finish(self._served.result(message))
+
+
+class _WaitRun:
+    """One wait."""
+
+    def __init__(self, feedback: str, on_end: Callable[[_WaitRun], None]) -> None:
+        self._state = RunState(feedback)
+        self._state.handle(Event.ACCEPTED)
+        self._on_end = on_end
+        self.timer: Timer | None = None
+
+    @property
+    def feedback(self) -> str:
+        return self._state.feedback
+
+    def poll(self) -> Result | None:
+        return self._state.result
+
+    def on_change(self, callback: Callable[[], None]) -> None:
+        self._state.on_change(callback)
+
+    def cancel(self) -> None:
+        self.finish(cancelled())
+
+    def finish(self, result: Result) -> None:
+        if self._state.result is not None:
+            return
+        if self.timer is not None:
+            self.timer.cancel()
+        self._on_end(self)
+        self._state.handle(Event.FINISHED, result)
 
 
 def _differ(one: Result, other: Result) -> bool:
