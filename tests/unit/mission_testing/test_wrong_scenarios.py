@@ -79,7 +79,7 @@ WRONG = [
     ("{then: {keys: {room: kitchen, @rom: x}}}", "no key 'rom'", "room"),
     ("{then: {keys: {hotspot: @3 m}}}", "a pose is needed", ""),
     ("{then: {@status: FAILED, refused: x}}", "does not run", ""),
-    ("{mission: @got_room}", "no mission", "goto_room, missions: [FOLDER] at the top"),
+    ("{mission: @got_room}", "no mission", "goto_room, go_home, missions: [FOLDER] at the top"),
     ("@{name: }", "has no name", ""),
     ("@just a text", "must be a table", ""),
 ]

@@ -85,7 +85,7 @@ def test_checking_a_mutated_mission(mutated):
     except ConfigError as error:
         assert error.line is not None
         return
-    findings = check(mission, LIBRARY, DECLARATIONS, ["kitchen"])
+    findings = check(mission, LIBRARY, DECLARATIONS, ["kitchen", "dock"])
     assert all(finding.line >= 1 and finding.column >= 1 and finding.message for finding in findings)
     for format_name in FORMATS:
         draw(mission, format_name, LIBRARY, expand=True)
@@ -97,4 +97,4 @@ def test_checking_a_mutated_mission(mutated):
 def test_what_is_mutated_was_right_before():
     for name, text in TEXTS.items():
         mission = parse_mission(text, Path(f"{name}.yaml"))
-        assert not has_errors(check(mission, LIBRARY, DECLARATIONS, ["kitchen"])), name
+        assert not has_errors(check(mission, LIBRARY, DECLARATIONS, ["kitchen", "dock"])), name
