@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 
+import numpy as np
 import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.simulation.rig.skills import ComponentRun, ComponentSkill, ExclusiveComponent, rig_skills
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
@@ -106,7 +108,7 @@ def test_a_skill_is_the_function_that_starts_it():
 
 
 def skills_of(**components):
-    none = {"base": None, "people": None, "locator": None, "cost_at": None}
+    none = {"base": None, "people": None, "locator": None, "costmap": None}
     return rig_skills(none | components, {}, ManualClock())
 
 
@@ -129,9 +131,13 @@ def test_the_locator_as_skills():
 
 def test_proposals_look_at_the_costmap():
     inputs = {"user": Pose2(2.0, 0.0), "robot": Pose2(), "trial": 1, "safe_distance": 0.5}
-    free = skills_of(cost_at=lambda x, y: 0)["propose_approach_pose"].start(inputs).poll()
+    grid = OccupancyGrid(0.05, Pose2(-2.0, -2.0), np.zeros((120, 120), np.int8))
+    free = skills_of(costmap=lambda: grid)["propose_approach_pose"].start(inputs).poll()
     assert free.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5)
-    full = skills_of(cost_at=lambda x, y: 100)["propose_approach_pose"].start(inputs).poll()
+    nearest = skills_of(costmap=lambda: grid)["propose_approach_pose"].start(inputs | {"trial": 4}).poll()
+    assert nearest.outputs["pose"].distance_to(inputs["user"]) == pytest.approx(0.5, abs=0.05)
+    grid.cells[:] = 100
+    full = skills_of(costmap=lambda: grid)["propose_approach_pose"].start(inputs).poll()
     assert full.code == "pose_occupied"
 
 

@@ -134,10 +134,9 @@ def test_ends_of_actions_become_results() -> None:
     error = {"error_code": 106, "error_msg": "a chair"}
     assert ended("navigate_to", Outcome.FAILED, **error) == failure("blocked", "a chair", server_code=106)
     assert ended("turn", Outcome.SUCCEEDED, error_code=0, error_msg="") == success()
-    seen = ended(
-        "look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, distance=2.0, user_id=7
-    )
-    assert seen == success(user=POSE, distance=2.0, user_id=7)
+    person = {"distance": 2.0, "user_id": 7, "posture": "lying", "height": 0.3}
+    seen = ended("look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **person)
+    assert seen == success(user=POSE, **person)
     nobody = ended("look_for_user", Outcome.FAILED, found=False, error_code=2, error_msg="")
     assert nobody.code == "no_picture" and nobody.server_code == 2
     assert ended("look_for_user", Outcome.CANCELLED).outcome is Outcome.CANCELLED
