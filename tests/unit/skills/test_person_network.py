@@ -116,7 +116,7 @@ def test_somebody_too_far_away_is_left_alone(said: Said) -> None:
     assert detect_people(picture(320, 4.5), OPTICAL_IN_BASE) == []
 
 
-@pytest.mark.parametrize(("sure", "found"), [(0.95, True), (0.75, False)])
+@pytest.mark.parametrize(("sure", "found"), [(0.95, True), (0.7, False)])
 def test_a_map_lowers_the_confidence_and_erases_nobody(said: Said, sure: float, found: bool) -> None:
     said.person(slice(36, 44), sure=sure)
     cells = np.zeros((100, 100), np.int8)

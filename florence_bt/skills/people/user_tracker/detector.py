@@ -23,6 +23,8 @@ from florence_bt.skills.people.user_tracker.person_network import POSTURES, STRI
 
 _CELL = 0.05
 """Metres; side of the cells in which votes are counted."""
+_UPPER_BODY = 0.6
+"""Metres from the top of the head to the seat, about."""
 _TOP_PERCENT = 98.0
 """Of the points of a person, this many are lower than the height that is told: single points may be wrong."""
 
@@ -169,8 +171,12 @@ def _judge(
     if len(mine) < use.minimum_pixels or area < use.minimum_area:
         return None
     weights = votes.area[mine] * votes.probability[mine]
-    middle = np.average(votes.middles[mine], axis=0, weights=weights)
-    x, y = float(middle[0]), float(middle[1])
+    posture = POSTURES[int(np.average(votes.posture[mine], axis=0, weights=weights).argmax())]
+    height = float(np.percentile(votes.points[mine, 2], _TOP_PERCENT))
+    # Legs may be anywhere before a body; trunk and head are above its middle.
+    upper = mine[votes.points[mine, 2] >= height - _UPPER_BODY]
+    meant = mine if posture == "lying" else upper
+    x, y = np.average(votes.middles[meant], axis=0, weights=votes.probability[meant]).tolist()
     confidence = float(votes.probability[mine].mean())
     if map_and_robot is not None:
         known, robot = map_and_robot
@@ -181,6 +187,4 @@ def _judge(
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < use.minimum_confidence or distance > use.maximum_distance:
         return None
-    posture = POSTURES[int(np.average(votes.posture[mine], axis=0, weights=weights).argmax())]
-    height = float(np.percentile(votes.points[mine, 2], _TOP_PERCENT))
     return Detection(x, y, distance, confidence, posture, height)

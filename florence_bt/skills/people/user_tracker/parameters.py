@@ -24,8 +24,8 @@ class DetectorParameters:
         map_doubt: How much confidence is lost when all of a person may be something of the map.
     """
 
-    minimum_probability: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.4
-    minimum_confidence: Annotated[float, Limits(0.0, 1.0)] = 0.6
+    minimum_probability: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.5
+    minimum_confidence: Annotated[float, Limits(0.0, 1.0)] = 0.65
     minimum_pixels: Annotated[int, Limits(1)] = 15
     minimum_area: Positive = 0.03
     merge_radius: Positive = 0.35
