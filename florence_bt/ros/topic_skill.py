@@ -113,6 +113,8 @@ class TopicCondition(MessageCondition):
 class TopicPublication(RemoteSkill):
     """A skill that publishes one message, as soon as somebody listens."""
 
+    external = True
+
     def __init__(self, node: FlorenceNode, message_type: Any, served: ServedPublication) -> None:
         """Make a publisher.
 
@@ -137,6 +139,8 @@ class TopicPublication(RemoteSkill):
 
 class TopicWait(MessageWait):
     """A skill that waits for the next message of a topic."""
+
+    external = True
 
     def __init__(self, node: FlorenceNode, message_type: Any, served: ServedWait) -> None:
         """Make a subscription.

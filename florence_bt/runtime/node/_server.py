@@ -160,7 +160,9 @@ class MissionNode(FlorenceNode):
 
     def _missing_servers(self) -> list[str]:
         served = [skill for skill in self._skills.values() if isinstance(skill, ServedSkill)]
-        return [skill.label for skill in served if not skill.server_is_there()]
+        # What listens or answers outside of the robot's processes may come and go.
+        needed = [skill for skill in served if not getattr(skill, "external", False)]
+        return [skill.label for skill in needed if not skill.server_is_there()]
 
     def _still_booting(self) -> list[str]:
         """What a mission that goes on after a crash needs; the odometry is part of the pose."""

@@ -36,6 +36,14 @@ def test_every_size_of_picture_gives_the_same_pixels(width: int) -> None:
     np.testing.assert_allclose(pixels.area, (2.0 / 131.25) ** 2, rtol=1e-4)
 
 
+def test_a_camera_may_look_straight_down() -> None:
+    down = Transform3.from_xyz_rpy((0.0, 0.0, 2.0), (math.pi, 0.0, 0.0))
+    image = picture(160)
+    camera = CameraModel(160, 120, 131.25, 131.25, 80.0, 60.0)
+    pixels = Pixels.of(DepthImage(0.0, "optical", camera, image.depth), down)
+    assert np.isfinite(pixels.rays).all()
+
+
 def test_what_was_not_measured_is_given_as_nothing() -> None:
     image = picture(160)
     image.depth[40:, :] = np.nan

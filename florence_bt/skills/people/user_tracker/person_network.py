@@ -63,7 +63,8 @@ class Pixels:
         turn = optical_in_base.rotation.astype(np.float32)
         along = across[..., None] * turn[:, 0] + down[..., None] * turn[:, 1] + turn[:, 2]
         points = depth[..., None] * along + optical_in_base.translation.astype(np.float32)
-        rays = along[..., :2] / np.linalg.norm(along[..., :2], axis=-1, keepdims=True)
+        flat = np.linalg.norm(along[..., :2], axis=-1, keepdims=True)
+        rays = along[..., :2] / np.maximum(flat, np.float32(1e-6))  # a camera may look straight down
         side = camera.width / (INPUT_SIZE[0] * camera.fx) * camera.height / (INPUT_SIZE[1] * camera.fy)
         return Pixels(depth, points, rays, depth**2 * np.float32(side))
 
