@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -190,7 +191,8 @@ def test_a_look_at_nobody_fails_in_time_and_leaves_the_tracker_as_it_was(
     assert result.status == 6
     assert not result.result.found and result.result.error_code == NO_USER_SEEN
     assert result.result.pictures >= 5
-    assert f"no user seen within 0.8 s in {result.result.pictures} pictures" in result.result.error_msg
+    told = rf"no user seen within 0\.[678] s in {result.result.pictures} pictures"
+    assert re.search(told, result.result.error_msg), "nothing was seen for 0.6 s, or the window was over"
     ros.spin_until(lambda: robot.pictures.get_subscription_count() == 0, what="the tracker to stop again")
 
 
