@@ -48,7 +48,7 @@ def goto_user():
         ("search from */**/turn", 2),
         ("turn and look/*_tracker", 6),
         ("search in a circle/stop_tracker", 3),
-        ("goto_user/*", 2),
+        ("goto_user/*", 1),
         ("**/**/turn", 3),
         ("*tracker", 9),
         ("approach_user/**", 6),
