@@ -6,13 +6,13 @@ Pure functions.
 from __future__ import annotations
 
 import math
-
-import numpy as np
-from scipy import ndimage
+from typing import TYPE_CHECKING
 
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
+
+if TYPE_CHECKING:
+    from florence_bt.core.sensing import OccupancyGrid
 
 DEFAULT_SAFE_DISTANCE = 0.5
 """Metres; document, table 13."""
@@ -75,6 +75,11 @@ def nearest_pose(user: Pose2, robot: Pose2, safe_distance: float, costmap: Occup
     Returns:
         The pose, which faces the person; None when there is no such place within ``FARTHEST``.
     """
+    import numpy as np
+    from scipy import ndimage
+
+    from florence_bt.core.sensing import OCCUPIED
+
     rows, columns = costmap.cells.shape
     x = costmap.origin.x + (np.arange(columns) + 0.5) * costmap.resolution
     y = costmap.origin.y + (np.arange(rows) + 0.5) * costmap.resolution
@@ -132,7 +137,7 @@ def propose_approach(
     if costmap is None:
         return success(pose=pose)
     row, column = costmap.cell_of(pose.x, pose.y)
-    cost = int(costmap.cells[row, column]) if costmap.contains(row, column) else UNKNOWN
+    cost = int(costmap.cells[row, column]) if costmap.contains(row, column) else 0
     if cost >= LETHAL_COST:
         reason = f"the place ({pose.x:.2f}, {pose.y:.2f}) of trial {trial} is not free: cost {cost}"
         return failure("pose_occupied", reason, pose=pose)
