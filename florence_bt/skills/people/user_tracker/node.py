@@ -38,7 +38,7 @@ from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
-from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
@@ -239,14 +239,17 @@ class UserTrackerNode(FlorenceNode):
 
     def _on_goal(self, goal: LookAction.Goal) -> str | None:
         window = float(goal.window) or float(LOOK_FOR_USER.inputs["window"].default)
-        problem = LOOK_FOR_USER.inputs["window"].problem_with(window)
-        if problem:
-            return f"window: {problem}"
+        given = {"window": window, "user_id": goal.user_id, "x": float(goal.x), "y": float(goal.y)}
+        for name, value in given.items():
+            problem = LOOK_FOR_USER.inputs[name].problem_with(value)
+            if problem:
+                return f"{name}: {problem}"
         if not self._tracker.running:
             self._start()
             self._started_by_look = True
         self._end_timer()
-        self._look.start(self.timebase.now(), window)
+        wanted = Wanted(goal.user_id, float(goal.x), float(goal.y))
+        self._look.start(self.timebase.now(), window, wanted)
         self._look_timer = self.timebase.call_at(self._look.deadline, self._judge_look)
         return None
 

@@ -85,6 +85,8 @@ class LookParameters:
         settle_s: The position is averaged over this time, seconds; pictures that show nothing for so long
             are enough, too.
         minimum_pictures: How often a person must have been seen.
+        place_tolerance: Who is this near to the place that was asked for may be meant, metres
+            (REFERENCE 12.6).
         enough_pictures: A look at fewer pictures cannot say that nobody is there. A person who stands in view
             is confirmed in the third picture and seen often enough in the fifth.
     """
@@ -93,6 +95,7 @@ class LookParameters:
     farthest: Positive = 4.0
     settle_s: Positive = 0.6
     minimum_pictures: Annotated[int, Limits(1)] = 3
+    place_tolerance: Positive = 0.5
     enough_pictures: Annotated[int, Limits(1)] = 5
 
     def __post_init__(self) -> None:
