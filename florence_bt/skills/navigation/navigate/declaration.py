@@ -126,7 +126,10 @@ SERVED = (
         skill=FOLLOW_USER,
         interface="florence_interfaces/action/FollowUser",
         name="follow_user",
-        request=lambda inputs: {name: inputs[name] for name in FOLLOW_USER.inputs},
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in ("distance", "max_lin_speed", "max_ang_speed")},
+        },
         result=lambda message, outcome: result_from_follow(outcome, message.error_code, message.error_msg),
         feedback=lambda message: message.text,
         component="base",

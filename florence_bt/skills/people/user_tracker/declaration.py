@@ -96,7 +96,10 @@ SERVED = (
         skill=LOOK_FOR_USER,
         interface="florence_interfaces/action/LookForUser",
         name="look_for_user",
-        request=lambda inputs: {name: inputs[name] for name in LOOK_FOR_USER.inputs},
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in ("window", "x", "y")},
+        },
         result=_looked,
         feedback=lambda message: f"looking, {message.users_seen} people seen so far",
         component="people",
