@@ -189,6 +189,22 @@ class FreeSpace:
         points = [(float(x[cell % columns]), float(y[cell // columns])) for cell in reversed(cells)]
         return self._straightened(points, free)
 
+    def nearest(
+        self, point: Point, radius: float, bodies: Sequence[tuple[float, float, float]] = ()
+    ) -> Point | None:
+        """The middle of the nearest cell where something round can be; None without any.
+
+        Args:
+            point: Map frame.
+            radius: Its radius in metres.
+            bodies: As of :meth:`shortest_way`.
+        """
+        x, y = self.frame.centres()
+        away = np.hypot(x[None, :] - point[0], y[:, None] - point[1])
+        away[~self._free(radius, bodies)] = math.inf
+        row, column = divmod(int(np.argmin(away)), self.frame.columns)
+        return (float(x[column]), float(y[row])) if math.isfinite(away[row, column]) else None
+
     def _free(self, radius: float, bodies: Sequence[tuple[float, float, float]]) -> BoolGrid:
         free = self.clearance >= radius
         x, y = self.frame.centres()

@@ -31,16 +31,18 @@ _RIGHT_M = 0.15
 _DETOUR_M = 2.0
 """Who would have to walk this much further waits."""
 
-_RETHINK_S, _PATIENCE_S = 0.5, 3.0
-"""Between two searches for a way round; after how long somebody who walks to and fro turns round before
-another person."""
+_RETHINK_S = 0.5
+"""Between two searches for a way round."""
+
+_PATIENCE_S = 3.0, 10.0
+"""After how long somebody who walks to and fro turns round before another person, and before the robot."""
 
 
 class Walker:
     """Leads a person along a route: there and back for ever, or once.
 
     Round the robot and other people the person walks where the floor is free; where it is not (in a door),
-    the person waits, and before another person turns round when that takes long.
+    the person waits; somebody who walks to and fro turns round when that takes long.
 
     Args:
         spec: A person with a route.
@@ -101,11 +103,12 @@ class Walker:
 
     def _wait(self, seconds: float, there: Pose2, bodies: Sequence[Pose2]) -> None:
         self._waited += seconds
-        if self._detour is not None:
-            self._look_for_way_round(bodies)
-        elif not self._spec.once and self._waited >= _PATIENCE_S and self._runs_into(there, bodies[1:]):
+        person = self._waited >= _PATIENCE_S[0] and self._runs_into(there, bodies[1:])
+        if not self._spec.once and (person or self._waited >= _PATIENCE_S[1]):
             self._walked = 2 * self._route.length - self._walked % (2 * self._route.length)
             self._waited = 0.0
+        if self._detour is not None:
+            self._look_for_way_round(bodies)
 
     def _pose_after(self, walked: float) -> Pose2:
         total = self._route.length
@@ -159,17 +162,15 @@ class Walker:
         self, space: FreeSpace, goal: Point, bodies: Sequence[tuple[float, float, float]]
     ) -> _Line | None:
         """From here to a point, a step back first from who is too near; rather on the right of everybody."""
-        here = start = (self.pose.x, self.pose.y)
-        for x, y, apart in bodies:
-            distance = math.dist(start, (x, y))
-            if 0.0 < distance < apart:
-                part = (apart + _RESERVE_M) / distance
-                start = (x + part * (start[0] - x), y + part * (start[1] - y))
+        here = (self.pose.x, self.pose.y)
         radius = half_width(self._spec.aid) - _RESERVE_M
         towards = math.atan2(goal[1] - here[1], goal[0] - here[0])
         left = (-_RIGHT_M * math.sin(towards), _RIGHT_M * math.cos(towards))
-        wider = [(x + left[0], y + left[1], apart) for x, y, apart in bodies]
-        way = space.shortest_way(start, goal, radius, [*bodies, *wider])
+        wider = [*bodies, *((x + left[0], y + left[1], apart) for x, y, apart in bodies)]
+        start = space.nearest(here, radius, wider)
+        if start is None or math.dist(start, here) > _SIGHT_M:
+            return None
+        way = space.shortest_way(start, goal, radius, wider)
         return _Line([here, start, *way[1:-1], goal]) if way is not None else None
 
 

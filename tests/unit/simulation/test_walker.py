@@ -94,6 +94,16 @@ def test_who_walks_to_and_fro_turns_round_before_somebody_in_a_door(flat):
     assert walker.pose.y > 3.2
 
 
+def test_who_is_hemmed_in_beside_the_route_gets_out_again(flat):
+    """Otherwise a visitor, a leader and the robot that follows can hold each other up for ever."""
+    walker = Walker(LIVING_ROOM, flat)
+    walk(walker, 2.0, Pose2(3.5, 5.3))
+    ring = [walker.pose.apply(0.59 * math.cos(a), 0.59 * math.sin(a)) for a in (-0.7, 0.0, 0.7)]
+    walk(walker, 8.0, Pose2(3.5, 5.3), [Pose2(*point) for point in ring])
+    assert min(walker.pose.distance_to(Pose2(*point)) for point in ring) > 1.0
+    assert walker.pose.y == pytest.approx(5.3)
+
+
 def test_once_means_to_the_end_and_no_further(flat):
     walker = Walker(THROUGH_A_DOOR, flat)
     walk(walker, 3.9)
