@@ -146,7 +146,8 @@ class Walker:
         self._rethink = self._time + _RETHINK_S
         apart = self._distance + _RESERVE_M
         steps = self._steps_ahead(_BEYOND_M)
-        taken = [min(map(self._pose_after(walked).distance_to, bodies)) < apart for walked in steps]
+        clear = apart + _RIGHT_M
+        taken = [min(map(self._pose_after(walked).distance_to, bodies)) < clear for walked in steps]
         first = taken.index(True) if True in taken else 0
         back_at = next((steps[n] for n in range(first, len(steps)) if not taken[n]), None)
         if back_at is None:
