@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
+from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
@@ -22,9 +23,21 @@ _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
 _ARRIVED_M = 0.4
 """The robot is where the person vanished when it is so near to the place."""
-_DETOUR_M = 0.5
-"""Further away than wanted by so much, the robot goes round what is in the way."""
+_DETOUR_M = 0.8
+"""A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
+_CAMERA_GAP_S = 0.3
+"""When the camera has not seen the person for so long, the laser goes on."""
+_LEGS_ALONE_S = 6.0
+"""And no longer than this."""
+_VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
+"""Somebody there is in the middle of the camera's picture, and seen whole."""
+_DOUBT_S = 1.5
+_FASTEST_MPS = 1.0
+_MOST_LEGS = 3
+"""So many things that may be the legs of who vanished are looked at."""
+_SIDE_RAD, _LOOK_RADPS = 1.2, 0.6
+"""How far to either side the robot looks for who vanished, and how fast it turns meanwhile."""
 _PLAN_PERIOD_S = 0.5
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
@@ -58,6 +71,7 @@ class MovingTarget:
 
     Attributes:
         seen: The time they were seen last, seconds; None before.
+        recognised: The time the camera saw them last; the laser sees legs, and cannot tell whose.
     """
 
     def __init__(self, velocity_time: float) -> None:
@@ -65,6 +79,16 @@ class MovingTarget:
         self._place = np.zeros(2)
         self._velocity = np.zeros(2)
         self.seen: float | None = None
+        self.recognised: float | None = None
+
+    def recognise(self, stamp: float, x: float, y: float) -> None:
+        """The camera saw the person: nobody else."""
+        self.saw(stamp, x, y)
+        self.recognised = self.seen
+
+    def doubt(self) -> None:
+        """What the laser has followed since the camera saw them is somebody or something else."""
+        self.seen = self.recognised
 
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen; what is not newer, or not finite, is left out."""
@@ -116,13 +140,37 @@ class Follow:
         self._target = MovingTarget(self._use.follow_velocity_time)
         self._started = self._free_since = now
         self._next_plan = now
+        self._unmapped = Unmapped(costmaps)
+        self._unknown = np.empty((0, 2))
         self._trouble = ""
         self._faced = False
+        self._headings: list[float] | None = None
+        self._unclear_since = now
         self.path: NDArray[np.float64] | None = None
 
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
-        self._target.saw(stamp, x, y)
+        self._target.recognise(stamp, x, y)
+
+    def saw_scan(self, stamp: float, points: NDArray[np.float64], robot: Pose2, map_from_odom: Pose2) -> None:
+        """Go on with the legs in a scan while the camera does not see the person.
+
+        Args:
+            stamp: Seconds.
+            points: Where the beams end, shape (n, 2), in the odometry frame, metres.
+            robot: The robot in the odometry frame at that time.
+            map_from_odom: The place of the odometry frame in the map.
+        """
+        target = self._target
+        self._unknown = self._unmapped.unknown(points, map_from_odom)
+        if target.seen is None or target.recognised is None or stamp - target.recognised < _CAMERA_GAP_S:
+            return
+        if stamp - target.recognised > _LEGS_ALONE_S or stamp - target.seen > self._use.follow_coast:
+            return
+        expected = target.at(stamp, self._use.follow_coast)
+        legs = legs_near(self._unknown, robot, expected)
+        if legs is not None:
+            target.saw(stamp, *legs)
 
     @property
     def person(self) -> Pose2 | None:
@@ -155,9 +203,10 @@ class Follow:
     # In sight.
 
     def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        self._faced = False
+        self._faced, self._headings = False, None
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
+        self._check_camera(state.now, distance, bearing)
         command = self._law(state.pose, distance, bearing)
         direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
         # A detour takes the person out of view: while they are near, the robot only turns with them.
@@ -181,6 +230,15 @@ class Follow:
             result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
             return STANDSTILL, self._feedback(reason), result
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
+
+    def _check_camera(self, now: float, distance: float, bearing: float) -> None:
+        """Legs in the middle of the picture without a person are not those of the person."""
+        target = self._target
+        in_view = abs(bearing) < _VIEW_RAD and _VIEW_M[0] < distance < _VIEW_M[1]
+        if not in_view or target.recognised == target.seen:
+            self._unclear_since = now
+        elif now - self._unclear_since > _DOUBT_S:
+            target.doubt()
 
     def _law(self, pose: Pose2, distance: float, bearing: float) -> Twist2:
         """Straight towards the person. The signs of the document are those of other axes (REFERENCE 12.6)."""
@@ -293,15 +351,29 @@ class Follow:
         if not there:
             command, remaining = self._along_path(state, place)
             there = remaining <= _ARRIVED_M
-        stuck = command.is_zero() or there
-        if unseen > self._use.follow_limit or (stuck and unseen > self._use.follow_patience):
-            return STANDSTILL, feedback, _lost(f"the person has been out of sight for {unseen:.1f} s")
         if there:
-            vx, vy = self._target.velocity
-            walked = math.hypot(vx, vy) >= _WALKING_MPS
-            ahead = state.pose.bearing_to(state.pose.x + vx, state.pose.y + vy) if walked else 0.0
-            command = self._turn_towards(state, ahead)
+            command = self._look_about(state, place, unseen)
+        if unseen > self._use.follow_limit or (command.is_zero() and unseen > self._use.follow_patience):
+            return STANDSTILL, feedback, _lost(f"the person has been out of sight for {unseen:.1f} s")
         return command, feedback, None
+
+    def _look_about(self, state: RobotState, place: Place, unseen: float) -> Twist2:
+        """Turn to what may be their legs, where they walked, and to either side; then standstill."""
+        if self._headings is None:
+            vx, vy = self._target.velocity
+            ahead = math.atan2(vy, vx) if math.hypot(vx, vy) >= _WALKING_MPS else state.pose.yaw
+            walked = unseen * _FASTEST_MPS + _BODY_M
+            near = [legs for legs in all_legs(self._unknown) if math.dist(legs, place) <= walked]
+            near.sort(key=lambda legs: math.dist(legs, place))
+            legs = [math.atan2(y - state.pose.y, x - state.pose.x) for x, y in near[:_MOST_LEGS]]
+            self._headings = [*legs, ahead, ahead + _SIDE_RAD, ahead - _SIDE_RAD]
+        while self._headings:
+            left = normalize_angle(self._headings[0] - state.pose.yaw)
+            command = Twist2(0.0, math.copysign(_LOOK_RADPS, left))
+            if abs(left) > _FACING_RAD / 2.0 and self._may(state, command):
+                return command
+            del self._headings[0]
+        return STANDSTILL
 
     def _feedback(self, text: str) -> Feedback:
         return Feedback(recoveries=self._contact.back_offs, text=text)

@@ -21,6 +21,8 @@ from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SE
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 
+LASER = "scan"
+"""The source in whose scans legs are found."""
 _CONTACTS_KEPT_S = 60.0
 """A goal that begins so long after the last contact does not believe in it any more."""
 
@@ -161,6 +163,9 @@ class Navigator:
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
         in_base = rays_of(scan, sensor_in_base)
+        if isinstance(self._goal, Follow) and source == LASER and map_from_odom is not None:
+            ends = moved_rays(in_base, odom_pose).ends
+            self._goal.saw_scan(scan.stamp, ends, odom_pose, map_from_odom)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
