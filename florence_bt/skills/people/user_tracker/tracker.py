@@ -189,9 +189,7 @@ class UserTracker:
         for track in self._tracks:
             if not track.device_id and sum(track.hits) >= self._use.confirm_hits:
                 present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
-                others = [
-                    other.came for other in self._tracks if other is not track and not other.device_id
-                ]
+                others = [other.came for other in self._tracks if other is not track and not other.device_id]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
                 track.device_id = self._next_device_id
                 self._next_device_id += 1
