@@ -164,10 +164,16 @@ def _routes(middle: Point, manner: str, rng: Random) -> list[Route]:
         angle = float(rng.uniform(0.25, 0.5)) * math.pi * float(rng.choice([-1.0, 1.0]))
         after = float(rng.uniform(0.7, 1.0)) * float(rng.choice([-1.0, 1.0]))
         other = Pose2(*middle, heading + angle)
-        return [(at.apply(-half, 0.0), at.apply(half, 0.0)), (other.apply(after - half, 0.0), other.apply(after + half, 0.0))]
+        return [
+            (at.apply(-half, 0.0), at.apply(half, 0.0)),
+            (other.apply(after - half, 0.0), other.apply(after + half, 0.0)),
+        ]
     if manner == "pass":
         beside = float(rng.uniform(0.5, 0.8)) * float(rng.choice([-1.0, 1.0]))
-        return [(at.apply(-half, 0.0), at.apply(half, 0.0)), (at.apply(half, beside), at.apply(-half, beside))]
+        return [
+            (at.apply(-half, 0.0), at.apply(half, 0.0)),
+            (at.apply(half, beside), at.apply(-half, beside)),
+        ]
     return [(at.apply(-half, 0.0), at.apply(-0.3, 0.0)), (at.apply(half, 0.0), at.apply(0.3, 0.0))]
 
 
@@ -197,7 +203,9 @@ def _people(routes: Sequence[Route], shirts: str, rng: Random) -> tuple[PersonSp
 
 
 def _shirt(hue: float, rng: Random) -> Colour:
-    red, green, blue = (round(255 * each) for each in colorsys.hsv_to_rgb(hue, rng.uniform(0.6, 0.7), rng.uniform(0.6, 0.7)))
+    red, green, blue = (
+        round(255 * each) for each in colorsys.hsv_to_rgb(hue, rng.uniform(0.6, 0.7), rng.uniform(0.6, 0.7))
+    )
     return red, green, blue
 
 
@@ -220,7 +228,9 @@ def pictures(given: Encounter, seed: int) -> Iterator[Shown]:
         depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(raw))
         colour = ColourImage(now, CAMERA_FRAME, kinect.camera, pixels)
         robot = world.robot_pose
-        found = detect_people(depth, mount, None if given.shirts == SHIRTS[2] else colour, known=known, robot=robot)
+        found = detect_people(
+            depth, mount, None if given.shirts == SHIRTS[2] else colour, known=known, robot=robot
+        )
         first, second = ((pose.x, pose.y) for pose in map(world.person_pose, ("first", "second")))
         yield Shown(now, robot, (first, second), [each.moved_by(robot) for each in found])
 
@@ -254,7 +264,9 @@ class Identities:
     def _pairs(self, truth: Sequence[Point], users: Sequence[TrackedUser]) -> Iterator[tuple[int, int]]:
         apart = np.array([[math.dist(at, (user.x, user.y)) for user in users] for at in truth])
         apart = apart.reshape(len(truth), len(users))
-        same = np.array([[self._user_of.get(person) == user.user_id for user in users] for person in range(len(truth))])
+        same = np.array(
+            [[self._user_of.get(person) == user.user_id for user in users] for person in range(len(truth))]
+        )
         cost = np.where(apart <= MATCH_M, apart - 10.0 * same.reshape(apart.shape), 1e3)
         for person, column in zip(*linear_sum_assignment(cost), strict=True):
             if cost[person, column] < 1e3:
@@ -306,10 +318,14 @@ def _cells(judged: Sequence[Judged]) -> Iterator[str]:
 def main() -> int:
     """Let people cross each other and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=int, default=60, help="simulated minutes; one for each pair of people")
+    parser.add_argument(
+        "--minutes", type=int, default=60, help="simulated minutes; one for each pair of people"
+    )
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help="first seed of a home and its people")
     parser.add_argument("--jobs", type=int, default=2, help="pairs at a time, each on a core")
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table between the marks of this page")
+    parser.add_argument(
+        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+    )
     given = parser.parse_args()
     with ProcessPoolExecutor(given.jobs) as pool:
         text = report(list(pool.map(judge_seed, range(given.seed, given.seed + given.minutes))))
