@@ -49,6 +49,9 @@ class TrackerParameters:
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
         acceleration: How much a person changes its speed, standard deviation, m/s^2.
         position_sigma: Standard deviation of a detection, metres.
+        sure: A detection of less confidence may be far off, as the network sees somebody partly hidden too far
+            away: such detections are assigned after the others, and alone they bring no id back by place.
+        unsure_sigma: Standard deviation of such a detection, metres.
         colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
             colours against positions in the assignment.
         coast_s: An unseen person is believed in for this long, seconds; then it is lost.
@@ -68,10 +71,12 @@ class TrackerParameters:
     confirm_hits: Annotated[int, Limits(1)] = 3
     confirm_window: Annotated[int, Limits(1)] = 4
     gate: Positive = 13.8
-    acceleration: Positive = 1.0
+    acceleration: Positive = 1.5
     position_sigma: Positive = 0.1
+    sure: Annotated[float, Limits(0.0, 1.0)] = 0.85
+    unsure_sigma: Positive = 0.3
     colour_sigma: Positive = 0.2
-    coast_s: Positive = 0.6
+    coast_s: Positive = 0.8
     posture_window: Annotated[int, Limits(1)] = 9
     forget_s: Positive = 10.0
     match_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.35

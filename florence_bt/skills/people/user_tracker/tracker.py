@@ -27,6 +27,7 @@ class _Track:
     """One person, or what may become one."""
 
     def __init__(self, detection: Detection, now: float, use: TrackerParameters) -> None:
+        self._use = use
         position = np.array([detection.x, detection.y])
         self.filter = ConstantVelocity(position, use.position_sigma, use.acceleration)
         self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
@@ -50,7 +51,8 @@ class _Track:
 
     def take(self, detection: Detection, now: float) -> None:
         """Take over where the person was seen."""
-        self.filter.update(np.array([detection.x, detection.y]))
+        sure = detection.confidence >= self._use.sure
+        self.filter.update(np.array([detection.x, detection.y]), None if sure else self._use.unsure_sigma)
         self.hits.append(True)
         self.looks.append(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
@@ -146,13 +148,24 @@ class UserTracker:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
 
     def _assign(self, detections: Sequence[Detection]) -> list[tuple[_Track, Detection]]:
-        """Pairs of tracks and detections: first those who are followed, then those who were lost."""
+        """Pairs of tracks and detections: first those who are followed, then those who were lost.
+
+        Sure detections come first, as in ByteTrack (Zhang et al., ECCV 2022).
+        """
         followed = [track for track in self._tracks if not track.lost]
         lost = [track for track in self._tracks if track.lost]
-        pairs = _cheapest(followed, detections, self._following_cost)
-        taken = {id(detection) for _, detection in pairs}
-        left = [each for each in detections if id(each) not in taken]
-        return pairs + _cheapest(lost, left, self._return_cost)
+        sure = [each for each in detections if each.confidence >= self._use.sure]
+        unsure = [each for each in detections if each.confidence < self._use.sure]
+        pairs: list[tuple[_Track, Detection]] = []
+        for tracks, seen, cost in (
+            (followed, sure, self._following_cost),
+            (followed, unsure, self._following_cost),
+            (lost, detections, self._return_cost),
+        ):
+            taken = {id(each) for pair in pairs for each in pair}
+            free_tracks = [each for each in tracks if id(each) not in taken]
+            pairs += _cheapest(free_tracks, [each for each in seen if id(each) not in taken], cost)
+        return pairs
 
     def _following_cost(self, track: _Track, detection: Detection) -> float:
         """Twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
@@ -164,9 +177,10 @@ class UserTracker:
         return distance + spread + self._colour_cost(track, detection)
 
     def _return_cost(self, track: _Track, detection: Detection) -> float:
-        """For somebody who is seen again where they were lost; infinite for somebody else."""
+        """For somebody who is seen again where they were seen last, or expected; infinite for others."""
         user = replace(track.as_user(), distance=track.distance)
-        away = math.hypot(detection.x - user.x, detection.y - user.y)
+        seen = track.looks[-1]
+        away = min(math.dist((detection.x, detection.y), (at.x, at.y)) for at in (user, seen))
         if away > self._use.return_margin or contradict(user, detection, self._use.height_tolerance):
             return math.inf
         return (away / self._use.return_margin) ** 2 + self._colour_cost(track, detection)
