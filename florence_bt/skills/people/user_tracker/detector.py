@@ -164,9 +164,7 @@ def _with_neighbours(places: NDArray[np.int64]) -> NDArray[np.int64]:
     Returns:
         Shape (n, STRIDE, STRIDE), equal along the last axis.
     """
-    return np.broadcast_to(
-        (places[:, None] + np.arange(STRIDE))[:, :, None], (len(places), STRIDE, STRIDE)
-    )
+    return np.broadcast_to((places[:, None] + np.arange(STRIDE))[:, :, None], (len(places), STRIDE, STRIDE))
 
 
 def _near(peak: NDArray[np.int64], others: NDArray[np.int64], cells: float) -> bool:

@@ -49,8 +49,8 @@ class TrackerParameters:
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
         acceleration: How much a person changes its speed, standard deviation, m/s^2.
         position_sigma: Standard deviation of a detection, metres.
-        sure: A detection of less confidence may be far off, as the network sees somebody partly hidden too far
-            away: such detections are assigned after the others, and alone they bring no id back by place.
+        sure: A detection of less confidence may be far off, as the network takes somebody partly hidden for
+            further away: such detections are assigned after the others.
         unsure_sigma: Standard deviation of such a detection, metres.
         colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
             colours against positions in the assignment.
@@ -62,7 +62,8 @@ class TrackerParameters:
         return_s: Who appears this long after somebody was last seen, seconds, may be them without colours ...
         return_speed: ... when they can have come there at this speed, m/s, ...
         return_margin: ... with this much to spare, metres. So near a lost person is taken up again at once.
-        height_tolerance: Heights of one person differ by at most this much, metres, from the same distance.
+        height_tolerance: Heights of one person differ by at most this much, metres, from the same distance;
+            it is a lot because of heads that are hidden or beside the picture.
         blend: Share of the newest picture in the remembered colours.
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
@@ -84,7 +85,7 @@ class TrackerParameters:
     return_s: Positive = 6.0
     return_speed: Positive = 1.0
     return_margin: Positive = 0.5
-    height_tolerance: Positive = 0.3
+    height_tolerance: Positive = 0.5
     blend: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
     remembered_people: Annotated[int, Limits(1)] = 20
     remember_s: Positive = 3600.0

@@ -12,7 +12,7 @@ from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 SEEN_HIGHER = 0.4
 """Metres that the Kinect sees higher for each metre further away: the tangent of half its vertical field of
 view (REFERENCE 5.4). Nearby it cuts off heads."""
-TOWARDS = 0.5
+TOWARDS = 0.8
 """Cosine from which on somebody walks towards a place."""
 
 

@@ -212,6 +212,10 @@ class UserTracker:
                 self._gallery.observe(track.user_id, track.histogram, now, last)
         self._drop_doubles(now)
 
+    def _may_be_new(self, track: _Track) -> bool:
+        """Whether a track without an id shows a person for sure."""
+        return not track.device_id and any(each.confidence >= self._use.sure for each in track.looks)
+
     def _drop_doubles(self, now: float) -> None:
         """The track of somebody who was recognised elsewhere is over."""
         here = [track.user_id for track in self._tracks if track.device_id and track.seen == now]
