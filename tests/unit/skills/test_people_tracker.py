@@ -160,6 +160,15 @@ def test_two_who_meet_and_turn_round_keep_their_ids_by_their_colours(run: Run) -
     assert users[0].x < 2 < users[1].x
 
 
+def test_an_unsure_detection_far_behind_does_not_draw_the_track_away(run: Run) -> None:
+    """The network takes somebody partly hidden for further away."""
+    ghost = Detection(2.4, 0.0, 2.4, confidence=0.7)
+    for k in range(30):
+        users = run(ghost if k in (15, 16) else seen(2.0, -1.0 + 0.07 * k))
+        assert all(user.x == pytest.approx(2.0, abs=0.15) for user in users)
+    assert ids(run(replace(ghost, x=2.1, y=1.1), seen(2.0, 1.1))) == [(1, 1)], "the sure one comes first"
+
+
 @pytest.mark.parametrize("histogram", [None, colours(3)])
 def test_who_returns_from_where_they_can_have_walked_is_the_lost_one(
     run: Run, histogram: Histogram | None
@@ -473,6 +482,7 @@ def test_a_new_look_has_no_memory(look: LookForUser) -> None:
         lambda: TrackerParameters(coast_s=11.0),
         lambda: TrackerParameters(gate=-1.0),
         lambda: TrackerParameters(blend=1.5),
+        lambda: TrackerParameters(match_distance=0.7),
         lambda: LookParameters(nearest=4.0),
         lambda: LookParameters(settle_s=math.nan),
     ],

@@ -50,7 +50,7 @@ class ConstantVelocity:
         return float(innovation @ np.linalg.solve(self.innovation_covariance, innovation))
 
     def update(self, position: F64, sigma: float | None = None) -> None:
-        """Take a measured position, shape (2,), metres; ``sigma`` in place of its usual standard deviation."""
+        """Take a measured position, shape (2,), metres; ``sigma`` in place of its usual one, metres."""
         noise = self._noise if sigma is None else sigma**2 * np.eye(2)
         gain = np.linalg.solve(self.covariance[:2, :2] + noise, self.covariance[:2]).T
         self.state = self.state + gain @ (position - self.state[:2])

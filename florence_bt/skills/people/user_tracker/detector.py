@@ -87,9 +87,12 @@ def detect_people(
     for mine in _groups(votes, use):
         detection = _judge(votes, mine, optical_in_base, use, (known, robot) if known and robot else None)
         if detection is not None and colour is not None:
+            # A vote stands for STRIDE x STRIDE pixels.
+            down, right = np.indices((STRIDE, STRIDE)).reshape(2, -1)
+            rows = (votes.rows[mine, None] + down).ravel()
+            columns = (votes.columns[mine, None] + right).ravel()
             height, width = pixels.depth.shape
-            rows, columns = (_with_neighbours(each[mine]) for each in (votes.rows, votes.columns))
-            shown = colour_histogram(colour, rows.ravel(), columns.swapaxes(1, 2).ravel(), (height, width))
+            shown = colour_histogram(colour, rows, columns, (height, width))
             detection = replace(detection, histogram=shown)
         if detection is not None:
             found.append(detection)
@@ -153,18 +156,6 @@ def _groups(votes: _Votes, use: DetectorParameters) -> list[NDArray[np.int64]]:
     nearest = apart.argmin(axis=1)
     near = apart[np.arange(len(nearest)), nearest] <= use.merge_radius
     return [np.flatnonzero(near & (nearest == number)) for number in range(len(places))]
-
-
-def _with_neighbours(places: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Rows (or, with the last axes swapped, columns) of all pixels a vote stands for.
-
-    Args:
-        places: Shape (n,), of the first pixel of each.
-
-    Returns:
-        Shape (n, STRIDE, STRIDE), equal along the last axis.
-    """
-    return np.broadcast_to((places[:, None] + np.arange(STRIDE))[:, :, None], (len(places), STRIDE, STRIDE))
 
 
 def _near(peak: NDArray[np.int64], others: NDArray[np.int64], cells: float) -> bool:

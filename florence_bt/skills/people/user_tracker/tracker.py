@@ -28,8 +28,7 @@ class _Track:
 
     def __init__(self, detection: Detection, now: float, use: TrackerParameters) -> None:
         self._use = use
-        position = np.array([detection.x, detection.y])
-        self.filter = ConstantVelocity(position, use.position_sigma, use.acceleration)
+        self.filter = self._filter_at(detection)
         self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
         self.device_id = 0
         self.user_id = 0
@@ -52,6 +51,8 @@ class _Track:
     def take(self, detection: Detection, now: float) -> None:
         """Take over where the person was seen."""
         sure = detection.confidence >= self._use.sure
+        if self.lost and sure:
+            self.filter = self._filter_at(detection)
         self.filter.update(np.array([detection.x, detection.y]), None if sure else self._use.unsure_sigma)
         self.hits.append(True)
         self.looks.append(detection)
@@ -59,6 +60,10 @@ class _Track:
         if detection.histogram is not None:
             old = self.histogram
             self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
+
+    def _filter_at(self, detection: Detection) -> ConstantVelocity:
+        position = np.array([detection.x, detection.y])
+        return ConstantVelocity(position, self._use.position_sigma, self._use.acceleration)
 
     def as_user(self) -> TrackedUser:
         """What is published of it."""
