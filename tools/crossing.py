@@ -112,7 +112,7 @@ class Judged:
         seconds: How long it was.
         crossings: How often one passed before or behind the other in view.
         meetings: How often they came nearer to each other than a metre in view.
-        seen: For how many pictures a person was in view and tracked.
+        seen: In how many pictures a person was tracked, for both people together.
         switches: How often a person got another id than before, or an id went to another person.
     """
 
@@ -300,7 +300,7 @@ def judge_seed(seed: int) -> Judged:
 
 def report(judged: Sequence[Judged]) -> str:
     """All results as Markdown."""
-    head = ("shirts", "robot", "minutes", "crossings in view", "meetings in view", "id switches")
+    head = ("shirts", "robot", "minutes", "crossings in view", "meetings in view", "tracked", "id switches")
     rows = []
     for shirts, robot in itertools.product(SHIRTS, ROBOTS):
         mine = [each for each in judged if (each.shirts, each.turns) == (shirts, robot == "turns")]
@@ -309,9 +309,12 @@ def report(judged: Sequence[Judged]) -> str:
 
 
 def _cells(judged: Sequence[Judged]) -> Iterator[str]:
-    yield f"{sum(each.seconds for each in judged) / 60.0:.0f}"
+    seconds = sum(each.seconds for each in judged)
+    yield f"{seconds / 60.0:.0f}"
     yield str(sum(each.crossings for each in judged))
     yield str(sum(each.meetings for each in judged))
+    shown = 2.0 * seconds / PERIOD_S
+    yield f"{100.0 * sum(each.seen for each in judged) / shown:.0f} %" if shown else ""
     yield str(sum(each.switches for each in judged))
 
 
