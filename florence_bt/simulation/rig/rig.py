@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, cancelled, success
-from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, TrackedUser
+from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, TrackedUser
 from florence_bt.core.skill import SkillRun
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.runtime.executor import Executor
@@ -103,7 +103,7 @@ class Rig:
             seed=setting.seed,
             start=start,
             on_scan=lambda source, scan: self._base.on_scan(source, scan),
-            on_depth=lambda image: self._people.on_depth(image),
+            on_pictures=lambda depth, colour: self._people.on_pictures(depth, colour),
             driving=lambda: self._base.active,
             looking=lambda: self._people.running,
         )
@@ -225,10 +225,9 @@ class _BaseSkills:
         return run
 
     def saw_users(self, users: Sequence[TrackedUser]) -> None:
-        odom_from_map = self._robot.map_from_odom.inverse()
         for user in users:
             if user.user_id == self._followed:
-                self._navigator.saw_person(self._clock.now(), *odom_from_map.apply(user.x, user.y))
+                self._navigator.saw_person(self._clock.now(), user.x, user.y)
 
     def _step(self) -> None:
         if not self._navigator.active:
@@ -273,17 +272,18 @@ class _PeopleSkills:
         """Whether pictures are needed."""
         return bool(self._tracker.running) or self._looking
 
-    def on_depth(self, image: DepthImage) -> None:
+    def on_pictures(self, depth: DepthImage, colour: ColourImage | None) -> None:
         now = self._clock.now()
         if self._tracker.running:
-            robot = self._robot.pose
+            robot, robot_in_odom = self._robot.pose, self._robot.odometry.pose
             found = detect_people(
-                image, self._optical_in_base, None, self._detector, known=self._known, robot=robot
+                depth, self._optical_in_base, colour, self._detector, known=self._known, robot=robot
             )
-            users = self._tracker.update(now, [detection.moved_by(robot) for detection in found])
+            tracked = self._tracker.update(now, [each.moved_by(robot_in_odom) for each in found])
+            users = [user.moved_by(self._robot.map_from_odom) for user in tracked]
             if self._looking:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
-            self.on_users(filter_users(users))
+            self.on_users(filter_users(tracked))
         self._end_look_when_over()
 
     def start_tracker(self) -> Result:

@@ -43,7 +43,7 @@ class Unmapped:
         """The points that are at nothing of the map.
 
         Args:
-            points: Where the beams end, in the order of the scan, shape (n, 2), in the odometry frame, metres.
+            points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
             map_from_odom: The place of the odometry frame in the map.
         """
         return points[~self._is_known(moved_points(points, map_from_odom))]

@@ -39,10 +39,20 @@ class ConstantVelocity:
         self.state = step @ self.state
         self.covariance = step @ self.covariance @ step.T + self._acceleration**2 * push @ push.T
 
-    def update(self, position: F64) -> None:
-        """Take a measured position, shape (2,), metres."""
-        innovation = self.covariance[:2, :2] + self._noise
-        gain = np.linalg.solve(innovation, self.covariance[:2]).T
+    @property
+    def innovation_covariance(self) -> F64:
+        """How far a measured position may be from the expected one; shape (2, 2), m^2."""
+        return self.covariance[:2, :2] + self._noise
+
+    def mahalanobis_squared(self, position: F64) -> float:
+        """Squared Mahalanobis distance of a measured position, shape (2,), metres, from the expected one."""
+        innovation = position - self.state[:2]
+        return float(innovation @ np.linalg.solve(self.innovation_covariance, innovation))
+
+    def update(self, position: F64, sigma: float | None = None) -> None:
+        """Take a measured position, shape (2,), metres; ``sigma`` in place of its usual one, metres."""
+        noise = self._noise if sigma is None else sigma**2 * np.eye(2)
+        gain = np.linalg.solve(self.covariance[:2, :2] + noise, self.covariance[:2]).T
         self.state = self.state + gain @ (position - self.state[:2])
         self.covariance = (np.eye(4) - gain @ _SEES_POSITION) @ self.covariance
 
