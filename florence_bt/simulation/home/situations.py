@@ -263,7 +263,7 @@ def _start_behind(space: FreeSpace, leg: Sequence[Point]) -> Pose2 | None:
     """Where the robot faces somebody who sets off on a leg: as much behind them as is free."""
     (x, y), (to_x, to_y) = leg
     back = math.atan2(y - to_y, x - to_x)
-    for turn in sorted(np.linspace(-math.pi, math.pi, 24, endpoint=False).tolist(), key=abs):
+    for turn in sorted(np.linspace(-math.pi / 2, math.pi / 2, 13).tolist(), key=abs):
         towards = back + turn
         spot = (x + _LED_FROM_M * math.cos(towards), y + _LED_FROM_M * math.sin(towards))
         if space.fits(spot, (x, y), ROBOT_RADIUS_M):

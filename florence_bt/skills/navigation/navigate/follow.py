@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,8 +37,12 @@ _DOUBT_S = 1.5
 _FASTEST_MPS = 1.0
 _MOST_LEGS = 3
 """So many things that may be the legs of who vanished are looked at."""
-_SIDE_RAD, _LOOK_RADPS = 1.2, 0.6
-"""How far to either side the robot looks for who vanished, and how fast it turns meanwhile."""
+_ROUND_RAD, _LOOK_RADPS = (1.2, 2.4, -2.4, -1.2, 0.0), 0.6
+"""Where the robot looks for who vanished, from where they walked, and how fast it turns meanwhile."""
+_TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
+"""The way the robot came, to back off on."""
+_BACK_TO_M = 0.3
+"""It steers towards a point of that way so far behind its middle."""
 _PLAN_PERIOD_S = 0.5
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
@@ -140,6 +145,7 @@ class Follow:
         self._target = MovingTarget(self._use.follow_velocity_time)
         self._started = self._free_since = now
         self._next_plan = now
+        self._trail: deque[Place] = deque(maxlen=_TRAIL_POINTS)
         self._unmapped = Unmapped(costmaps)
         self._unknown = np.empty((0, 2))
         self._trouble = ""
@@ -207,6 +213,10 @@ class Follow:
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         self._check_camera(state.now, distance, bearing)
+        if distance < self._goal.distance - self._use.follow_give_way:
+            self.path, self._next_plan, self._free_since = None, state.now, state.now
+            return self._give_way(state, bearing), self._feedback("giving way"), None
+        self._remember_way(state.pose)
         command = self._law(state.pose, distance, bearing)
         direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
         # A detour takes the person out of view: while they are near, the robot only turns with them.
@@ -230,6 +240,27 @@ class Follow:
             result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
             return STANDSTILL, self._feedback(reason), result
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
+
+    def _give_way(self, state: RobotState, bearing: float) -> Twist2:
+        """Back off the way the robot came, as far as there is room; without a way, face the person."""
+        trail, pose = self._trail, state.pose
+        while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
+            trail.pop()
+        if not trail or self._use.follow_back_speed == 0.0:
+            return self._turn_towards(state, bearing)
+        left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi)
+        limit = self._goal.max_angular
+        turn = max(-limit, min(limit, self._use.follow_angular_gain * left))
+        speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
+        for command in (Twist2(speed, turn), Twist2(0.0, turn)):
+            if self._may(state, command):
+                return command
+        return self._turn_towards(state, bearing)
+
+    def _remember_way(self, pose: Pose2) -> None:
+        here = pose.x, pose.y
+        if not self._trail or math.dist(self._trail[-1], here) >= _TRAIL_STEP_M:
+            self._trail.append(here)
 
     def _check_camera(self, now: float, distance: float, bearing: float) -> None:
         """Legs in the middle of the picture without a person are not those of the person."""
@@ -358,7 +389,7 @@ class Follow:
         return command, feedback, None
 
     def _look_about(self, state: RobotState, place: Place, unseen: float) -> Twist2:
-        """Turn to what may be their legs, where they walked, and to either side; then standstill."""
+        """Turn to what may be their legs, where they walked, and once round; then standstill."""
         if self._headings is None:
             vx, vy = self._target.velocity
             ahead = math.atan2(vy, vx) if math.hypot(vx, vy) >= _WALKING_MPS else state.pose.yaw
@@ -366,7 +397,7 @@ class Follow:
             near = [legs for legs in all_legs(self._unknown) if math.dist(legs, place) <= walked]
             near.sort(key=lambda legs: math.dist(legs, place))
             legs = [math.atan2(y - state.pose.y, x - state.pose.x) for x, y in near[:_MOST_LEGS]]
-            self._headings = [*legs, ahead, ahead + _SIDE_RAD, ahead - _SIDE_RAD]
+            self._headings = [*legs, ahead, *(ahead + turn for turn in _ROUND_RAD)]
         while self._headings:
             left = normalize_angle(self._headings[0] - state.pose.yaw)
             command = Twist2(0.0, math.copysign(_LOOK_RADPS, left))

@@ -54,7 +54,7 @@ class Unmapped:
         cells = np.floor((points - [costmap.origin_x, costmap.origin_y]) / costmap.resolution).astype(int)
         rows, columns = self._known.shape
         inside = ((cells >= 0) & (cells < [columns, rows])).all(axis=1)
-        known = ~inside
+        known: NDArray[np.bool_] = np.logical_not(inside)
         known[inside] = self._known[cells[inside, 1], cells[inside, 0]]
         return known
 

@@ -88,6 +88,9 @@ class FollowParameters:
         follow_distance: How far to stay behind, between the middles, in metres.
         follow_max_lin_speed: m/s; never more than what the controller allows.
         follow_max_ang_speed: rad/s.
+        follow_back_speed: Who comes too near is given way to at this speed, in m/s; 0 stands still
+            instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.
+        follow_give_way: How much nearer than wanted that is, in metres.
         follow_linear_gain: Speed per metre too far away, 1/s.
         follow_angular_gain: Turning speed per angle to the person, 1/s.
         follow_distance_tolerance: So much too far away is near enough, in metres.
@@ -106,6 +109,8 @@ class FollowParameters:
     follow_distance: Positive = 1.0
     follow_max_lin_speed: Positive = 0.5
     follow_max_ang_speed: Positive = 1.0
+    follow_back_speed: NotNegative = 0.2
+    follow_give_way: NotNegative = 0.25
     follow_linear_gain: Positive = 0.8
     follow_angular_gain: Positive = 1.5
     follow_distance_tolerance: NotNegative = 0.05
@@ -114,7 +119,7 @@ class FollowParameters:
     follow_look_ahead: Positive = 1.0
     follow_coast: Positive = 0.7
     follow_patience: Positive = 3.0
-    follow_limit: Positive = 20.0
+    follow_limit: Positive = 40.0
 
     def __post_init__(self) -> None:
         check_limits(self)

@@ -19,6 +19,11 @@ class _Known:
     histogram: Histogram | None
     seen: float
     last: Sighting | None = None
+    pictures: int = 0
+
+
+_BARELY_KNOWN = 10.0
+"""Cost of a match with what was seen in a few pictures only, such as a reflection: more than any other's."""
 
 
 class Gallery:
@@ -67,6 +72,7 @@ class Gallery:
         """Take how somebody who is tracked is seen; the colours as a running average."""
         known = self._known.setdefault(user_id, _Known(None, now))
         known.seen, known.last = now, last
+        known.pictures += 1
         if histogram is not None:
             old = known.histogram
             known.histogram = histogram if old is None else blend(old, histogram, self._use.blend)
@@ -74,7 +80,7 @@ class Gallery:
     def _by_colours(
         self, absent: Mapping[int, _Known], histogram: Histogram | None, came: Sighting | None
     ) -> int | None:
-        """Who has these colours; of several in like shirts, who needed to walk less."""
+        """Who has these colours; of several in like shirts, who is known well and needed to walk less."""
         best, best_cost = None, math.inf
         for user_id, known in absent.items():
             distance = distance_if_known(histogram, known.histogram)
@@ -84,6 +90,8 @@ class Gallery:
                 continue  # seen at the same time, so they are two
             walked = walked_share(known.last, came, self._use) if known.last and came else 0.0
             cost = distance / self._use.match_distance + walked
+            if known.pictures < self._use.known_pictures:
+                cost += _BARELY_KNOWN
             if cost < best_cost:
                 best, best_cost = user_id, cost
         return best

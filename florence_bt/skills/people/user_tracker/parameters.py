@@ -65,6 +65,7 @@ class TrackerParameters:
         height_tolerance: Heights of one person differ by at most this much, metres, from the same distance;
             it is a lot because of heads that are hidden or beside the picture.
         blend: Share of the newest picture in the remembered colours.
+        known_pictures: Who was seen in fewer pictures is recognised only when nobody else fits.
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
     """
@@ -87,6 +88,7 @@ class TrackerParameters:
     return_margin: Positive = 0.5
     height_tolerance: Positive = 0.5
     blend: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
+    known_pictures: Annotated[int, Limits(1)] = 15
     remembered_people: Annotated[int, Limits(1)] = 20
     remember_s: Positive = 3600.0
 
