@@ -90,8 +90,16 @@ def test_it_stands_when_near_enough_and_turns_with_the_person() -> None:
     assert abs(walk.trip.world.pose.bearing_to(*turns[-1])) < 0.1
 
 
-def test_it_never_drives_backwards_when_the_person_comes_nearer() -> None:
-    walk = Walk(Pose2(1.0, 2.5), along([(2.5, 2.5), (1.6, 2.5)], 0.3))
+def test_it_gives_way_on_the_way_it_came_to_who_comes_back() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (1.5, 2.4)], 0.2))
+    assert walk.go(17.0) is None
+    assert min(walk.speeds) < 0.0
+    assert min(walk.distances) > 0.55
+    assert walk.trip.world.hits == 0
+
+
+def test_without_a_way_it_came_it_stands_before_who_comes_nearer() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (1.0, 2.4)], 0.3))
     assert walk.go(6.0) is None
     assert min(walk.speeds) == 0.0
     assert walk.trip.world.hits == 0

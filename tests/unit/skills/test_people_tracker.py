@@ -498,5 +498,5 @@ def test_the_declarations_are_whole() -> None:
         "stop_tracker",
         "look_for_user",
     ]
-    assert LOOK_FOR_USER.complete({}) == {"window": 5.0}
+    assert LOOK_FOR_USER.complete({}) == {"window": 5.0, "user_id": 0, "x": 0.0, "y": 0.0}
     assert LOOK_FOR_USER.problems_with({"window": 100.0})

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import pytest
 
 from florence_bt.core.sensing import TrackedUser
-from florence_bt.simulation.home.person import Walker
+from florence_bt.simulation.home.walker import Walker
 from tools.crossing import FIRST_SEED, Identities, Judged, encounter, report
 
 HERE, THERE = (1.0, 0.0), (2.0, 0.0)
