@@ -40,7 +40,7 @@ from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_u
 from tools.tables import table, write_between_marks
 
 FIRST_SEED = 7000
-"""Neither the training of the network nor the choice of the tracker's parameters used the people from here on."""
+"""Neither the training of the network nor the choice of the tracker's parameters used these people."""
 
 ENCOUNTER_S, PERIOD_S = 60.0, 0.2
 HAND_MADE = 5

@@ -218,6 +218,14 @@ def test_when_two_may_be_meant_it_is_somebody_new(run: Run) -> None:
     assert ids(run(seen(2, 0.1), times=3))[-1] == (3, 3)
 
 
+@pytest.mark.parametrize(("confidence", "user_id"), [(0.7, 1), (1.0, 2)])
+def test_only_who_is_surely_there_may_be_meant_too(run: Run, confidence: float, user_id: int) -> None:
+    run(seen(2, 0), times=5)
+    run(times=20)
+    users = run(seen(2.7, 0), replace(seen(1.3, 0), confidence=confidence), times=3)
+    assert next(user for user in users if user.x == pytest.approx(2.7)).user_id == user_id
+
+
 def test_the_velocity_is_told_and_none_of_a_lost_one(run: Run) -> None:
     for k in range(30):
         users = run(seen(1.0 + 0.05 * k, 1.0 - 0.02 * k))

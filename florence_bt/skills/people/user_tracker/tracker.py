@@ -52,7 +52,7 @@ class _Track:
         """Take over where the person was seen."""
         if self.lost and detection.confidence >= self._use.sure:
             self.filter = self._filter_at(detection)
-        self.filter.update(np.array([detection.x, detection.y]), sigma_of(detection, self._use))
+        self.filter.update(np.array([detection.x, detection.y]), _sigma_of(detection, self._use))
         self.hits.append(True)
         self.looks.append(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
@@ -62,7 +62,7 @@ class _Track:
 
     def _filter_at(self, detection: Detection) -> ConstantVelocity:
         position = np.array([detection.x, detection.y])
-        return ConstantVelocity(position, sigma_of(detection, self._use), self._use.acceleration)
+        return ConstantVelocity(position, _sigma_of(detection, self._use), self._use.acceleration)
 
     def as_user(self) -> TrackedUser:
         """What is published of it."""
@@ -163,7 +163,7 @@ class UserTracker:
     def _following_cost(self, track: _Track, detection: Detection) -> float:
         """Twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
         position = np.array([detection.x, detection.y])
-        sigma = sigma_of(detection, self._use)
+        sigma = _sigma_of(detection, self._use)
         away = math.dist(position, track.filter.state[:2])
         walked = self._use.return_speed * (track.predicted - track.seen)
         within = track.filter.mahalanobis_squared(position, self._use.position_sigma)
@@ -200,7 +200,7 @@ class UserTracker:
         for track in self._tracks:
             if not track.device_id and sum(track.hits) >= self._use.confirm_hits:
                 present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
-                others = [other.came for other in self._tracks if other is not track and not other.device_id]
+                others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
                 track.device_id = self._next_device_id
                 self._next_device_id += 1
@@ -219,7 +219,7 @@ class UserTracker:
         self._tracks = [track for track in self._tracks if track.seen == now or track.user_id not in here]
 
 
-def sigma_of(detection: Detection, use: TrackerParameters) -> float:
+def _sigma_of(detection: Detection, use: TrackerParameters) -> float:
     """Standard deviation of the position of a detection, metres."""
     return use.position_sigma if detection.confidence >= use.sure else use.unsure_sigma
 
