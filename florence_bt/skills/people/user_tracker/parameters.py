@@ -47,10 +47,12 @@ class TrackerParameters:
         confirm_window: ... of this many pictures.
         gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
+        gate_margin: Nor is a detection further from there than this and what return_speed covers since the
+            person was seen, metres: with few measurements the covariance lets a track jump to somebody else.
         acceleration: How much a person changes its speed, standard deviation, m/s^2.
         position_sigma: Standard deviation of a detection, metres.
         sure: A detection of less confidence may be far off, as the network takes somebody partly hidden for
-            further away: such detections are assigned after the others.
+            further away.
         unsure_sigma: Standard deviation of such a detection, metres.
         colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
             colours against positions in the assignment.
@@ -73,10 +75,11 @@ class TrackerParameters:
     confirm_hits: Annotated[int, Limits(1)] = 3
     confirm_window: Annotated[int, Limits(1)] = 4
     gate: Positive = 13.8
+    gate_margin: Positive = 0.3
     acceleration: Positive = 1.5
-    position_sigma: Positive = 0.1
+    position_sigma: Positive = 0.07
     sure: Annotated[float, Limits(0.0, 1.0)] = 0.85
-    unsure_sigma: Positive = 0.3
+    unsure_sigma: Positive = 0.15
     colour_sigma: Positive = 0.2
     coast_s: Positive = 0.8
     posture_window: Annotated[int, Limits(1)] = 9

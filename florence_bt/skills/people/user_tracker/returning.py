@@ -12,8 +12,6 @@ from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 SEEN_HIGHER = 0.4
 """Metres that the Kinect sees higher for each metre further away: the tangent of half its vertical field of
 view (REFERENCE 5.4). Nearby it cuts off heads."""
-TOWARDS = 0.8
-"""Cosine from which on somebody walks towards a place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +39,8 @@ def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:
     return (
         0.0 < came.time - lost.time <= use.return_s
         and walked_share(lost, came, use) <= 1.0
-        and not comes_from_elsewhere(lost.user, came.user, use.return_margin)
         and not contradict(lost.user, came.user, use.height_tolerance)
     )
-
-
-def comes_from_elsewhere(lost: TrackedUser, came: TrackedUser, margin: float) -> bool:
-    """Whether somebody walks from somewhere else towards the place where the other was lost."""
-    dx, dy = lost.x - came.x, lost.y - came.y
-    away, speed = math.hypot(dx, dy), math.hypot(came.vx, came.vy)
-    return away > margin and dx * came.vx + dy * came.vy > TOWARDS * away * speed
 
 
 def contradict(one: TrackedUser | Detection, other: TrackedUser | Detection, tolerance: float) -> bool:

@@ -50,10 +50,9 @@ class _Track:
 
     def take(self, detection: Detection, now: float) -> None:
         """Take over where the person was seen."""
-        sure = detection.confidence >= self._use.sure
-        if self.lost and sure:
+        if self.lost and detection.confidence >= self._use.sure:
             self.filter = self._filter_at(detection)
-        self.filter.update(np.array([detection.x, detection.y]), None if sure else self._use.unsure_sigma)
+        self.filter.update(np.array([detection.x, detection.y]), _sigma_of(detection, self._use))
         self.hits.append(True)
         self.looks.append(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
@@ -63,7 +62,7 @@ class _Track:
 
     def _filter_at(self, detection: Detection) -> ConstantVelocity:
         position = np.array([detection.x, detection.y])
-        return ConstantVelocity(position, self._use.position_sigma, self._use.acceleration)
+        return ConstantVelocity(position, _sigma_of(detection, self._use), self._use.acceleration)
 
     def as_user(self) -> TrackedUser:
         """What is published of it."""
@@ -153,32 +152,25 @@ class UserTracker:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
 
     def _assign(self, detections: Sequence[Detection]) -> list[tuple[_Track, Detection]]:
-        """Pairs of tracks and detections: first those who are followed, then those who were lost.
-
-        Sure detections come first, as in ByteTrack (Zhang et al., ECCV 2022).
-        """
+        """Pairs of tracks and detections: first those who are followed, then those who were lost."""
         followed = [track for track in self._tracks if not track.lost]
         lost = [track for track in self._tracks if track.lost]
-        sure = [each for each in detections if each.confidence >= self._use.sure]
-        unsure = [each for each in detections if each.confidence < self._use.sure]
-        pairs: list[tuple[_Track, Detection]] = []
-        for tracks, seen, cost in (
-            (followed, sure, self._following_cost),
-            (followed, unsure, self._following_cost),
-            (lost, detections, self._return_cost),
-        ):
-            taken = {id(each) for pair in pairs for each in pair}
-            free_tracks = [each for each in tracks if id(each) not in taken]
-            pairs += _cheapest(free_tracks, [each for each in seen if id(each) not in taken], cost)
-        return pairs
+        pairs = _cheapest(followed, detections, self._following_cost)
+        taken = {id(detection) for _, detection in pairs}
+        left = [each for each in detections if id(each) not in taken]
+        return pairs + _cheapest(lost, left, self._return_cost)
 
     def _following_cost(self, track: _Track, detection: Detection) -> float:
         """Twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
         position = np.array([detection.x, detection.y])
-        distance = track.filter.mahalanobis_squared(position)
-        if distance > self._use.gate:
+        sigma = _sigma_of(detection, self._use)
+        away = math.dist(position, track.filter.state[:2])
+        walked = self._use.return_speed * (track.predicted - track.seen)
+        within = track.filter.mahalanobis_squared(position, self._use.position_sigma)
+        if within > self._use.gate or away > self._use.gate_margin + walked:
             return math.inf
-        spread = math.log(np.linalg.det(track.filter.innovation_covariance))
+        distance = track.filter.mahalanobis_squared(position, sigma)
+        spread = math.log(np.linalg.det(track.filter.innovation_covariance(sigma)))
         return distance + spread + self._colour_cost(track, detection)
 
     def _return_cost(self, track: _Track, detection: Detection) -> float:
@@ -208,7 +200,7 @@ class UserTracker:
         for track in self._tracks:
             if not track.device_id and sum(track.hits) >= self._use.confirm_hits:
                 present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
-                others = [other.came for other in self._tracks if other is not track and not other.device_id]
+                others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
                 track.device_id = self._next_device_id
                 self._next_device_id += 1
@@ -225,6 +217,11 @@ class UserTracker:
         """The track of somebody who was recognised elsewhere is over."""
         here = [track.user_id for track in self._tracks if track.device_id and track.seen == now]
         self._tracks = [track for track in self._tracks if track.seen == now or track.user_id not in here]
+
+
+def _sigma_of(detection: Detection, use: TrackerParameters) -> float:
+    """Standard deviation of the position of a detection, metres."""
+    return use.position_sigma if detection.confidence >= use.sure else use.unsure_sigma
 
 
 def _cheapest(
