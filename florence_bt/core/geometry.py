@@ -93,6 +93,11 @@ class Twist2:
         """Whether this is exactly standstill."""
         return self.linear == 0.0 and self.angular == 0.0
 
+    def slowed_to(self, speed: float) -> Twist2:
+        """The same arc, driven no faster than some speed, m/s."""
+        share = min(1.0, speed / abs(self.linear)) if self.linear else 1.0
+        return Twist2(self.linear * share, self.angular * share)
+
 
 STANDSTILL = Twist2()
 

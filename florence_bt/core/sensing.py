@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -172,6 +172,8 @@ class TrackedUser:
         distance: Horizontal distance from the camera in metres.
         posture: What the person does.
         height: Height above the floor of the highest point that was seen of them, metres; 0 when not known.
+        vx: Velocity in m/s in the frame of x and y; 0 for a lost person.
+        vy: As vx.
     """
 
     user_id: int
@@ -181,3 +183,11 @@ class TrackedUser:
     distance: float
     posture: Posture = "standing"
     height: float = 0.0
+    vx: float = 0.0
+    vy: float = 0.0
+
+    def moved_by(self, frame: Pose2) -> TrackedUser:
+        """The same in the frame in which its present frame has this pose."""
+        x, y = frame.apply(self.x, self.y)
+        vx, vy = Pose2(0.0, 0.0, frame.yaw).apply(self.vx, self.vy)
+        return replace(self, x=x, y=y, vx=vx, vy=vy)

@@ -326,6 +326,11 @@ def _drive_goal(message: Any, now: Now | None) -> None:
     _pose_stamped(message.pose, now)
 
 
+_SPEED_LIMITS = (
+    _range("max_lin_speed", 0.0, MAX_SPEED_MPS, "m/s"),
+    _range("max_ang_speed", 0.0, MAX_TURN_RATE, "rad/s"),
+)
+
 CHECKS: Mapping[str, Check] = {
     "geometry_msgs/Twist": _twist,
     "geometry_msgs/PoseStamped": _pose_stamped,
@@ -364,7 +369,15 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/SetHotspot_Request": _all(_names("label"), _PLANAR),
     "florence_interfaces/SetRoom_Request": _names("room"),
     "florence_interfaces/SetXYPhi_Request": _PLANAR,
-    "florence_interfaces/LookForUser_Goal": _range("window", 0.0, MAX_LOOK_S, "s"),
+    "florence_interfaces/FollowMe_Goal": _all(
+        _numbers(MAX_DISTANCE_M, "m", "x", "y"),
+        _range("desired_follow_distance", 0.0, MAX_DISTANCE_M, "m"),
+        *_SPEED_LIMITS,
+    ),
+    "florence_interfaces/FollowUser_Goal": _all(_range("distance", 0.0, MAX_DISTANCE_M, "m"), *_SPEED_LIMITS),
+    "florence_interfaces/LookForUser_Goal": _all(
+        _range("window", 0.0, MAX_LOOK_S, "s"), _numbers(MAX_DISTANCE_M, "m", "x", "y")
+    ),
     "nav2_msgs/NavigateToPose_Goal": _drive_goal,
     "nav2_msgs/Spin_Goal": _numbers(MAX_ANGLE_RAD, "rad", "target_yaw"),
 }

@@ -290,3 +290,50 @@ def test_shutting_down_cancels_the_skill_and_completes_the_record(bench_of):
             assert journal.run(each).state == "STOPPED" and journal.events(each)[-1].kind == "ended"
         assert not journal.unfinished()
     assert bench.recorded == []  # no pictures while the system goes down
+
+
+def test_the_documents_follow_me_runs_the_mission_of_that_name(bench_of):
+    from action_msgs.msg import GoalStatus
+    from florence_interfaces.action import FollowMe, FollowUser
+    from rclpy.action import ActionClient
+
+    bench = bench_of(Step(None, cancel_takes=0.1))
+    inputs = ["x", "y", "max_lin_speed", "max_ang_speed", "desired_follow_distance"]
+    declared = "\n".join(f"  {name}: {{type: number}}" for name in inputs)
+    tree = "tree: {drive: {way: '${$x + $desired_follow_distance}'}}"
+    (bench.missions / "follow_me.yaml").write_text(f"mission: follow_me\ninputs:\n{declared}\n{tree}\n")
+    client = ActionClient(bench.node, FollowMe, "follow_me")
+    bench.node.on_close(client.destroy)
+    feedback = bench.node.create_publisher(
+        FollowUser.Impl.FeedbackMessage, "follow_user/_action/feedback", 10
+    )
+    bench.ros.spin_until(client.server_is_ready, what="the action")
+    bench.ros.spin_until(lambda: feedback.get_subscription_count() == 1, what="the mission server")
+    said = []
+
+    def goal(**fields):
+        future = client.send_goal_async(FollowMe.Goal(**fields), feedback_callback=said.append)
+        bench.ros.spin_until(future.done, what="the answer to the goal")
+        return future.result()
+
+    first = goal(x=1.5, y=-0.25, desired_follow_distance=0.5)
+    bench.ros.spin_until(lambda: bench.drive.runs, what="the drive")
+    assert bench.drive.calls == [{"way": 2.0}]
+    feedback.publish(FollowUser.Impl.FeedbackMessage(feedback=FollowUser.Feedback(x=1.0, y=0.5)))
+    bench.ros.spin_until(lambda: said, what="the feedback")
+    assert (said[0].feedback.x, said[0].feedback.y) == (1.0, 0.5)
+    # A newer goal takes the place of the older one, and of nothing else.
+    second = goal(x=1.0)
+    older = result_of(bench, first)
+    assert older.status == GoalStatus.STATUS_ABORTED and "newer goal" in older.result.reason
+    cancel = second.cancel_goal_async()
+    bench.ros.spin_until(cancel.done, what="the answer to the cancel")
+    ended = result_of(bench, second)
+    assert (ended.status, ended.result.x, ended.result.y) == (GoalStatus.STATUS_CANCELED, 1.0, 0.5)
+    other = bench.run("drive_once").run_id
+    bench.wait("RUNNING", other)
+    refused = result_of(bench, goal(x=1.0))
+    assert refused.status == GoalStatus.STATUS_ABORTED and "drive_once" in refused.result.reason
+    assert bench.status(other).state == "RUNNING"
+    wrong = result_of(bench, goal(x=float("nan")))
+    assert wrong.status == GoalStatus.STATUS_ABORTED and "x is nan" in wrong.result.reason

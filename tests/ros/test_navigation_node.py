@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
+from florence_interfaces.action import FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
@@ -392,6 +393,37 @@ def test_one_goal_at_a_time_on_the_base(scene: Scene) -> None:
     scene.play_until(
         lambda: scene.robot.world.pose.distance_to(goal) < 0.06 and scene.robot.world.twist.is_zero()
     )
+
+
+def test_a_person_is_followed_by_the_frames_of_the_user_tracker(scene: Scene) -> None:
+    scene.add_navigation()
+    robot, person, said = scene.robot, Pose2(2.9, 2.4), []
+    follows = ActionClient(scene.client, FollowUser, "follow_user")
+    scene.client.on_destroy(follows.destroy)
+    scene.ros.spin_until(follows.server_is_ready, what="the action")
+
+    def near() -> bool:
+        robot.broadcaster.send("map", "user_7", robot.world.now, person)
+        return robot.world.pose.distance_to(person) < 0.9 and robot.world.twist.is_zero()
+
+    wanted = FollowUser.Goal(user_id=7, distance=0.8)
+    handle = scene.send(follows, wanted, feedback_callback=lambda message: said.append(message.feedback))
+    scene.play_until(near)
+    assert robot.world.pose.distance_to(person) == pytest.approx(0.8, abs=0.12)
+    assert (said[-1].x, said[-1].y, said[-1].text) == (
+        pytest.approx(0.8, abs=0.15),
+        pytest.approx(0.0, abs=0.15),
+        "following",
+    )
+    handle.cancel_goal_async()
+    answer = scene.result_of(handle)
+    assert answer.status == 5
+    assert answer.result.x == pytest.approx(0.8, abs=0.15)
+    bad = scene.result_of(scene.send(follows, FollowUser.Goal(user_id=7, distance=-1.0)))
+    assert (bad.status, bad.result.error_code) == (6, SERVER_CODES["bad_input"])
+    nobody = scene.result_of(scene.send(follows, FollowUser.Goal(user_id=9)))
+    assert (nobody.status, nobody.result.error_code) == (6, SERVER_CODES["user_lost"])
+    assert robot.world.twist.is_zero()
 
 
 def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> None:

@@ -72,6 +72,7 @@ class Robot(FlorenceNode):
         super().__init__("robot")
         self.depth: np.ndarray | None = None
         self.frames_late = 0.0
+        self.map_from_odom = Pose2(1.0, 2.0, math.pi / 2)
         self.users: list[TrackedUsers] = []
         self.filtered: list[TrackedUsers] = []
         self.detected: list[DetectedUser] = []
@@ -89,7 +90,7 @@ class Robot(FlorenceNode):
     def _tick(self) -> None:
         now = self.timebase.now()
         known = now - self.frames_late
-        self._moving.send("map", "odom", known, Pose2(1.0, 2.0, math.pi / 2))
+        self._moving.send("map", "odom", known, self.map_from_odom)
         self._moving.send("odom", "base_footprint", known, Pose2())
         self._info.publish(camera_info_to_ros(CAMERA, FRAME, now))
         if self.depth is not None:
@@ -169,6 +170,20 @@ def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracke
     ros.spin_until(lambda: robot.detected, what="detected_user")
     assert robot.detected[0].command
     assert robot.detected[0].user_position_y == pytest.approx(result.result.y)
+
+
+def test_a_correction_of_the_robots_place_ends_no_track(
+    ros: Any, robot: Robot, tracker: UserTrackerNode
+) -> None:
+    robot.depth = person_picture(2.0)
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a tracked user")
+    robot.map_from_odom = Pose2(4.0, 2.0, math.pi / 2)
+    ros.spin_for(1.0)  # the frames between the two places are not looked at
+    robot.users.clear()
+    result = look(ros, robot, 15.0).result
+    assert result.x == pytest.approx(4.0, abs=0.05), "told in the map frame as it is now"
+    assert {tuple(users.user_ids_ni) for users in robot.users} == {(1,)}
 
 
 def test_a_picture_waits_for_the_pose_it_was_taken_at(

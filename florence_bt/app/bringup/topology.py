@@ -190,8 +190,8 @@ def _navigation(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.simulated import start_of
     from florence_bt.skills.navigation.localisation.node import LocaliserNode
     from florence_bt.skills.navigation.map_server.node import MapServerNode
-    from florence_bt.skills.navigation.navigate.drive import CycleParameters
     from florence_bt.skills.navigation.navigate.node import NavigationNode
+    from florence_bt.skills.navigation.navigate.parameters import CycleParameters
 
     navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
     start = start_of(settings.options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.options import ABSENT
 from florence_bt.app.bringup.simulated import robot_frames
+from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.people import PersonSpec, place_person
@@ -23,6 +25,8 @@ def make_rig(
     user_room: str | None = None,
     runs_folder: Path | None = None,
     flat: Flat | None = None,
+    others: Sequence[PersonSpec] = (),
+    start: Pose2 | None = None,
 ) -> Rig:
     """A rig of a home with its map and hotspots.
 
@@ -32,6 +36,8 @@ def make_rig(
         user_room: Where the user was last seen; the person's room when not given.
         runs_folder: Where the runs leave their folders; None for nowhere.
         flat: The home; the flat that comes with Florence when not given.
+        others: Who else is there.
+        start: Where the robot stands at first, map frame; the home's own place when not given.
 
     Raises:
         ConfigError: There is no such room.
@@ -51,7 +57,8 @@ def make_rig(
             hotspots=parse_hotspots(hotspots_yaml(flat)),
             frames=robot_frames(),
             config=load_config(),
-            people=people,
+            people=[*people, *others],
+            start=start,
             user_room=user_room if user_room is not None else (room.name if room else ""),
             seed=seed,
             runs_folder=runs_folder,

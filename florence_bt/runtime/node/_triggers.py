@@ -7,20 +7,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from florence_interfaces.action import ExecuteMission
+from florence_interfaces.action import ExecuteMission, FollowMe
 from florence_interfaces.srv import RunMission
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.core.outcome import Outcome
-from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
+from florence_bt.runtime.node._mission_action import Following, MissionAction, execute_result
 from florence_bt.runtime.requests import request_from_texts, same_again
 from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
@@ -28,11 +27,14 @@ from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 SEARCH = "detect_user"
 """The mission that ``detect_user/cmd`` starts and stops. Source: REFERENCE 12.2; document, table 12."""
+FOLLOW = "follow_me"
+"""The mission of the action of that name. Source: REFERENCE 12.6; document, table 54."""
 
 
 class Triggers:
-    """Serves ``florence_bt/run_mission``, ``florence_bt/missions/*`` and ``florence_bt/execute_mission``.
+    """Serves ``florence_bt/run_mission``, ``florence_bt/missions/*`` and actions whose goals are missions.
 
+    The actions are ``florence_bt/execute_mission`` and ``follow_me`` (:mod:`._mission_action`).
     ``detect_user/cmd`` starts the mission of that name with true and stops the run it started with false.
 
     Args:
@@ -49,19 +51,22 @@ class Triggers:
         self._missions = missions
         self._edits = edits
         self._runs_folder = runs_folder
-        self._run_of_action: str | None = None
-        self._replaced: MissionRun | None = None
         self._run_of_topic: str | None = None
         self._by_name: dict[str, Any] = {}
         self._served: MissionLibrary | None = None
         allow_deferred(node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission))
-        self._action = SingleGoalServer(
+        self._execute = MissionAction(
             node,
+            missions,
+            edits,
             ExecuteMission,
             "florence_bt/execute_mission",
-            on_goal=self._on_goal,
-            on_cancel=self._on_cancel,
-            on_replaced=self._on_replaced,
+            self._execute_mission,
+            execute_result,
+        )
+        following = Following(node, lambda feedback: self._follow.publish_feedback(feedback))
+        self._follow = MissionAction(
+            node, missions, edits, FollowMe, FOLLOW, self._start_follow_me, following.result
         )
         node.create_subscription(Bool, f"{SEARCH}/cmd", self._on_search_command, RELIABLE)
         self.sync()
@@ -95,44 +100,13 @@ class Triggers:
 
     def publish_feedback(self, run: MissionRun, tip: str, tree: str) -> None:
         """Feedback for the client of the action, if this is its run."""
-        if run.run_id == self._run_of_action:
-            self._action.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
+        if run.run_id == self._execute.run_id:
+            self._execute.publish_feedback(ExecuteMission.Feedback(run_id=run.run_id, tip=tip, tree=tree))
 
     def on_end(self, run: MissionRun) -> None:
-        """A run has ended; the client of the action gets the result if the run is its own."""
-        if run.run_id != self._run_of_action:
-            return
-        self._run_of_action = None
-        result = self._result_of(run)
-        outcome = {
-            RunStatus.SUCCEEDED: Outcome.SUCCEEDED,
-            RunStatus.STOPPED: Outcome.CANCELLED,
-        }.get(run.status, Outcome.FAILED)
-        self._action.finish(result, outcome)
-
-    def _result_of(self, run: MissionRun) -> ExecuteMission.Result:
-        return ExecuteMission.Result(
-            run_id=run.run_id,
-            state=run.status.value,
-            code=run.code,
-            reason=run.reason,
-            cause=run.why.path if run.why else "",
-            tree=run.tree,
-            output_names=list(run.output_texts),
-            output_values=list(run.output_texts.values()),
-        )
-
-    def _on_replaced(self) -> ExecuteMission.Result:
-        """The result of a goal that a newer one has replaced; its run may not have ended yet."""
-        run = self._replaced
-        if run is None:
-            return ExecuteMission.Result(reason=PREEMPTED)
-        result = self._result_of(run)
-        if run.why is None:
-            reason = f"replaced by {self._run_of_action}, a newer goal of the action"
-            result.state, result.code, result.reason = RunStatus.STOPPED.value, "stopped", reason
-            result.cause = run.mission
-        return result
+        """A run has ended; the client of an action gets the result if the run is its own."""
+        for action in (self._execute, self._follow):
+            action.on_end(run)
 
     def _on_run_mission(self, request: RunMission.Request, response: RunMission.Response) -> Deferred:
         answer = Deferred()
@@ -187,17 +161,12 @@ class Triggers:
 
         self._edits.when_fresh(start)
 
-    def _on_goal(self, goal: ExecuteMission.Goal) -> str | None:
-        older = self._run_of_action
+    def _execute_mission(self, goal: ExecuteMission.Goal) -> tuple[bool, str, str]:
+        older = self._execute.run_id
         if older is not None and goal.policy == TriggerPolicy.QUEUE.value:
-            return (
-                f"this action has one goal at a time, now {older}; to queue more use the service run_mission"
-            )
-        checked: list[str] = []
-        self._edits.when_fresh(lambda problem, report: checked.append(problem))
-        if not checked:
-            return "missions were edited and are being checked; send the goal again in a moment"
-        accepted, run_id, message = self._start(
+            queued = "to queue more use the service run_mission"
+            return False, "", f"this action has one goal at a time, now {older}; {queued}"
+        return self._start(
             goal.mission,
             goal.input_names,
             goal.input_values,
@@ -205,18 +174,13 @@ class Triggers:
             goal.policy,
             goal.priority,
         )
-        if not accepted:
-            return message
-        self._run_of_action = run_id
-        self._replaced = self._missions.find(older) if older is not None else None
-        if older is not None:
-            # It may still wait in the queue; its client gets the result that it was replaced.
-            self._missions.stop(f"replaced by {run_id}, a newer goal of the action", older)
-        return None
 
-    def _on_cancel(self) -> None:
-        if self._run_of_action is not None:
-            self._missions.stop("cancelled by the action client", self._run_of_action)
+    def _start_follow_me(self, goal: FollowMe.Goal) -> tuple[bool, str, str]:
+        """The fields of the goal are the inputs of the mission. It replaces an older goal, nothing else."""
+        names = list(goal.get_fields_and_field_types())
+        values = [repr(getattr(goal, name)) for name in names]
+        policy = TriggerPolicy.REJECT if self._follow.run_id is None else TriggerPolicy.PREEMPT
+        return self._start(FOLLOW, names, values, f"{FOLLOW} action", policy.value, 0)
 
     def _start(
         self,

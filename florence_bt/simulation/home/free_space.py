@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -144,28 +144,33 @@ class FreeSpace:
         Returns:
             Shape (rows, columns); all False when it does not fit where it stands.
         """
-        free = self.clearance >= radius
-        if person is not None:
-            x, y = self.frame.centres()
-            free &= np.hypot(x[None, :] - person[0], y[:, None] - person[1]) >= radius + person[2]
+        bodies = [] if person is None else [(person[0], person[1], radius + person[2])]
+        free = self._free(radius, bodies)
         labels, _ = ndimage.label(free)
         row, column = self.frame.cell_of(*start)
         label = labels[row, column] if self.frame.contains(row, column) else 0
         return labels == label if label else np.zeros_like(free)
 
-    def shortest_way(self, start: Point, goal: Point | BoolGrid, radius: float) -> list[Point] | None:
+    def shortest_way(
+        self,
+        start: Point,
+        goal: Point | BoolGrid,
+        radius: float,
+        bodies: Sequence[tuple[float, float, float]] = (),
+    ) -> list[Point] | None:
         """The shortest way for something round.
 
         Args:
             start: Where it is, map frame.
             goal: Where it wants to, or cells of which the nearest is taken, shape (rows, columns).
             radius: Its radius in metres.
+            bodies: x, y of who else is there, and how far its middle keeps from theirs, metres.
 
         Returns:
             Points between which it can go straight, the first in the cell of the start and the last in that
             of the goal; None when there is no way.
         """
-        free = self.clearance >= radius
+        free = self._free(radius, bodies)
         begin = self.frame.cell_of(*start)
         goals = goal if isinstance(goal, np.ndarray) else self._only(self.frame.cell_of(*goal))
         ends = np.flatnonzero(goals & free)
@@ -182,7 +187,30 @@ class FreeSpace:
         x, y = self.frame.centres()
         columns = self.frame.columns
         points = [(float(x[cell % columns]), float(y[cell // columns])) for cell in reversed(cells)]
-        return self._straightened(points, radius)
+        return self._straightened(points, free)
+
+    def nearest(
+        self, point: Point, radius: float, bodies: Sequence[tuple[float, float, float]] = ()
+    ) -> Point | None:
+        """The middle of the nearest cell where something round can be; None without any.
+
+        Args:
+            point: Map frame.
+            radius: Its radius in metres.
+            bodies: As of :meth:`shortest_way`.
+        """
+        x, y = self.frame.centres()
+        away = np.hypot(x[None, :] - point[0], y[:, None] - point[1])
+        away[~self._free(radius, bodies)] = math.inf
+        row, column = divmod(int(np.argmin(away)), self.frame.columns)
+        return (float(x[column]), float(y[row])) if math.isfinite(away[row, column]) else None
+
+    def _free(self, radius: float, bodies: Sequence[tuple[float, float, float]]) -> BoolGrid:
+        free = self.clearance >= radius
+        x, y = self.frame.centres()
+        for body_x, body_y, apart in bodies:
+            free &= np.hypot(x[None, :] - body_x, y[:, None] - body_y) >= apart
+        return free
 
     def _only(self, cell: tuple[int, int]) -> BoolGrid:
         only = np.zeros_like(self._opaque)
@@ -190,21 +218,21 @@ class FreeSpace:
             only[cell] = True
         return only
 
-    def _straightened(self, points: list[Point], radius: float) -> list[Point]:
+    def _straightened(self, points: list[Point], free: BoolGrid) -> list[Point]:
         """Leave out points while the straight way between their neighbours is free."""
         kept = [points[0]]
         here = 0
         while here < len(points) - 1:
             there = len(points) - 1
-            while there > here + 1 and not self._straight(points[here], points[there], radius):
+            while there > here + 1 and not free[self._cells_between(points[here], points[there])].all():
                 there -= 1
             kept.append(points[there])
             here = there
         return kept
 
-    def _straight(self, start: Point, end: Point, radius: float) -> bool:
-        rows, columns = self._cells_between(start, end)
-        return bool((self.clearance[rows, columns] >= radius).all())
+    def fits(self, start: Point, end: Point, radius: float) -> bool:
+        """Whether something round can go straight from one point to another, both in the grid."""
+        return bool((self.clearance[self._cells_between(start, end)] >= radius).all())
 
     def sees(self, eye: tuple[float, float], target: tuple[float, float]) -> bool:
         """Whether nothing of a person's chest height or more stands between two points."""

@@ -6,14 +6,15 @@ approach.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.geometry import Pose2
+from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.simulation.home.body import knee_reach
 from florence_bt.simulation.home.flat import Colour, Flat
 from florence_bt.simulation.home.free_space import (
@@ -23,20 +24,34 @@ from florence_bt.simulation.home.free_space import (
     cells_covered,
     free_space_of,
 )
-from florence_bt.simulation.home.people import place_person
-from florence_bt.simulation.home.person import Aid, Load, PersonSpec, Posture
+from florence_bt.simulation.home.people import ROBOT_RADIUS_M, place_person
+from florence_bt.simulation.home.person import Aid, Load, PersonSpec, Posture, half_width
 
 _BODY_M, _LEANING_M, _AID_M = 0.27, (0.42, 0.6), 0.42
 """Free metres around somebody who stands, who bends forward to something (least and most), and around a
 rollator or a wheelchair."""
 
-_WALK_M, _WALK_AID_M = 0.27, 0.33
-"""Half of the width that a person, and a wheelchair, needs to pass."""
-
 _SEAT_STEPS = [0.05 * step for step in range(20)]
 _SHORTEST_WALK_M = 3.0
 _START_M = 0.7
 """Nobody is nearer to where the robot starts."""
+
+_LED_SPEEDS, _CROSSING_SPEEDS = (0.25, 0.45), (0.3, 0.6)
+"""m/s; the robot drives 0.45 m/s at most."""
+
+_LED_FROM_M, _LED_AFTER_S = 1.2, 5.0
+"""How far the robot stands from who leads it, and when they set off: 3 s after a rig has
+settled."""
+
+_LED_TRIES, _LEG_TRIES = 10, 12
+"""Beginnings of a walk that are tried, and places to go on to."""
+
+_TURN_M, _BEHIND_M, _PAST_M, _ROUND_M = 0.45, 1.0, 0.7, 2.0
+"""Who leads turns round where so much is free, if possible such that they get past a robot that is so far
+behind, at this distance, without walking this much further."""
+
+_CROSSING_M, _CLEAR_OF_START_M = (0.5, 1.5), 2.0
+"""How far to each side of the way somebody crosses it, and how far from where the walk begins."""
 
 _CHILD_CHANCE, _BED_CHANCE = 0.2, 0.65
 _TRIES = 300
@@ -117,7 +132,7 @@ def lying(flat: Flat, rng: Random) -> PersonSpec:
 
 def walking(flat: Flat, rng: Random) -> PersonSpec:
     """Walking there and back between two places, through doors when there is another room to walk to."""
-    return _walker(flat, rng, _WALK_M)
+    return _walker(flat, rng)
 
 
 def aided(flat: Flat, rng: Random) -> PersonSpec:
@@ -130,7 +145,7 @@ def aided(flat: Flat, rng: Random) -> PersonSpec:
     ]
     aid, load = aids[int(rng.integers(len(aids)))]
     if rng.random() < 0.5:
-        return _walker(flat, rng, _WALK_AID_M if aid == "wheelchair" else _WALK_M, aid, load)
+        return _walker(flat, rng, aid, load)
     space = free_space_of(flat)
     x, y = _free_place(flat, space, rng, _AID_M)
     headings = rng.uniform(-math.pi, math.pi, 12).tolist()
@@ -160,6 +175,45 @@ def person_in(situation: str, flat: Flat, rng: Random) -> PersonSpec:
     return SITUATIONS[situation](flat, rng)
 
 
+@dataclass(frozen=True, slots=True)
+class LedWalk:
+    """Somebody leads the robot through a home.
+
+    Attributes:
+        start: Where the robot stands at first, map frame; it faces the leader.
+        leader: Who is to be followed: walks once.
+        visitor: Who walks to and fro across the leader's way.
+    """
+
+    start: Pose2
+    leader: PersonSpec
+    visitor: PersonSpec
+
+
+def led_walk(flat: Flat, rng: Random, length_m: float = 60.0) -> LedWalk:
+    """A walk from room to room, through doors, where the robot fits everywhere.
+
+    Args:
+        flat: The home.
+        rng: Where the chance comes from.
+        length_m: The least length of the leader's route, metres.
+
+    Raises:
+        ConfigError: The home has no room for such a walk.
+    """
+    space = free_space_of(flat)
+    for _ in range(_LED_TRIES):
+        route = _way_through_rooms(flat, space, rng, length_m)
+        start = _start_behind(space, route[:2]) if route else None
+        crossing = _crossing(space, rng, route) if start is not None else None
+        if start is None or crossing is None:
+            continue
+        leader = _on_route(rng, route, _LED_SPEEDS)
+        visitor = _on_route(rng, crossing, _CROSSING_SPEEDS)
+        return LedWalk(start, replace(leader, wait=_LED_AFTER_S, once=True), replace(visitor, name="visitor"))
+    raise ConfigError(f"nobody can lead the robot through {flat.name!r}", valid=["another home"])
+
+
 def room_with_decoy(flat: Flat, rng: Random) -> str:
     """A room with something that looks like a person, if there is one."""
     names = [
@@ -176,8 +230,104 @@ def _covers(cells: BoolGrid, flat: Flat, point: Point) -> bool:
     return flat.room_at(*point) is not None and bool(cells[free_space_of(flat).frame.cell_of(*point)])
 
 
+def _way_through_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float) -> list[Point]:
+    """Points between which the robot can go straight, in other rooms again and again; empty without a way."""
+    route = [_free_place(flat, space, rng, _TURN_M)]
+    reached = space.reachable(route[0], ROBOT_RADIUS_M)
+    while _length(route) < length:
+        leg: list[Point] = []
+        for _ in range(_LEG_TRIES):
+            goal = _free_place(flat, space, rng, _TURN_M, among=reached)
+            if flat.room_at(*goal) == flat.room_at(*route[-1]):
+                continue
+            way = space.shortest_way(route[-1], goal, ROBOT_RADIUS_M)
+            if way is None or _length(way) < _SHORTEST_WALK_M:
+                continue
+            leg = way[1:]
+            if _can_turn_round(space, way):
+                break
+        if not leg:
+            return []
+        route += leg
+    return route
+
+
+def _can_turn_round(space: FreeSpace, way: Sequence[Point]) -> bool:
+    """Whether somebody can come back along a way past the robot that followed."""
+    robot = _point_along(way[::-1], _BEHIND_M)
+    back = space.shortest_way(way[-1], way[0], half_width("none"), [(*robot, _PAST_M)])
+    return back is not None and _length(back) <= _length(way) + _ROUND_M
+
+
+def _start_behind(space: FreeSpace, leg: Sequence[Point]) -> Pose2 | None:
+    """Where the robot faces somebody who sets off on a leg: as much behind them as is free."""
+    (x, y), (to_x, to_y) = leg
+    back = math.atan2(y - to_y, x - to_x)
+    for turn in sorted(np.linspace(-math.pi / 2, math.pi / 2, 13).tolist(), key=abs):
+        towards = back + turn
+        spot = (x + _LED_FROM_M * math.cos(towards), y + _LED_FROM_M * math.sin(towards))
+        if space.fits(spot, (x, y), ROBOT_RADIUS_M):
+            return Pose2(*spot, normalize_angle(towards + math.pi))
+    return None
+
+
+def _crossing(space: FreeSpace, rng: Random, route: Sequence[Point]) -> list[Point] | None:
+    """The ends of a straight way across a route, somewhere."""
+    total, radius = _length(route), half_width("none")
+    for _ in range(_TRIES):
+        along = float(rng.uniform(0.0, total - 0.1))
+        middle, ahead = _point_along(route, along), _point_along(route, along + 0.1)
+        if math.dist(middle, route[0]) < _CLEAR_OF_START_M + _CROSSING_M[1]:
+            continue
+        across = math.atan2(ahead[1] - middle[1], ahead[0] - middle[0]) + math.pi / 2
+        ends = [_furthest(space, middle, across + turn, radius) for turn in (0.0, math.pi)]
+        if all(math.dist(end, middle) >= _CROSSING_M[0] for end in ends):
+            return ends
+    return None
+
+
+def _furthest(space: FreeSpace, start: Point, heading: float, radius: float) -> Point:
+    """How far somebody gets straight on, up to the longest way across."""
+    points = [
+        Pose2(*start, heading).apply(distance, 0.0)
+        for distance in np.arange(0.1, _CROSSING_M[1], 0.1).tolist()
+    ]
+    return max(
+        itertools.takewhile(lambda point: space.fits(start, point, radius), points),
+        key=lambda point: math.dist(start, point),
+        default=start,
+    )
+
+
+def _length(points: Sequence[Point]) -> float:
+    return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+
+
+def _point_along(points: Sequence[Point], along: float) -> Point:
+    """The point at so many metres along straight legs; the last one beyond their end."""
+    for (ax, ay), (bx, by) in itertools.pairwise(points):
+        length = math.dist((ax, ay), (bx, by))
+        if along < length:
+            return ax + along / length * (bx - ax), ay + along / length * (by - ay)
+        along -= length
+    return points[-1]
+
+
+def _on_route(rng: Random, points: Sequence[Point], speeds: tuple[float, float]) -> PersonSpec:
+    """Somebody who walks from the first of some points to the others."""
+    (x, y), (to_x, to_y) = points[:2]
+    heading = math.atan2(to_y - y, to_x - x)
+    speed = round(float(rng.uniform(*speeds)), 2)
+    return _person(rng, Pose2(x, y, heading), "walking", route=tuple(points[1:]), speed=speed)
+
+
 def _free_place(
-    flat: Flat, space: FreeSpace, rng: Random, least: float, most: float = math.inf
+    flat: Flat,
+    space: FreeSpace,
+    rng: Random,
+    least: float,
+    most: float = math.inf,
+    among: BoolGrid | None = None,
 ) -> tuple[float, float]:
     """A point of a room's floor with free metres around, any as likely as any other."""
     inside = np.zeros_like(space.clearance, bool)
@@ -186,15 +336,16 @@ def _free_place(
         columns, rows = (x >= room.x[0]) & (x < room.x[1]), (y >= room.y[0]) & (y < room.y[1])
         inside |= rows[:, None] & columns[None, :]
     away = np.hypot(x[None, :] - flat.start.x, y[:, None] - flat.start.y) >= _START_M
-    cells = np.argwhere(inside & away & (space.clearance >= least) & (space.clearance <= most))
+    inside &= away & (space.clearance >= least) & (space.clearance <= most)
+    cells = np.argwhere(inside if among is None else inside & among)
     if not len(cells):
         raise ConfigError(f"{flat.name!r} has no free place", valid=["another home"])
     row, column = cells[int(rng.integers(len(cells)))]
     return float(x[column]), float(y[row])
 
 
-def _walker(flat: Flat, rng: Random, radius: float, aid: Aid = "none", load: Load = "none") -> PersonSpec:
-    space = free_space_of(flat)
+def _walker(flat: Flat, rng: Random, aid: Aid = "none", load: Load = "none") -> PersonSpec:
+    space, radius = free_space_of(flat), half_width(aid)
     for attempt in range(_TRIES):
         start, goal = (_free_place(flat, space, rng, radius + 0.05) for _ in range(2))
         elsewhere = flat.room_at(*start) != flat.room_at(*goal) or attempt > _TRIES // 2

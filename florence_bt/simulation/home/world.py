@@ -23,7 +23,8 @@ from florence_bt.simulation.home.mjcf import (
     WHEEL_RADIUS_M,
     build_mjcf,
 )
-from florence_bt.simulation.home.person import PersonSpec, Walker
+from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.home.walker import Walker
 from florence_bt.simulation.sensors.scene import (
     BOX,
     CYLINDER,
@@ -108,8 +109,13 @@ class SimulatedWorld:
         self._data = mujoco.MjData(self._model)
         self._steps = 0
         self._walkers = {
-            self._mocap_of(spec.name): Walker(spec) for spec in people if spec.posture == "walking"
+            mocap: Walker(spec, flat) for mocap, spec in enumerate(people) if spec.posture == "walking"
         }
+        self._people_poses = [
+            Pose2(spec.pose.x, spec.pose.y, normalize_angle(spec.pose.yaw)) for spec in people
+        ]
+        for mocap, walker in self._walkers.items():
+            self._people_poses[mocap] = walker.pose
         self._floor = self._model.geom("floor").id
         self._base = self._model.geom(BASE_GEOM).id
         self._robot_body = self._model.body("robot").id
@@ -203,11 +209,16 @@ class SimulatedWorld:
         Raises:
             ConfigError: There is no such person; the message lists those that are there.
         """
-        mocap = self._mocap_of(name)
-        if mocap in self._walkers:
-            return self._walkers[mocap].pose
-        pose = next(spec.pose for spec in self.people if spec.name == name)
-        return Pose2(pose.x, pose.y, normalize_angle(pose.yaw))
+        return self._people_poses[self._mocap_of(name)]
+
+    def walks(self, name: str) -> bool:
+        """Whether a person walks, or will: not at the end of a route that is walked once.
+
+        Raises:
+            ConfigError: There is no such person.
+        """
+        walker = self._walkers.get(self._mocap_of(name))
+        return walker is not None and not walker.arrived
 
     def sees(self, eye: Point3, name: str, point: Point3) -> bool:
         """Whether nothing but a person is between an eye and a point of the person; glass is in the way too.
@@ -235,12 +246,14 @@ class SimulatedWorld:
         return names.index(name)
 
     def _moves(self) -> bool:
-        return self._driven or bool(self._walkers) or bool(np.abs(self._data.qvel).max() > _REST_MPS)
+        walking = any(not walker.arrived for walker in self._walkers.values())
+        return self._driven or walking or bool(np.abs(self._data.qvel).max() > _REST_MPS)
 
     def _walk(self) -> None:
-        robot = self.robot_pose
+        robot, poses = self.robot_pose, self._people_poses
         for mocap, walker in self._walkers.items():
-            pose = walker.advance(_WALK_STEPS * TIMESTEP_S, robot)
+            others = poses[:mocap] + poses[mocap + 1 :]
+            pose = poses[mocap] = walker.advance(_WALK_STEPS * TIMESTEP_S, robot, others)
             self._data.mocap_pos[mocap] = (pose.x, pose.y, 0.0)
             self._data.mocap_quat[mocap] = (math.cos(pose.yaw / 2), 0.0, 0.0, math.sin(pose.yaw / 2))
 

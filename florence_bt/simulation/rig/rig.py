@@ -5,7 +5,7 @@ The same seed gives the same run, bit for bit, many times faster than real time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, cancelled, success
-from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid
+from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, TrackedUser
 from florence_bt.core.skill import SkillRun
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.runtime.executor import Executor
@@ -28,18 +28,18 @@ from florence_bt.simulation.rig.skills import ExclusiveComponent, RigTopic, rig_
 from florence_bt.skills.locator.hotspots import Hotspots
 from florence_bt.skills.locator.locator import Locator
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.drive import NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
-from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.tracker import UserTracker
+from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -103,7 +103,7 @@ class Rig:
             seed=setting.seed,
             start=start,
             on_scan=lambda source, scan: self._base.on_scan(source, scan),
-            on_depth=lambda image: self._people.on_depth(image),
+            on_pictures=lambda depth, colour: self._people.on_pictures(depth, colour),
             driving=lambda: self._base.active,
             looking=lambda: self._people.running,
         )
@@ -111,6 +111,7 @@ class Rig:
         self.locator.map = setting.grid
         self._base = _BaseSkills(self.robot, setting, self.clock)
         self._people = _PeopleSkills(self.robot, setting, self.clock)
+        self._people.on_users = self._base.saw_users
         self.topics: dict[str, RigTopic] = {}
         skills = rig_skills(
             {
@@ -186,6 +187,7 @@ class _BaseSkills:
         self._robot = robot
         self._clock = clock
         self._frames = setting.frames
+        self._followed = 0
         call_every(clock, 1.0 / parameters.cycle.controller_frequency, self._step)
 
     @property
@@ -215,6 +217,17 @@ class _BaseSkills:
         run = self._component.begin("turning", self._navigator.cancel)
         self._navigator.start_spin(angle, self._clock.now(), time_allowance)
         return run
+
+    def follow(self, user_id: int, distance: float, max_lin_speed: float, max_ang_speed: float) -> SkillRun:
+        run = self._component.begin("following", self._navigator.cancel)
+        self._navigator.start_follow(self._clock.now(), distance, max_lin_speed, max_ang_speed)
+        self._followed = user_id
+        return run
+
+    def saw_users(self, users: Sequence[TrackedUser]) -> None:
+        for user in users:
+            if user.user_id == self._followed:
+                self._navigator.saw_person(self._clock.now(), user.x, user.y)
 
     def _step(self) -> None:
         if not self._navigator.active:
@@ -252,22 +265,25 @@ class _PeopleSkills:
         self._optical_in_base = setting.frames.lookup(BASE_FRAME, CAMERA_FRAME)
         self._looking = False
         self.found: list[Pose2] = []
+        self.on_users: Callable[[Sequence[TrackedUser]], None] = lambda users: None
 
     @property
     def running(self) -> bool:
         """Whether pictures are needed."""
         return bool(self._tracker.running) or self._looking
 
-    def on_depth(self, image: DepthImage) -> None:
+    def on_pictures(self, depth: DepthImage, colour: ColourImage | None) -> None:
         now = self._clock.now()
         if self._tracker.running:
-            robot = self._robot.pose
+            robot, robot_in_odom = self._robot.pose, self._robot.odometry.pose
             found = detect_people(
-                image, self._optical_in_base, None, self._detector, known=self._known, robot=robot
+                depth, self._optical_in_base, colour, self._detector, known=self._known, robot=robot
             )
-            users = self._tracker.update(now, [detection.moved_by(robot) for detection in found])
+            tracked = self._tracker.update(now, [each.moved_by(robot_in_odom) for each in found])
+            users = [user.moved_by(self._robot.map_from_odom) for user in tracked]
             if self._looking:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
+            self.on_users(filter_users(tracked))
         self._end_look_when_over()
 
     def start_tracker(self) -> Result:
@@ -278,9 +294,9 @@ class _PeopleSkills:
         self._tracker.stop()
         return success()
 
-    def look(self, window_s: float) -> SkillRun:
+    def look(self, window: float, user_id: int, x: float, y: float) -> SkillRun:
         run = self._component.begin("looking", self._cancel_look)
-        self._look.start(self._clock.now(), window_s)
+        self._look.start(self._clock.now(), window, Wanted(user_id, x, y))
         self._looking = True
         return run
 

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.sensing import DepthImage, LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.drivers.hokuyo.geometry import URG_04LX, scan_from_distances
 from florence_bt.drivers.kinect.codec import metres_from_raw
@@ -79,7 +79,7 @@ class RigRobot:
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
         on_scan: Called with each scan for navigation and the name of its source.
-        on_depth: Called with each depth picture.
+        on_pictures: Called with each depth picture, and the colours of the same moment when somebody looks.
         driving: Whether something drives the robot; otherwise scans and pictures may be rare.
         looking: Whether somebody looks for people, who needs larger pictures.
     """
@@ -95,7 +95,7 @@ class RigRobot:
         seed: int,
         start: Pose2,
         on_scan: Callable[[str, LaserScan], None],
-        on_depth: Callable[[DepthImage], None],
+        on_pictures: Callable[[DepthImage, ColourImage | None], None],
         driving: Callable[[], bool],
         looking: Callable[[], bool],
     ) -> None:
@@ -103,7 +103,7 @@ class RigRobot:
         self.frames = frames
         self.odometry = Odometry(clock.now(), Pose2())
         self._on_scan = on_scan
-        self._on_depth = on_depth
+        self._on_pictures = on_pictures
         self._driving = driving
         self._looking = looking
         self._clock = clock
@@ -195,9 +195,8 @@ class RigRobot:
         if not looking and not self._driving():
             return
         now = self._clock.now()
-        kinect = self._looking_kinect if looking else self._driving_kinect
-        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
-        self._on_depth(depth)
+        depth, colour = self._take_pictures(now, looking=looking)
+        self._on_pictures(depth, colour)
         if now < self._next_kinect_scan:
             return
         if now - self._moved >= SETTLED_S:
@@ -207,3 +206,14 @@ class RigRobot:
         combined = self._combinator.update_kinect(kinect_scan, now)
         if combined is not None:
             self._on_scan("scan", self._laser_filter.filter(combined))
+
+    def _take_pictures(self, now: float, *, looking: bool) -> tuple[DepthImage, ColourImage | None]:
+        """A depth picture; a larger one with its colours while somebody looks for people."""
+        if not looking:
+            kinect = self._driving_kinect
+            raw = kinect.measure_depth()
+            return DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(raw)), None
+        kinect = self._looking_kinect
+        raw, pixels = kinect.measure()
+        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(raw))
+        return depth, ColourImage(now, CAMERA_FRAME, kinect.camera, pixels)

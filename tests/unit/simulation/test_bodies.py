@@ -7,7 +7,8 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.body import body_parts
 from florence_bt.simulation.home.flat import load_flat
-from florence_bt.simulation.home.person import PersonSpec, Walker, forward_reach
+from florence_bt.simulation.home.person import PersonSpec, forward_reach
+from florence_bt.simulation.home.walker import Walker
 from florence_bt.simulation.home.world import SimulatedWorld
 
 

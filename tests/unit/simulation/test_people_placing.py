@@ -9,7 +9,7 @@ from florence_bt.simulation.home.body import body_parts
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.people import PersonSpec, approach_spots, place_person
-from florence_bt.simulation.home.person import Walker
+from florence_bt.simulation.home.walker import Walker
 
 
 @pytest.fixture(scope="module")

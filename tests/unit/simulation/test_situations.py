@@ -14,7 +14,7 @@ from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.ground_truth import best_case
 from florence_bt.simulation.home.people import place_person
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.situations import SITUATIONS, person_in, room_with_decoy
+from florence_bt.simulation.home.situations import SITUATIONS, led_walk, person_in, room_with_decoy
 from florence_bt.simulation.home.world import SimulatedWorld
 
 
@@ -88,6 +88,58 @@ def test_who_walks_gets_through_and_goes_to_another_room(flats):
             for part in np.linspace(0.0, 1.0, 50):
                 where = (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
                 assert space.clearance_at(*where) >= 0.2
+
+
+@pytest.fixture(scope="module")
+def led(small, flats):
+    return [(flat, led_walk(flat, np.random.default_rng(3), 20.0)) for flat in (small, flats[1])]
+
+
+def on_line(points):
+    """Points every few centimetres along straight legs."""
+    return [
+        (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
+        for a, b in itertools.pairwise(points)
+        for part in np.linspace(0.0, 1.0, max(2, math.ceil(math.dist(a, b) / 0.05)))
+    ]
+
+
+def test_a_led_walk_is_long_and_goes_through_doors_where_the_robot_fits(led):
+    for flat, walk in led:
+        points = [(walk.leader.pose.x, walk.leader.pose.y), *walk.leader.route]
+        assert sum(math.dist(a, b) for a, b in itertools.pairwise(points)) >= 20.0
+        space, way = free_space_of(flat), on_line(points)
+        reached = space.reachable((walk.start.x, walk.start.y), 0.3)
+        assert all(reached[space.frame.cell_of(*point)] for point in points)
+        assert min(space.clearance_at(*point) for point in way) >= 0.2
+        passed = {
+            door.name for door in flat.doors for point in way if math.dist(point, (door.x, door.y)) < 0.4
+        }
+        assert len(passed) >= 2
+        assert 0.25 <= walk.leader.speed <= 0.45 and walk.leader.once
+
+
+def test_the_robot_starts_before_the_leader_with_nothing_between(led):
+    for flat, walk in led:
+        leader = walk.leader.pose
+        assert walk.start.distance_to(leader) == pytest.approx(1.2)
+        assert walk.start.bearing_to(leader.x, leader.y) == pytest.approx(0.0, abs=1e-9)
+        way = on_line([(walk.start.x, walk.start.y), (leader.x, leader.y)])
+        assert min(free_space_of(flat).clearance_at(*point) for point in way) >= 0.25
+
+
+def test_the_visitor_crosses_the_leaders_way(led):
+    for _, walk in led:
+        leader = on_line([(walk.leader.pose.x, walk.leader.pose.y), *walk.leader.route])
+        visitor = on_line([(walk.visitor.pose.x, walk.visitor.pose.y), *walk.visitor.route])
+        assert min(math.dist(a, b) for a in leader for b in visitor) < 0.06
+        assert math.dist(visitor[0], visitor[-1]) >= 1.0 and not walk.visitor.once
+        assert math.dist(visitor[0], leader[0]) > 1.5 and walk.visitor.name != walk.leader.name
+
+
+def test_the_same_seed_leads_the_same_way(small, led):
+    assert led_walk(small, np.random.default_rng(3), 20.0) == led[0][1]
+    assert led_walk(small, np.random.default_rng(4), 20.0) != led[0][1]
 
 
 def test_aids_and_loads_come_up(flats):

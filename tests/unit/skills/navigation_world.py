@@ -6,16 +6,20 @@ The geometry is exact and independent of the code under test; the map is made fr
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, angle_difference, integrate_twist
+from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 
 UPSIDE_DOWN_LASER = Transform3.from_xyz_rpy((0.057, 0.0, 0.087), (math.pi, 0.0, 0.0))
 CAMERA = Transform3.from_xyz_rpy((-0.087, 0.018, 0.3), (0.0, 0.0, 0.0))
@@ -164,3 +168,66 @@ def outline(spacing: float) -> list[tuple[float, float]]:
 
 def _towards(value: float, wanted: float, limit: float) -> float:
     return value + max(-limit, min(limit, wanted - value))
+
+
+class Trip:
+    """A navigator that drives in a world, cycle by cycle."""
+
+    def __init__(
+        self,
+        start: Pose2,
+        *,
+        boxes: tuple[Box, ...] = WALLS,
+        only_camera: tuple[Box, ...] = (),
+        seed: int = 1,
+        jitter: float = 0.0,
+        parameters: NavigatorParameters | None = None,
+    ) -> None:
+        self.world = World(start, boxes=list(boxes), seed=seed)
+        self.navigator = Navigator(make_map(), parameters)
+        self.only_camera = list(only_camera)
+        self.jitter = jitter
+        self.texts: list[str] = []
+        self.commands: list[float] = []
+        self.see()
+
+    def map_from_odom(self) -> Pose2:
+        """The truth, with an error as a localisation has it."""
+        x, y, yaw = self.jitter * self.world.random.standard_normal(3)
+        return self.world.pose @ Pose2(float(x), float(y), float(yaw)) @ self.world.odom.inverse()
+
+    def see(self) -> None:
+        place = self.map_from_odom()
+        self.navigator.add_scan("scan", self.world.scan(), UPSIDE_DOWN_LASER, self.world.odom, place)
+        if self.only_camera:
+            picture = self.world.kinect(self.only_camera)
+            self.navigator.add_scan("depth", picture, CAMERA, self.world.odom, place)
+
+    def cycle(self) -> Result | None:
+        self.see()
+        step = self.navigator.step(self.world.now, self.world.odometry(), self.map_from_odom())
+        assert step.command is not None
+        self.world.command = step.command
+        self.texts.append(step.feedback.text)
+        self.commands.append(step.command.linear)
+        self.world.advance(0.1)
+        return step.result
+
+    def go(self, goal: Pose2, limit: float = 90.0, each: Callable[[World], None] | None = None) -> Result:
+        self.navigator.start(goal, self.world.now)
+        end = self.world.now + limit
+        while self.world.now < end:
+            if each is not None:
+                each(self.world)
+            result = self.cycle()
+            if result is not None:
+                assert self.world.command == STANDSTILL
+                assert not self.navigator.active
+                self.world.advance(0.6)
+                return result
+        pytest.fail(f"not over after {limit} s: {self.texts[-1]}")
+
+    def assert_at(self, goal: Pose2) -> None:
+        assert self.world.hits == 0
+        assert self.world.pose.distance_to(goal) < 0.05
+        assert abs(angle_difference(self.world.pose.yaw, goal.yaw)) < 0.1

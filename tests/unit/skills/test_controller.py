@@ -13,10 +13,14 @@ from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._rollout_kernels import distance_at
 from florence_bt.skills.navigation.navigate.clearance import Clearance
+from florence_bt.skills.navigation.navigate.contact import BackUp
 from florence_bt.skills.navigation.navigate.controller import Control, Controller, ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
-from florence_bt.skills.navigation.navigate.drive import BackUp, ProgressWatch, RecoveryParameters
+from florence_bt.skills.navigation.navigate.drive import ProgressWatch
+from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
+from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin, SpinParameters
+from florence_bt.skills.navigation.navigate.state import RobotState
 
 COSTMAP = CostmapParameters()
 ORIGIN = Pose2()
@@ -199,12 +203,17 @@ def test_a_turn_that_would_hit_does_not_begin() -> None:
 
 def test_backing_up_stops_before_an_obstacle() -> None:
     behind = local(*wall(-0.28))
-    back = BackUp(Pose2(), 0.3, 0.1, 10.0)
-    assert back.step(0.0, Pose2(), Clearance(behind, Pose2(), None, None)) == STANDSTILL
-    free = Clearance(local(), Pose2(), None, None)
-    assert back.step(0.0, Pose2(), free).linear == pytest.approx(-0.1)
-    assert back.step(11.0, Pose2(), free) == STANDSTILL
-    assert back.step(1.0, Pose2(-0.3, 0.0, 0.0), free) == STANDSTILL
+
+    def state(now: float, costmap: Costmap, pose: Pose2 = ORIGIN) -> RobotState:
+        clearance = Clearance(costmap, pose, None, None)
+        return RobotState(now, pose, STANDSTILL, ORIGIN, clearance, BaseStop())
+
+    parameters = RecoveryParameters(back_up_distance=0.3, back_up_speed=0.1)
+    back = BackUp(state(0.0, local()), parameters, 10.0)
+    assert back.step(state(0.0, behind)) == STANDSTILL
+    assert back.step(state(0.0, local())).linear == pytest.approx(-0.1)
+    assert back.step(state(11.0, local())) == STANDSTILL
+    assert back.step(state(1.0, local(), Pose2(-0.3, 0.0, 0.0))) == STANDSTILL
 
 
 def test_progress() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,12 +13,12 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
-from florence_bt.skills.navigation.navigate.drive import (
+from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
+from florence_bt.skills.navigation.navigate.parameters import (
     CycleParameters,
     NavigatorParameters,
     RecoveryParameters,
 )
-from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.results import (
     HELD_FAILURES,
     SERVER_CODES,
@@ -31,72 +30,9 @@ from florence_bt.skills.navigation.navigate.results import (
     result_from_spin,
     spin_error_code,
 )
-from tests.unit.skills.navigation_world import CAMERA, UPSIDE_DOWN_LASER, WALLS, Box, World, make_map
+from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, Trip, World, make_map
 
 DOOR: Box = (4.0, 2.0, 4.1, 2.8)
-
-
-class Trip:
-    """A navigator that drives in a world, cycle by cycle."""
-
-    def __init__(
-        self,
-        start: Pose2,
-        *,
-        boxes: tuple[Box, ...] = WALLS,
-        only_camera: tuple[Box, ...] = (),
-        seed: int = 1,
-        jitter: float = 0.0,
-        parameters: NavigatorParameters | None = None,
-    ) -> None:
-        self.world = World(start, boxes=list(boxes), seed=seed)
-        self.navigator = Navigator(make_map(), parameters)
-        self.only_camera = list(only_camera)
-        self.jitter = jitter
-        self.texts: list[str] = []
-        self.commands: list[float] = []
-        self.see()
-
-    def map_from_odom(self) -> Pose2:
-        """The truth, with an error as a localisation has it."""
-        x, y, yaw = self.jitter * self.world.random.standard_normal(3)
-        return self.world.pose @ Pose2(float(x), float(y), float(yaw)) @ self.world.odom.inverse()
-
-    def see(self) -> None:
-        place = self.map_from_odom()
-        self.navigator.add_scan("scan", self.world.scan(), UPSIDE_DOWN_LASER, self.world.odom, place)
-        if self.only_camera:
-            picture = self.world.kinect(self.only_camera)
-            self.navigator.add_scan("depth", picture, CAMERA, self.world.odom, place)
-
-    def cycle(self) -> Result | None:
-        self.see()
-        step = self.navigator.step(self.world.now, self.world.odometry(), self.map_from_odom())
-        assert step.command is not None
-        self.world.command = step.command
-        self.texts.append(step.feedback.text)
-        self.commands.append(step.command.linear)
-        self.world.advance(0.1)
-        return step.result
-
-    def go(self, goal: Pose2, limit: float = 90.0, each: Callable[[World], None] | None = None) -> Result:
-        self.navigator.start(goal, self.world.now)
-        end = self.world.now + limit
-        while self.world.now < end:
-            if each is not None:
-                each(self.world)
-            result = self.cycle()
-            if result is not None:
-                assert self.world.command == STANDSTILL
-                assert not self.navigator.active
-                self.world.advance(0.6)
-                return result
-        pytest.fail(f"not over after {limit} s: {self.texts[-1]}")
-
-    def assert_at(self, goal: Pose2) -> None:
-        assert self.world.hits == 0
-        assert self.world.pose.distance_to(goal) < 0.05
-        assert abs(angle_difference(self.world.pose.yaw, goal.yaw)) < 0.1
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ def ended(name: str, outcome: Outcome, **fields: Any) -> Result:
 
 def test_every_declared_skill_is_served_once() -> None:
     assert sorted(served.skill.name for served in SERVED) == list(collect_declarations(third_party=False))
-    assert ACTIONS == ("navigate_to_pose", "spin", "look_for_user")
+    assert ACTIONS == ("navigate_to_pose", "spin", "follow_user", "look_for_user")
 
 
 @pytest.mark.parametrize("served", SERVED, ids=lambda served: served.skill.name)
@@ -51,7 +51,16 @@ def test_the_type_fits_the_table(served: Served) -> None:
             {"angle": 1, "time_allowance": 20.0},
             {"target_yaw": 1.0, "time_allowance": timedelta(seconds=20.0)},
         ),
-        ("look_for_user", {"window": 5}, {"window": 5.0}),
+        (
+            "look_for_user",
+            {"window": 5, "user_id": 7, "x": 1, "y": 0.5},
+            {"window": 5.0, "user_id": 7, "x": 1.0, "y": 0.5},
+        ),
+        (
+            "follow_user",
+            {"user_id": 7, "distance": 1, "max_lin_speed": 0, "max_ang_speed": 0.5},
+            {"user_id": 7, "distance": 1.0, "max_lin_speed": 0.0, "max_ang_speed": 0.5},
+        ),
         ("get_hotspot", {"label": "kitchen"}, {"label": "kitchen"}),
         ("set_user_position", {"user": POSE}, {"x": 1.0, "y": 2.0, "phi": 0.5}),
         ("get_user_room", {}, {}),
@@ -135,6 +144,8 @@ def test_ends_of_actions_become_results() -> None:
     assert ended("navigate_to", Outcome.FAILED, **error) == failure("blocked", "a chair", server_code=106)
     assert ended("turn", Outcome.SUCCEEDED, error_code=0, error_msg="") == success()
     person = {"distance": 2.0, "user_id": 7, "posture": "lying", "height": 0.3}
+    lost = ended("follow_user", Outcome.FAILED, error_code=10000, error_msg="out of sight")
+    assert (lost.code, lost.reason) == ("user_lost", "out of sight")
     seen = ended("look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **person)
     assert seen == success(user=POSE, **person)
     nobody = ended("look_for_user", Outcome.FAILED, found=False, error_code=2, error_msg="")

@@ -9,10 +9,13 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.serving import ServedAction, ServedPublication
 from florence_bt.skills.navigation.navigate.results import (
+    FOLLOW_FAILURES,
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
+    SERVER_CODES,
     SPIN_CODES_BY_NUMBER,
     TURN_FAILURES,
+    result_from_follow,
     result_from_navigate,
     result_from_spin,
 )
@@ -48,6 +51,35 @@ TURN = SkillDeclaration(
     resources=frozenset({"base"}),
     deadline_s=30.0,
     server_codes=SPIN_CODES_BY_NUMBER,
+)
+
+FOLLOW_USER = SkillDeclaration(
+    name="follow_user",
+    summary="Follow a person whom the user tracker sees, around obstacles, until they are lost",
+    inputs={
+        "user_id": Port(Kind.INTEGER, "The persistent id of the person.", minimum=1),
+        "distance": Port(
+            Kind.LENGTH, "How far to stay behind; 0 means 1 m.", default=0.0, minimum=0.0, maximum=3.0
+        ),
+        "max_lin_speed": Port(
+            Kind.SPEED,
+            "How fast to drive at most; 0 means as fast as it may.",
+            default=0.0,
+            minimum=0.0,
+            maximum=2.0,
+        ),
+        "max_ang_speed": Port(
+            Kind.NUMBER,
+            "How fast to turn at most, rad/s; 0 means 1 rad/s.",
+            default=0.0,
+            minimum=0.0,
+            maximum=3.0,
+        ),
+    },
+    failures=FOLLOW_FAILURES,
+    resources=frozenset({"base"}),
+    deadline_s=3600.0,
+    server_codes={SERVER_CODES[code]: code for code in FOLLOW_FAILURES},
 )
 
 SET_SPEED_LIMIT = SkillDeclaration(
@@ -89,6 +121,19 @@ SERVED = (
         feedback=lambda message: "turning",
         component="base",
         perform=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
+    ),
+    ServedAction(
+        skill=FOLLOW_USER,
+        interface="florence_interfaces/action/FollowUser",
+        name="follow_user",
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in ("distance", "max_lin_speed", "max_ang_speed")},
+        },
+        result=lambda message, outcome: result_from_follow(outcome, message.error_code, message.error_msg),
+        feedback=lambda message: message.text,
+        component="base",
+        perform=lambda base, inputs: base.follow(**inputs),
     ),
     ServedPublication(
         skill=SET_SPEED_LIMIT,

@@ -14,17 +14,15 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
-from florence_bt.skills.navigation.navigate.drive import (
-    Costmaps,
-    CycleResult,
-    Drive,
-    Feedback,
-    NavigatorParameters,
-    RobotState,
-)
+from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.follow import Follow, FollowGoal
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
+from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
 
+LASER = "scan"
+"""The source in whose scans legs are found."""
 _CONTACTS_KEPT_S = 60.0
 """A goal that begins so long after the last contact does not believe in it any more."""
 
@@ -90,7 +88,7 @@ def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | Non
 
 
 class Navigator:
-    """Drives to poses and turns in place, one goal at a time.
+    """Drives to poses, turns in place and follows people, one goal at a time.
 
     Feed it every scan with :meth:`add_scan`, start a goal, then call :meth:`step` at the controller's
     frequency and send what it commands, until it gives a result.
@@ -113,8 +111,7 @@ class Navigator:
         self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls)
         cycle = self._p.cycle
         self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
-        self._drive: Drive | None = None
-        self._turn: Spin | None = None
+        self._goal: Drive | Spin | Follow | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
         self._feedback = Feedback()
@@ -124,17 +121,22 @@ class Navigator:
     @property
     def active(self) -> bool:
         """Whether a goal waits for its end."""
-        return self._drive is not None or self._turn is not None or self._end is not None
+        return self._goal is not None or self._end is not None
 
     @property
     def plan(self) -> NDArray[np.float64] | None:
         """The path that is followed, shape (n, 2) in the map frame, or None."""
-        return self._drive.path if self._drive is not None else None
+        return self._goal.path if isinstance(self._goal, (Drive, Follow)) else None
 
     @property
     def turn_travelled(self) -> float:
         """Radians turned so far by the active turn, 0 without one."""
-        return self._turn.travelled if self._turn is not None else 0.0
+        return self._goal.travelled if isinstance(self._goal, Spin) else 0.0
+
+    @property
+    def person(self) -> Pose2 | None:
+        """Where the person who is followed was last, and their direction, in the odometry frame."""
+        return self._goal.person if isinstance(self._goal, Follow) else None
 
     # What is around.
 
@@ -161,6 +163,9 @@ class Navigator:
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
         in_base = rays_of(scan, sensor_in_base)
+        if isinstance(self._goal, Follow) and source == LASER and map_from_odom is not None:
+            ends = moved_rays(in_base, odom_pose).ends
+            self._goal.saw_scan(scan.stamp, ends, odom_pose, map_from_odom)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
@@ -195,7 +200,7 @@ class Navigator:
             code, reason = problem
             self._end = failure(code, reason, server_code=SERVER_CODES[code])
         else:
-            self._drive = Drive(goal, self._costmaps, self._p, now)
+            self._goal = Drive(goal, self._costmaps, self._p, now)
 
     def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
         """Turn in place by an angle (rad, counter-clockwise positive); replaces what is active.
@@ -210,18 +215,46 @@ class Navigator:
             reason = f"a turn by {angle} rad in {time_allowance} s cannot be done"
             self._end = failure("bad_input", reason, server_code=SPIN_SERVER_CODES["bad_input"])
         else:
-            self._turn = Spin(angle, self._p.turn, now, time_allowance)
+            self._goal = Spin(angle, self._p.turn, now, time_allowance)
+
+    def start_follow(self, now: float, distance: float, max_linear: float, max_angular: float) -> None:
+        """Follow the person whom :meth:`saw_person` tells about; replaces what is active.
+
+        Args:
+            now: Seconds.
+            distance: How far to stay behind, metres; 0 takes the parameter's.
+            max_linear: m/s; 0 takes the parameter's.
+            max_angular: rad/s; 0 takes the parameter's.
+        """
+        self._begin(now)
+        numbers = (distance, max_linear, max_angular)
+        if not all(math.isfinite(number) and number >= 0.0 for number in numbers):
+            reason = f"cannot follow at {distance} m with {max_linear} m/s and {max_angular} rad/s"
+            self._end = failure("bad_input", reason, server_code=SERVER_CODES["bad_input"])
+            return
+        use = self._p.follow
+        goal = FollowGoal(
+            distance or use.follow_distance,
+            max_linear or use.follow_max_lin_speed,
+            max_angular or use.follow_max_ang_speed,
+        )
+        self._goal = Follow(goal, self._costmaps, self._p, now)
+
+    def saw_person(self, stamp: float, x: float, y: float) -> None:
+        """The person who is followed was seen: time in seconds, place in the odometry frame in metres."""
+        if isinstance(self._goal, Follow):
+            self._goal.saw(stamp, x, y)
 
     def cancel(self) -> None:
         """End the goal; the next step stops the robot and reports it. Without a goal nothing happens."""
         if self.active and self._end is None:
-            self._drive = self._turn = None
+            self._goal = None
             self._end = cancelled()
 
     def _begin(self, now: float) -> None:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.forget_contacts(before=now - _CONTACTS_KEPT_S)
-        self._drive = self._turn = self._end = None
+        self._goal = self._end = None
         self._missing_since = None
         self._feedback = Feedback(text="starting")
 
@@ -257,22 +290,19 @@ class Navigator:
             return self._finish(self._end)
         if self.base_stop.holds_all:
             return self._finish(self.base_stop.failure())
-        missing = self._fresh.missing(now, odometry, map_from_odom, needs_map=self._drive is not None)
+        missing = self._fresh.missing(
+            now, odometry, map_from_odom, needs_map=not isinstance(self._goal, Spin)
+        )
         if missing is not None:
             return self._wait(now, *missing)
         self._missing_since = None
         assert odometry is not None
         state = self._state_at(now, odometry, map_from_odom)
         command, result = self._advance(state)
-        return CycleResult(self._limited(command), self._feedback) if result is None else self._finish(result)
-
-    def _limited(self, command: Twist2) -> Twist2:
-        """The command, slower where it is too fast, along the same arc."""
-        speed = abs(command.linear)
-        if not 0.0 < self.speed_limit < speed:
-            return command
-        share = self.speed_limit / speed
-        return Twist2(command.linear * share, command.angular * share)
+        if result is not None:
+            return self._finish(result)
+        limit = self.speed_limit
+        return CycleResult(command.slowed_to(limit) if limit > 0.0 else command, self._feedback)
 
     def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> RobotState:
         # The odometry is a little old; the robot has moved on since.
@@ -284,12 +314,13 @@ class Navigator:
         return RobotState(now, pose, odometry.twist, map_from_odom or Pose2(), clearance, self.base_stop)
 
     def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
-        if self._drive is not None:
-            command, self._feedback, result = self._drive.step(state)
+        goal = self._goal
+        assert goal is not None
+        if not isinstance(goal, Spin):
+            command, self._feedback, result = goal.step(state)
             return command, result
-        assert self._turn is not None
-        command, result = self._turn.step(state.now, state.pose, state.twist, state.clearance)
-        left = abs(self._turn.remaining)
+        command, result = goal.step(state.now, state.pose, state.twist, state.clearance)
+        left = abs(goal.remaining)
         self._feedback = Feedback(left, left / self._p.turn.spin_max_speed, 0, "turning in place")
         return command, result
 
@@ -297,7 +328,7 @@ class Navigator:
         if self._missing_since is None:
             self._missing_since = now
         if now - self._missing_since > self._p.cycle.sensor_patience:
-            codes = SERVER_CODES if self._drive is not None else SPIN_SERVER_CODES
+            codes = SPIN_SERVER_CODES if isinstance(self._goal, Spin) else SERVER_CODES
             return self._finish(failure(code, reason, server_code=codes[code]))
         old = self._feedback
         self._feedback = Feedback(
@@ -306,7 +337,7 @@ class Navigator:
         return CycleResult(STANDSTILL, self._feedback)
 
     def _finish(self, result: Result) -> CycleResult:
-        self._drive = self._turn = self._end = None
+        self._goal = self._end = None
         old = self._feedback
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
         self._feedback = Feedback(old.distance_remaining, 0.0, old.recoveries, text)

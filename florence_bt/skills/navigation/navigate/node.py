@@ -1,4 +1,4 @@
-"""The node ``navigate``: the actions ``navigate_to_pose`` and ``spin``, the costmaps and ``cmd_vel``.
+"""The node ``navigate``: actions ``navigate_to_pose``, ``spin`` and ``follow_user``, costmaps, ``cmd_vel``.
 
 A pose on ``goal_pose`` (RViz) is sent on to the own action, as in Nav2: so every drive can be listed and
 cancelled as a goal.
@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from florence_interfaces.action import FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
@@ -52,8 +53,8 @@ from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
-from florence_bt.skills.navigation.navigate.drive import CycleResult, NavigatorParameters
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import (
     SERVER_CODES,
     SPIN_SERVER_CODES,
@@ -61,6 +62,7 @@ from florence_bt.skills.navigation.navigate.results import (
     navigate_error_code,
     spin_error_code,
 )
+from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
@@ -136,6 +138,16 @@ class NavigationNode(FlorenceNode):
             on_cancel=self._on_cancel,
             bad_goal_code=SPIN_SERVER_CODES["bad_input"],
         )
+        self._follows = SingleGoalServer(
+            self,
+            FollowUser,
+            "follow_user",
+            on_goal=self._on_follow_goal,
+            on_cancel=self._on_cancel,
+            bad_goal_code=SERVER_CODES["bad_input"],
+        )
+        self._followed = ""
+        self._person = 0.0, 0.0
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
         call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
@@ -287,6 +299,33 @@ class NavigationNode(FlorenceNode):
         self._start_cycle()
         return None
 
+    def _on_follow_goal(self, request: FollowUser.Goal) -> str | None:
+        refusal = self._why_not()
+        if refusal is not None or self._navigator is None:
+            return refusal
+        self._replace_owner(self._follows)
+        self._followed, self._person = f"user_{request.user_id}", (0.0, 0.0)
+        self._navigator.start_follow(
+            self.timebase.now(),
+            float(request.distance),
+            float(request.max_lin_speed),
+            float(request.max_ang_speed),
+        )
+        self._start_cycle()
+        return None
+
+    def _see_person(self, navigator: Navigator) -> None:
+        """Tell where the person who is followed was seen: the frames of the user tracker say it."""
+        buffer = self._frames.buffer
+        stamp = buffer.latest_stamp(self._followed)
+        if stamp is None:
+            return
+        try:
+            place = buffer.lookup_pose(self._p.odom_frame, self._followed, stamp)
+        except TransformUnavailable:
+            return  # it overtook the pose of the robot
+        navigator.saw_person(stamp, place.x, place.y)
+
     def _goal_in_map(self, message: PoseStamped) -> Pose2 | Result:
         """The goal in the map frame, or why it is none."""
         q = message.pose.orientation
@@ -349,6 +388,8 @@ class NavigationNode(FlorenceNode):
         navigator = self._navigator
         if navigator is None:
             return
+        if self._owner is self._follows:
+            self._see_person(navigator)
         step = navigator.step(self.timebase.now(), self._queue.odometry, self._map_from_odom())
         if step.command is not None:
             self._velocity.publish(twist_to_ros(step.command))
@@ -361,6 +402,11 @@ class NavigationNode(FlorenceNode):
 
     def _publish_feedback(self, navigator: Navigator, step: CycleResult) -> None:
         now = self.timebase.now()
+        if self._owner is self._follows:
+            # In every cycle (document, section 4.1).
+            self._person = x, y = self._person_in_base(navigator)
+            self._follows.publish_feedback(FollowUser.Feedback(x=x, y=y, text=step.feedback.text))
+            return
         if self._owner is None or now < self._next_feedback:
             return
         self._next_feedback = now + _FEEDBACK_PERIOD_S
@@ -380,6 +426,13 @@ class NavigationNode(FlorenceNode):
             message.current_pose = pose_stamped_to_ros(pose, self._p.map_frame, odometry.stamp)
         self._poses.publish_feedback(message)
 
+    def _person_in_base(self, navigator: Navigator) -> tuple[float, float]:
+        """Where the person who is followed was last, in the robot's frame, metres; 0, 0 when never seen."""
+        odometry, person = self._queue.odometry, navigator.person
+        if odometry is None or person is None:
+            return 0.0, 0.0
+        return odometry.pose.inverse().apply(person.x, person.y)
+
     def _report(self, result: Result) -> None:
         owner, self._owner = self._owner, None
         if owner is not None:
@@ -391,8 +444,13 @@ class NavigationNode(FlorenceNode):
             self.get_logger().warning(f"goal {result.outcome.value} ({result.code}): {result.reason}")
 
     def _finish_server(self, server: SingleGoalServer, result: Result) -> None:
+        message: Any
         if server is self._poses:
             message = NavigateToPose.Result(error_code=navigate_error_code(result), error_msg=result.reason)
+        elif server is self._follows:
+            x, y = self._person
+            code = navigate_error_code(result)
+            message = FollowUser.Result(x=x, y=y, error_code=code, error_msg=result.reason)
         else:
             elapsed = duration_to_ros(self.timebase.now() - self._started)
             message = Spin.Result(

@@ -47,6 +47,15 @@ TURN_FAILURES = {
 }
 """The codes of ``turn``."""
 
+FOLLOW_FAILURES = {
+    "user_lost": "the person is out of sight, also from where they were seen last",
+    **{
+        code: NAVIGATE_FAILURES[code]
+        for code in ("blocked", "no_pose", "no_scan", *TOUCH_FAILURES, *HELD_FAILURES)
+    },
+}
+"""The codes of ``follow_user``."""
+
 STOP_CODES = {code: 10001 + place for place, code in enumerate((*HELD_FAILURES, *TOUCH_FAILURES))}
 """Our code -> error_code of both actions; Nav2 has none for them and leaves numbers from 10000 on free."""
 
@@ -64,9 +73,10 @@ SERVER_CODES = {
     "no_progress": 105,
     "blocked": 106,
     "no_scan": 107,
+    "user_lost": 10000,
     **STOP_CODES,
 }
-"""Our code -> error_code of NavigateToPose (REFERENCE 7.9)."""
+"""Our code -> error_code of NavigateToPose (REFERENCE 7.9) and of FollowUser."""
 
 NO_SCAN_IN_SPIN = 707
 """As 107 of NavigateToPose; Nav2 has no number for a Spin without data, and leaves 704 to 709 free."""
@@ -117,6 +127,12 @@ def spin_error_code(result: Result) -> int:
 def result_from_navigate(outcome: Outcome, error_code: int, error_msg: str) -> Result:
     """Our result for the answer of a NavigateToPose server (ours or Nav2's)."""
     return _result(outcome, error_code, error_msg, NAVIGATE_CODES_BY_NUMBER, "blocked", "navigation")
+
+
+def result_from_follow(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a FollowUser server."""
+    codes = {SERVER_CODES[code]: code for code in FOLLOW_FAILURES}
+    return _result(outcome, error_code, error_msg, codes, "blocked", "following")
 
 
 def result_from_spin(outcome: Outcome, error_code: int, error_msg: str) -> Result:

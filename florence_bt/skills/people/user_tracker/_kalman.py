@@ -17,7 +17,7 @@ class ConstantVelocity:
 
     Args:
         position: Shape (2,), metres.
-        sigma: Standard deviation of a measured position, metres.
+        sigma: Standard deviation of that position, metres.
         acceleration: Standard deviation of the acceleration, m/s^2.
 
     Attributes:
@@ -28,7 +28,6 @@ class ConstantVelocity:
     def __init__(self, position: F64, sigma: float, acceleration: float) -> None:
         self.state = np.concatenate([position, np.zeros(2)])
         self.covariance = np.diag([sigma**2, sigma**2, WALKING_SPEED**2, WALKING_SPEED**2])
-        self._noise = sigma**2 * np.eye(2)
         self._acceleration = acceleration
 
     def predict(self, seconds: float) -> None:
@@ -39,10 +38,18 @@ class ConstantVelocity:
         self.state = step @ self.state
         self.covariance = step @ self.covariance @ step.T + self._acceleration**2 * push @ push.T
 
-    def update(self, position: F64) -> None:
-        """Take a measured position, shape (2,), metres."""
-        innovation = self.covariance[:2, :2] + self._noise
-        gain = np.linalg.solve(innovation, self.covariance[:2]).T
+    def innovation_covariance(self, sigma: float) -> F64:
+        """How far a position measured with a standard deviation may be from the expected one; (2, 2), m^2."""
+        return self.covariance[:2, :2] + sigma**2 * np.eye(2)
+
+    def mahalanobis_squared(self, position: F64, sigma: float) -> float:
+        """Squared Mahalanobis distance of a measured position, shape (2,), metres, from the expected one."""
+        innovation = position - self.state[:2]
+        return float(innovation @ np.linalg.solve(self.innovation_covariance(sigma), innovation))
+
+    def update(self, position: F64, sigma: float) -> None:
+        """Take a position, shape (2,), that was measured with a standard deviation, metres."""
+        gain = np.linalg.solve(self.innovation_covariance(sigma), self.covariance[:2]).T
         self.state = self.state + gain @ (position - self.state[:2])
         self.covariance = (np.eye(4) - gain @ _SEES_POSITION) @ self.covariance
 

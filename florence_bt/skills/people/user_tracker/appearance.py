@@ -51,6 +51,11 @@ def histogram_distance(first: Histogram, second: Histogram) -> float:
     return float(cv2.compareHist(first, second, cv2.HISTCMP_BHATTACHARYYA))
 
 
+def distance_if_known(first: Histogram | None, second: Histogram | None) -> float | None:
+    """As :func:`histogram_distance`; None when one of the two is not known."""
+    return None if first is None or second is None else histogram_distance(first, second)
+
+
 def blend(old: Histogram, new: Histogram, share: float) -> Histogram:
     """A running average of histograms: ``share`` of the new one."""
     return ((1.0 - share) * old + share * new).astype(np.float32)

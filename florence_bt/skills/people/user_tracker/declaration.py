@@ -31,6 +31,13 @@ LOOK_FOR_USER = SkillDeclaration(
     summary="Stand still and look whether a person is in front of the camera",
     inputs={
         "window": Port(Kind.DURATION, "how long to look at most", default=5.0, minimum=0.5, maximum=15.0),
+        "user_id": Port(
+            Kind.INTEGER, "only the person with this id counts; 0: anybody", default=0, minimum=0
+        ),
+        "x": Port(
+            Kind.LENGTH, "only who is within 0.5 m of x and y counts, in front of the robot", default=0.0
+        ),
+        "y": Port(Kind.LENGTH, "the same, to the left of the robot; both 0: anywhere", default=0.0),
     },
     outputs={
         "user": Port(Kind.POSE, "where the person is; the yaw points from the person to the robot"),
@@ -89,10 +96,13 @@ SERVED = (
         skill=LOOK_FOR_USER,
         interface="florence_interfaces/action/LookForUser",
         name="look_for_user",
-        request=lambda inputs: {"window": float(inputs["window"])},
+        request=lambda inputs: {
+            "user_id": inputs["user_id"],
+            **{name: float(inputs[name]) for name in ("window", "x", "y")},
+        },
         result=_looked,
         feedback=lambda message: f"looking, {message.users_seen} people seen so far",
         component="people",
-        perform=lambda people, inputs: people.look(float(inputs["window"])),
+        perform=lambda people, inputs: people.look(**inputs),
     ),
 )

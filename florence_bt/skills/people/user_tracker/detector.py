@@ -87,10 +87,13 @@ def detect_people(
     for mine in _groups(votes, use):
         detection = _judge(votes, mine, optical_in_base, use, (known, robot) if known and robot else None)
         if detection is not None and colour is not None:
-            shape = pixels.depth.shape
-            rows, columns = votes.rows[mine], votes.columns[mine]
-            histogram = colour_histogram(colour, rows, columns, (shape[0], shape[1]))
-            detection = replace(detection, histogram=histogram)
+            # A vote stands for STRIDE x STRIDE pixels.
+            down, right = np.indices((STRIDE, STRIDE)).reshape(2, -1)
+            rows = (votes.rows[mine, None] + down).ravel()
+            columns = (votes.columns[mine, None] + right).ravel()
+            height, width = pixels.depth.shape
+            shown = colour_histogram(colour, rows, columns, (height, width))
+            detection = replace(detection, histogram=shown)
         if detection is not None:
             found.append(detection)
     return sorted(found, key=lambda detection: detection.distance)

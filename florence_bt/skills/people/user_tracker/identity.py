@@ -1,18 +1,29 @@
-"""Persistent ids: people are recognised by their colours after they were lost."""
+"""Persistent ids: people who were lost are recognised by their colours, or by place and time."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, histogram_distance
+from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+from florence_bt.skills.people.user_tracker.returning import Sighting, may_return, walked_share
+
+CLEARLY = 2.0
+"""Who is this much easier to have been is the one; otherwise two may be meant, and it is somebody new."""
 
 
 @dataclass(slots=True)
 class _Known:
     histogram: Histogram | None
     seen: float
+    last: Sighting | None = None
+    pictures: int = 0
+
+
+_BARELY_KNOWN = 10.0
+"""Cost of a match with what was seen in a few pictures only, such as a reflection: more than any other's."""
 
 
 class Gallery:
@@ -26,36 +37,90 @@ class Gallery:
         self._known: dict[int, _Known] = {}
         self._next_id = 1
 
-    def identify(self, histogram: Histogram | None, now: float, present: Collection[int]) -> int:
+    def identify(
+        self,
+        histogram: Histogram | None,
+        now: float,
+        present: Collection[int],
+        came: Sighting | None = None,
+        others: Sequence[Sighting] = (),
+    ) -> int:
         """The persistent id of somebody who was just confirmed.
 
         Args:
-            histogram: The colours, None when they are not known: such a person is always a new one.
+            histogram: The colours, None when they are not known.
             now: Seconds.
             present: The ids of the people who are there already; nobody is there twice.
+            came: How they were seen first; None when only the colours count.
+            others: How others were seen first who have no id yet.
         """
         self._known = {
             key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
         }
-        best, best_distance = None, self._use.match_distance
-        for user_id, known in self._known.items():
-            if histogram is None or known.histogram is None or user_id in present:
-                continue
-            distance = histogram_distance(histogram, known.histogram)
-            if distance < best_distance:
-                best, best_distance = user_id, distance
+        absent = {key: each for key, each in self._known.items() if key not in present}
+        best = self._by_colours(absent, histogram, came)
+        if best is None and came is not None:
+            best = self._by_place(absent, histogram, came, others)
         if best is None:
             best = self._add(histogram, now, present)
         self._known[best].seen = now
         return best
 
-    def observe(self, user_id: int, histogram: Histogram | None, now: float) -> None:
-        """Take the colours of somebody who is tracked, as a running average."""
+    def observe(
+        self, user_id: int, histogram: Histogram | None, now: float, last: Sighting | None = None
+    ) -> None:
+        """Take how somebody who is tracked is seen; the colours as a running average."""
         known = self._known.setdefault(user_id, _Known(None, now))
-        known.seen = now
+        known.seen, known.last = now, last
+        known.pictures += 1
         if histogram is not None:
             old = known.histogram
             known.histogram = histogram if old is None else blend(old, histogram, self._use.blend)
+
+    def _by_colours(
+        self, absent: Mapping[int, _Known], histogram: Histogram | None, came: Sighting | None
+    ) -> int | None:
+        """Who has these colours; of several in like shirts, who is known well and needed to walk less."""
+        best, best_cost = None, math.inf
+        for user_id, known in absent.items():
+            distance = distance_if_known(histogram, known.histogram)
+            if distance is None or distance >= self._use.match_distance:
+                continue
+            if known.last and came and came.time <= known.last.time:
+                continue  # seen at the same time, so they are two
+            walked = walked_share(known.last, came, self._use) if known.last and came else 0.0
+            cost = distance / self._use.match_distance + walked
+            if known.pictures < self._use.known_pictures:
+                cost += _BARELY_KNOWN
+            if cost < best_cost:
+                best, best_cost = user_id, cost
+        return best
+
+    def _by_place(
+        self,
+        absent: Mapping[int, _Known],
+        histogram: Histogram | None,
+        came: Sighting,
+        others: Sequence[Sighting],
+    ) -> int | None:
+        """Who was lost so near and so recently that it must be them; nobody when two people may be meant."""
+        fitting: dict[int, Sighting] = {}
+        for user_id, known in absent.items():
+            distance = distance_if_known(histogram, known.histogram)
+            if distance is not None and distance >= self._use.differ_distance:
+                continue
+            if known.last is not None and may_return(known.last, came, self._use):
+                fitting[user_id] = known.last
+        if not fitting:
+            return None
+        walked = {key: walked_share(lost, came, self._use) for key, lost in fitting.items()}
+        best = min(walked, key=lambda key: walked[key])
+        lost = fitting[best]
+        rivals = [share for key, share in walked.items() if key != best]
+        rivals += [
+            walked_share(lost, other, self._use) for other in others if may_return(lost, other, self._use)
+        ]
+        return best if all(share >= CLEARLY * walked[best] for share in rivals) else None
 
     def _add(self, histogram: Histogram | None, now: float, present: Collection[int]) -> int:
         """Remember somebody new; when there are too many the one not seen for longest makes room."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result, failure, success
@@ -17,6 +18,21 @@ from florence_bt.skills.people.user_tracker.parameters import LookParameters
 
 _Sample = tuple[float, TrackedUser]
 """Time and what the tracker said."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Who is looked for.
+
+    Attributes:
+        user_id: The persistent id; 0 for anybody.
+        x: In front of the robot, metres.
+        y: To its left, metres; both 0 for anywhere.
+    """
+
+    user_id: int = 0
+    x: float = 0.0
+    y: float = 0.0
 
 
 class LookForUser:
@@ -38,6 +54,7 @@ class LookForUser:
         self._pictures = 0
         self._first_picture: float | None = None
         self._undecided = False
+        self._wanted = Wanted()
 
     @property
     def deadline(self) -> float:
@@ -54,9 +71,10 @@ class LookForUser:
         """How many people were seen so far."""
         return len(self._samples)
 
-    def start(self, now: float, window_s: float) -> None:
-        """Begin a look of at most some seconds."""
+    def start(self, now: float, window_s: float, wanted: Wanted | None = None) -> None:
+        """Begin a look of at most some seconds, for anybody or for one person."""
         self._started, self._window = now, window_s
+        self._wanted = wanted or Wanted()
         self._samples = {}
         self._robot = None
         self._pictures = 0
@@ -84,7 +102,7 @@ class LookForUser:
         self._undecided = undecided or bool(users)
         self._robot = robot or self._robot
         for user in users:
-            if math.isfinite(user.x) and math.isfinite(user.y) and self._in_range(user.distance):
+            if self._in_range(user.distance) and self._is_wanted(user):
                 self._samples.setdefault(user.user_id, []).append((now, user))
 
     def result(self, now: float) -> Result | None:
@@ -124,9 +142,29 @@ class LookForUser:
     def _in_range(self, distance: float) -> bool:
         return self._use.nearest <= distance <= self._use.farthest
 
+    def _far(self, user: Sequence[TrackedUser]) -> tuple[float, float]:
+        """Who is meant has the smallest: metres beside the place asked for, then metres from the camera."""
+        beside = statistics.median(self._beside_place(each.x, each.y) for each in user)
+        return beside, statistics.median(each.distance for each in user)
+
+    def _is_wanted(self, user: TrackedUser) -> bool:
+        if not (math.isfinite(user.x) and math.isfinite(user.y)):
+            return False
+        return (
+            self._wanted.user_id in (0, user.user_id)
+            and self._beside_place(user.x, user.y) <= self._use.place_tolerance
+        )
+
+    def _beside_place(self, x: float, y: float) -> float:
+        """How far somebody (map frame) is from the place that was asked for; 0 where none was."""
+        wanted, robot = self._wanted, self._robot
+        if robot is None or not (wanted.x or wanted.y):
+            return 0.0
+        return math.dist(robot.apply(wanted.x, wanted.y), (x, y))
+
     def _found(self, seen: dict[int, list[_Sample]]) -> Result:
         users = {key: [user for _, user in each] for key, each in seen.items()}
-        user_id = min(users, key=lambda key: statistics.median(user.distance for user in users[key]))
+        user_id = min(users, key=lambda key: self._far(users[key]))
         mine = users[user_id]
         x, y = statistics.median(user.x for user in mine), statistics.median(user.y for user in mine)
         yaw = math.atan2(self._robot.y - y, self._robot.x - x) if self._robot else 0.0

@@ -38,7 +38,7 @@ from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
-from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
     DetectorParameters,
     LookParameters,
@@ -65,6 +65,7 @@ class UserTrackerNodeParameters:
             tracker is stopped for a moment, and it would take a while to find the pictures again.
         use_map: Whether the map takes walls and furniture out of the pictures.
         map_frame: The frame of the map.
+        odom_frame: The frame in which people are tracked: a correction of the robot's place moves nobody.
         base_frame: The frame of the robot on the floor.
     """
 
@@ -73,6 +74,7 @@ class UserTrackerNodeParameters:
     keep_pictures_s: NotNegative = 20.0
     use_map: bool = True
     map_frame: str = "map"
+    odom_frame: str = "odom"
     base_frame: str = "base_footprint"
 
     def __post_init__(self) -> None:
@@ -218,12 +220,15 @@ class UserTrackerNode(FlorenceNode):
     def _take_picture(self, depth: DepthImage) -> None:
         use, buffer = self._use, self._tf.buffer
         optical_in_base = buffer.lookup(use.base_frame, depth.frame_id, depth.stamp)
-        robot = buffer.lookup_pose(use.map_frame, use.base_frame, depth.stamp)
+        robot_in_odom = buffer.lookup_pose(use.odom_frame, use.base_frame, depth.stamp)
+        odom = buffer.lookup_pose(use.map_frame, use.odom_frame, depth.stamp)
+        robot = odom @ robot_in_odom
         colour = self._colour
         if colour is not None and abs(colour.stamp - depth.stamp) > use.colour_age_s:
             colour = None
         found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
-        users = self._tracker.update(depth.stamp, [detection.moved_by(robot) for detection in found])
+        tracked = self._tracker.update(depth.stamp, [each.moved_by(robot_in_odom) for each in found])
+        users = tuple(user.moved_by(odom) for user in tracked)
         self._publish(users, depth.stamp)
         if self._action.active:
             self._feed_look(depth.stamp, users, robot)
@@ -239,14 +244,17 @@ class UserTrackerNode(FlorenceNode):
 
     def _on_goal(self, goal: LookAction.Goal) -> str | None:
         window = float(goal.window) or float(LOOK_FOR_USER.inputs["window"].default)
-        problem = LOOK_FOR_USER.inputs["window"].problem_with(window)
-        if problem:
-            return f"window: {problem}"
+        given = {"window": window, "user_id": goal.user_id, "x": float(goal.x), "y": float(goal.y)}
+        for name, value in given.items():
+            problem = LOOK_FOR_USER.inputs[name].problem_with(value)
+            if problem:
+                return f"{name}: {problem}"
         if not self._tracker.running:
             self._start()
             self._started_by_look = True
         self._end_timer()
-        self._look.start(self.timebase.now(), window)
+        wanted = Wanted(goal.user_id, float(goal.x), float(goal.y))
+        self._look.start(self.timebase.now(), window, wanted)
         self._look_timer = self.timebase.call_at(self._look.deadline, self._judge_look)
         return None
 

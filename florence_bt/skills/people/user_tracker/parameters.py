@@ -45,34 +45,65 @@ class TrackerParameters:
     Attributes:
         confirm_hits: A person counts when seen in this many ...
         confirm_window: ... of this many pictures.
-        gate: A person is not further than this from where it was expected, metres.
+        gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
+            99.9 % quantile of the chi-square distribution with two degrees of freedom.
+        gate_margin: Nor is a detection further from there than this and what return_speed covers since the
+            person was seen, metres: with few measurements the covariance lets a track jump to somebody else.
         acceleration: How much a person changes its speed, standard deviation, m/s^2.
         position_sigma: Standard deviation of a detection, metres.
+        sure: A detection of less confidence may be far off, as the network takes somebody partly hidden for
+            further away.
+        unsure_sigma: Standard deviation of such a detection, metres.
+        colour_sigma: Standard deviation of the distance between two colour histograms of one person; weighs
+            colours against positions in the assignment.
         coast_s: An unseen person is believed in for this long, seconds; then it is lost.
         posture_window: What a person does is what most of this many pictures say.
         forget_s: A lost person keeps its device id for this long (REFERENCE 9), seconds.
         match_distance: Two colour histograms nearer than this belong to one person (REFERENCE 12.9).
+        differ_distance: From here on two colour histograms never belong to one person.
+        return_s: Who appears this long after somebody was last seen, seconds, may be them without colours ...
+        return_speed: ... when they can have come there at this speed, m/s, ...
+        return_margin: ... with this much to spare, metres. So near a lost person is taken up again at once.
+        height_tolerance: Heights of one person differ by at most this much, metres, from the same distance;
+            it is a lot because of heads that are hidden or beside the picture.
         blend: Share of the newest picture in the remembered colours.
+        known_pictures: Who was seen in fewer pictures is recognised only when nobody else fits.
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
     """
 
     confirm_hits: Annotated[int, Limits(1)] = 3
     confirm_window: Annotated[int, Limits(1)] = 4
-    gate: Positive = 0.7
-    acceleration: Positive = 1.0
-    position_sigma: Positive = 0.05
-    coast_s: Positive = 0.6
+    gate: Positive = 13.8
+    gate_margin: Positive = 0.3
+    acceleration: Positive = 1.5
+    position_sigma: Positive = 0.07
+    sure: Annotated[float, Limits(0.0, 1.0)] = 0.85
+    unsure_sigma: Positive = 0.15
+    colour_sigma: Positive = 0.2
+    coast_s: Positive = 0.8
     posture_window: Annotated[int, Limits(1)] = 9
     forget_s: Positive = 10.0
     match_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.35
+    differ_distance: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.6
+    return_s: Positive = 6.0
+    return_speed: Positive = 1.0
+    return_margin: Positive = 0.5
+    height_tolerance: Positive = 0.5
     blend: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.05
+    known_pictures: Annotated[int, Limits(1)] = 15
     remembered_people: Annotated[int, Limits(1)] = 20
     remember_s: Positive = 3600.0
 
     def __post_init__(self) -> None:
         check_limits(self)
-        check_order(self, ("confirm_hits", "confirm_window"), ("coast_s", "forget_s"), equal=True)
+        check_order(
+            self,
+            ("confirm_hits", "confirm_window"),
+            ("coast_s", "forget_s"),
+            ("match_distance", "differ_distance"),
+            equal=True,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +116,8 @@ class LookParameters:
         settle_s: The position is averaged over this time, seconds; pictures that show nothing for so long
             are enough, too.
         minimum_pictures: How often a person must have been seen.
+        place_tolerance: Who is this near to the place that was asked for may be meant, metres
+            (REFERENCE 12.6).
         enough_pictures: A look at fewer pictures cannot say that nobody is there. A person who stands in view
             is confirmed in the third picture and seen often enough in the fifth.
     """
@@ -93,6 +126,7 @@ class LookParameters:
     farthest: Positive = 4.0
     settle_s: Positive = 0.6
     minimum_pictures: Annotated[int, Limits(1)] = 3
+    place_tolerance: Positive = 0.5
     enough_pictures: Annotated[int, Limits(1)] = 5
 
     def __post_init__(self) -> None:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 import statistics
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
-from florence_bt.skills.people.user_tracker.appearance import Histogram, blend
+from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
 
 LOST_DISTANCE = 0.0
 """Distance that is published for a lost person, below the range of the Kinect (document, section 4.2.3)."""
@@ -26,8 +27,8 @@ class _Track:
     """One person, or what may become one."""
 
     def __init__(self, detection: Detection, now: float, use: TrackerParameters) -> None:
-        position = np.array([detection.x, detection.y])
-        self.filter = ConstantVelocity(position, use.position_sigma, use.acceleration)
+        self._use = use
+        self.filter = self._filter_at(detection)
         self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
         self.device_id = 0
         self.user_id = 0
@@ -36,6 +37,7 @@ class _Track:
         self.looks = deque([detection], maxlen=use.posture_window)
         self.seen = self.predicted = now
         self.lost = False
+        self._first = now, detection
 
     def predict(self, now: float, coast_s: float) -> None:
         """Move on to a moment; a lost person stays where it was."""
@@ -48,7 +50,9 @@ class _Track:
 
     def take(self, detection: Detection, now: float) -> None:
         """Take over where the person was seen."""
-        self.filter.update(np.array([detection.x, detection.y]))
+        if self.lost and detection.confidence >= self._use.sure:
+            self.filter = self._filter_at(detection)
+        self.filter.update(np.array([detection.x, detection.y]), _sigma_of(detection, self._use))
         self.hits.append(True)
         self.looks.append(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
@@ -56,21 +60,32 @@ class _Track:
             old = self.histogram
             self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
 
+    def _filter_at(self, detection: Detection) -> ConstantVelocity:
+        position = np.array([detection.x, detection.y])
+        return ConstantVelocity(position, _sigma_of(detection, self._use), self._use.acceleration)
+
     def as_user(self) -> TrackedUser:
         """What is published of it."""
-        x, y = (float(value) for value in self.filter.state[:2])
+        x, y, vx, vy = (float(value) for value in self.filter.state)
         distance = LOST_DISTANCE if self.lost else self.distance
         posture = statistics.mode(each.posture for each in self.looks)
         height = statistics.median(each.height for each in self.looks)
-        return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height)
+        return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy)
+
+    @property
+    def came(self) -> Sighting:
+        """Where and when it was seen first, with what is known by now."""
+        time, detection = self._first
+        return Sighting(time, replace(self.as_user(), x=detection.x, y=detection.y))
 
 
 class UserTracker:
-    """Tracks people in the map frame.
+    """Tracks people in a frame that does not jump (odom), each with a Kalman filter.
 
     A person is confirmed when it was seen in some of the last pictures. It then has a device id, counted
-    from 1 at every start, and a persistent id by its colours. A lost person is published with the distance 0
-    for a while (a filter by the distance leaves only those who are there) and has its ids when it returns.
+    from 1 at every start, and a persistent id by its colours, or by place and time. A lost person is
+    published with the distance 0 for a while (a filter by the distance leaves only those who are there) and
+    has its ids when it returns.
 
     Args:
         parameters: How people are followed.
@@ -103,10 +118,10 @@ class UserTracker:
 
         Args:
             now: The time of the picture, seconds.
-            detections: The people in it, in the map frame.
+            detections: The people in it, in the frame of the tracker.
 
         Returns:
-            The confirmed people by device id, in the map frame; lost ones with the distance 0. Nobody when
+            The confirmed people by device id, in the same frame; lost ones with the distance 0. Nobody when
             the tracker is stopped.
         """
         if not self.running:
@@ -137,17 +152,42 @@ class UserTracker:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
 
     def _assign(self, detections: Sequence[Detection]) -> list[tuple[_Track, Detection]]:
-        """Pairs of tracks and detections with the smallest sum of distances, none beyond the gate."""
-        if not self._tracks or not detections:
-            return []
-        cost = np.array([[_separation(track, each) for each in detections] for track in self._tracks])
-        beyond = 1e3
-        rows, columns = linear_sum_assignment(np.where(cost <= self._use.gate, cost, beyond))
-        return [
-            (self._tracks[row], detections[column])
-            for row, column in zip(rows, columns, strict=True)
-            if cost[row, column] <= self._use.gate
-        ]
+        """Pairs of tracks and detections: first those who are followed, then those who were lost."""
+        followed = [track for track in self._tracks if not track.lost]
+        lost = [track for track in self._tracks if track.lost]
+        pairs = _cheapest(followed, detections, self._following_cost)
+        taken = {id(detection) for _, detection in pairs}
+        left = [each for each in detections if id(each) not in taken]
+        return pairs + _cheapest(lost, left, self._return_cost)
+
+    def _following_cost(self, track: _Track, detection: Detection) -> float:
+        """Twice the negative log-likelihood, up to a constant; infinite beyond the gate."""
+        position = np.array([detection.x, detection.y])
+        sigma = _sigma_of(detection, self._use)
+        away = math.dist(position, track.filter.state[:2])
+        walked = self._use.return_speed * (track.predicted - track.seen)
+        within = track.filter.mahalanobis_squared(position, self._use.position_sigma)
+        if within > self._use.gate or away > self._use.gate_margin + walked:
+            return math.inf
+        distance = track.filter.mahalanobis_squared(position, sigma)
+        spread = math.log(np.linalg.det(track.filter.innovation_covariance(sigma)))
+        return distance + spread + self._colour_cost(track, detection)
+
+    def _return_cost(self, track: _Track, detection: Detection) -> float:
+        """For somebody who is seen again where they were seen last, or expected; infinite for others."""
+        user = replace(track.as_user(), distance=track.distance)
+        seen = track.looks[-1]
+        away = min(math.dist((detection.x, detection.y), (at.x, at.y)) for at in (user, seen))
+        if away > self._use.return_margin or contradict(user, detection, self._use.height_tolerance):
+            return math.inf
+        return (away / self._use.return_margin) ** 2 + self._colour_cost(track, detection)
+
+    def _colour_cost(self, track: _Track, detection: Detection) -> float:
+        """The squared distance of the colours in standard deviations; that of one, when not known."""
+        apart = distance_if_known(track.histogram, detection.histogram)
+        if apart is None:
+            return 1.0
+        return math.inf if apart >= self._use.differ_distance else (apart / self._use.colour_sigma) ** 2
 
     def _is_kept(self, track: _Track, now: float) -> bool:
         if track.device_id:
@@ -156,26 +196,49 @@ class UserTracker:
         return missed <= self._use.confirm_window - self._use.confirm_hits
 
     def _identify(self, now: float) -> None:
-        """Give ids to who is confirmed now, and remember the colours of who is seen."""
+        """Give ids to who is confirmed now, and remember who is seen."""
         for track in self._tracks:
             if not track.device_id and sum(track.hits) >= self._use.confirm_hits:
-                present = [other.user_id for other in self._tracks if other.device_id and not other.lost]
-                track.user_id = self._gallery.identify(track.histogram, now, present)
+                present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
+                others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
+                track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
                 track.device_id = self._next_device_id
                 self._next_device_id += 1
             if track.device_id and track.seen == now:
-                self._gallery.observe(track.user_id, track.histogram, now)
-        self._drop_doubles()
+                last = Sighting(now, track.as_user())
+                self._gallery.observe(track.user_id, track.histogram, now, last)
+        self._drop_doubles(now)
 
-    def _drop_doubles(self) -> None:
-        """A lost track whose person was recognised elsewhere is over."""
-        here = [track.user_id for track in self._tracks if track.device_id and not track.lost]
-        self._tracks = [track for track in self._tracks if not (track.lost and track.user_id in here)]
+    def _may_be_new(self, track: _Track) -> bool:
+        """Whether a track without an id shows a person for sure."""
+        return not track.device_id and any(each.confidence >= self._use.sure for each in track.looks)
+
+    def _drop_doubles(self, now: float) -> None:
+        """The track of somebody who was recognised elsewhere is over."""
+        here = [track.user_id for track in self._tracks if track.device_id and track.seen == now]
+        self._tracks = [track for track in self._tracks if track.seen == now or track.user_id not in here]
 
 
-def _separation(track: _Track, detection: Detection) -> float:
-    position: NDArray[np.float64] = track.filter.state[:2]
-    return float(np.hypot(detection.x - position[0], detection.y - position[1]))
+def _sigma_of(detection: Detection, use: TrackerParameters) -> float:
+    """Standard deviation of the position of a detection, metres."""
+    return use.position_sigma if detection.confidence >= use.sure else use.unsure_sigma
+
+
+def _cheapest(
+    tracks: Sequence[_Track],
+    detections: Sequence[Detection],
+    cost_of: Callable[[_Track, Detection], float],
+) -> list[tuple[_Track, Detection]]:
+    """As many pairs as there can be, with the smallest sum of costs; none of infinite cost."""
+    if not tracks or not detections:
+        return []
+    cost = np.array([[cost_of(track, each) for each in detections] for track in tracks])
+    rows, columns = linear_sum_assignment(np.where(np.isfinite(cost), cost, 1e6))
+    return [
+        (tracks[row], detections[column])
+        for row, column in zip(rows, columns, strict=True)
+        if np.isfinite(cost[row, column])
+    ]
 
 
 ZERO_RADIUS = 0.5

@@ -1,0 +1,414 @@
+"""Follow somebody who walks: keep a distance, go round what is in the way. No ROS, no clock of its own."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.outcome import Result, failure
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate.contact import ContactRecovery
+from florence_bt.skills.navigation.navigate.controller import Controller
+from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.planner import plan_path
+from florence_bt.skills.navigation.navigate.results import SERVER_CODES
+from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+
+_BODY_M = 0.6
+"""What the sensors have marked so near to the person is the person."""
+_ARRIVED_M = 0.4
+"""The robot is where the person vanished when it is so near to the place."""
+_DETOUR_M = 0.8
+"""A way so much longer than the straight one is a detour, and so much too far away is far."""
+_FACING_RAD = 0.3
+_CAMERA_GAP_S = 0.3
+"""When the camera has not seen the person for so long, the laser goes on."""
+_LEGS_ALONE_S = 6.0
+"""And no longer than this."""
+_VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
+"""Somebody there is in the middle of the camera's picture, and seen whole."""
+_DOUBT_S = 1.5
+_FASTEST_MPS = 1.0
+_MOST_LEGS = 3
+"""So many things that may be the legs of who vanished are looked at."""
+_ROUND_RAD, _LOOK_RADPS = (1.2, 2.4, -2.4, -1.2, 0.0), 0.6
+"""Where the robot looks for who vanished, from where they walked, and how fast it turns meanwhile."""
+_TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
+"""The way the robot came, to back off on."""
+_BACK_TO_M = 0.3
+"""It steers towards a point of that way so far behind its middle."""
+_PLAN_PERIOD_S = 0.5
+_STEP_M = 0.05
+_OWN_PLACE_M = 0.2
+"""A way is looked at from here on; the robot itself stands on what lies before."""
+_WALKING_MPS = 0.1
+"""Slower, the direction in which somebody walks means nothing."""
+_BLOCKED_S = 20.0
+"""The person is in sight, but there is no way to them for so long."""
+
+
+@dataclass(frozen=True, slots=True)
+class FollowGoal:
+    """How to follow.
+
+    Attributes:
+        distance: How far to stay behind, in metres.
+        max_linear: m/s.
+        max_angular: rad/s.
+    """
+
+    distance: float
+    max_linear: float
+    max_angular: float
+
+
+class MovingTarget:
+    """Where the person is and how they walk, in the odometry frame.
+
+    Args:
+        velocity_time: The velocity is averaged over about this long, in seconds.
+
+    Attributes:
+        seen: The time they were seen last, seconds; None before.
+        recognised: The time the camera saw them last; the laser sees legs, and cannot tell whose.
+    """
+
+    def __init__(self, velocity_time: float) -> None:
+        self._time = velocity_time
+        self._place = np.zeros(2)
+        self._velocity = np.zeros(2)
+        self.seen: float | None = None
+        self.recognised: float | None = None
+
+    def recognise(self, stamp: float, x: float, y: float) -> None:
+        """The camera saw the person: nobody else."""
+        self.saw(stamp, x, y)
+        self.recognised = self.seen
+
+    def doubt(self) -> None:
+        """What the laser has followed since the camera saw them is somebody or something else."""
+        self.seen = self.recognised
+
+    def saw(self, stamp: float, x: float, y: float) -> None:
+        """The person was seen; what is not newer, or not finite, is left out."""
+        place = np.array([x, y])
+        if not np.isfinite(place).all() or (self.seen is not None and stamp <= self.seen):
+            return
+        if self.seen is not None:
+            passed = stamp - self.seen
+            share = passed / (passed + self._time)
+            self._velocity = (1.0 - share) * self._velocity + share * (place - self._place) / passed
+        self._place, self.seen = place, stamp
+
+    def at(self, now: float, coast: float) -> tuple[float, float]:
+        """Where they should be now; walking on from where they were seen for at most some seconds."""
+        assert self.seen is not None
+        x, y = self._place + self._velocity * min(coast, max(0.0, now - self.seen))
+        return float(x), float(y)
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """m/s."""
+        return float(self._velocity[0]), float(self._velocity[1])
+
+
+class Follow:
+    """Keeps a distance to somebody who is told about by :meth:`saw`, until they are lost or it is cancelled.
+
+    While the straight way is free the robot drives towards the person, with their own velocity added to
+    the law of the document, so that it does not lag behind. Otherwise it drives along a planned path. Out
+    of sight, it drives to where the person vanished.
+
+    Attributes:
+        path: The path that is followed, shape (n, 2) in the map frame, or None.
+        person: Where the person was last, and where they went, in the odometry frame; None before.
+
+    Source:
+        REFERENCE 12.6; document, section 4.1.
+    """
+
+    def __init__(
+        self, goal: FollowGoal, costmaps: Costmaps, parameters: NavigatorParameters, now: float
+    ) -> None:
+        self._goal = goal
+        self._costmaps = costmaps
+        self._p = parameters
+        self._use = parameters.follow
+        self._controller = Controller(parameters.controller, parameters.costmap)
+        self._contact = ContactRecovery(costmaps, parameters.recovery)
+        self._target = MovingTarget(self._use.follow_velocity_time)
+        self._started = self._free_since = now
+        self._next_plan = now
+        self._trail: deque[Place] = deque(maxlen=_TRAIL_POINTS)
+        self._unmapped = Unmapped(costmaps)
+        self._unknown = np.empty((0, 2))
+        self._trouble = ""
+        self._faced = False
+        self._headings: list[float] | None = None
+        self._unclear_since = now
+        self.path: NDArray[np.float64] | None = None
+
+    def saw(self, stamp: float, x: float, y: float) -> None:
+        """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
+        self._target.recognise(stamp, x, y)
+
+    def saw_scan(self, stamp: float, points: NDArray[np.float64], robot: Pose2, map_from_odom: Pose2) -> None:
+        """Go on with the legs in a scan while the camera does not see the person.
+
+        Args:
+            stamp: Seconds.
+            points: Where the beams end, shape (n, 2), in the odometry frame, metres.
+            robot: The robot in the odometry frame at that time.
+            map_from_odom: The place of the odometry frame in the map.
+        """
+        target = self._target
+        self._unknown = self._unmapped.unknown(points, map_from_odom)
+        if target.seen is None or target.recognised is None or stamp - target.recognised < _CAMERA_GAP_S:
+            return
+        if stamp - target.recognised > _LEGS_ALONE_S or stamp - target.seen > self._use.follow_coast:
+            return
+        expected = target.at(stamp, self._use.follow_coast)
+        legs = legs_near(self._unknown, robot, expected)
+        if legs is not None:
+            target.saw(stamp, *legs)
+
+    @property
+    def person(self) -> Pose2 | None:
+        """Where the person was last, and the direction they went in."""
+        if self._target.seen is None:
+            return None
+        x, y = self._target.at(self._target.seen, 0.0)
+        vx, vy = self._target.velocity
+        return Pose2(x, y, math.atan2(vy, vx))
+
+    def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+        """One cycle: the velocity, the feedback, and the result when the person is lost."""
+        contact = self._contact.step(state)
+        if isinstance(contact, Result):
+            return STANDSTILL, self._feedback(contact.reason), contact
+        if contact is not None:
+            return contact, self._feedback(self._contact.text), None
+        seen = self._target.seen
+        if seen is None:
+            return self._wait_for_person(state)
+        if state.now - seen <= self._use.follow_coast:
+            return self._keep_distance(state)
+        return self._go_where_they_vanished(state, state.now - seen)
+
+    def _wait_for_person(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+        over = state.now - self._started > self._use.follow_patience
+        text = "the tracker does not see the person who is to be followed"
+        return STANDSTILL, self._feedback(f"waiting: {text}"), _lost(text) if over else None
+
+    # In sight.
+
+    def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+        self._faced, self._headings = False, None
+        x, y = self._target.at(state.now, self._use.follow_coast)
+        distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
+        self._check_camera(state.now, distance, bearing)
+        if distance < self._goal.distance - self._use.follow_give_way:
+            self.path, self._next_plan, self._free_since = None, state.now, state.now
+            return self._give_way(state, bearing), self._feedback("giving way"), None
+        self._remember_way(state.pose)
+        command = self._law(state.pose, distance, bearing)
+        direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
+        # A detour takes the person out of view: while they are near, the robot only turns with them.
+        if direct or distance <= self._goal.distance + _DETOUR_M:
+            self.path, self._next_plan = None, state.now
+            self._free_since = state.now
+            return (
+                command if direct else self._turn_towards(state, bearing),
+                self._feedback("following"),
+                None,
+            )
+        command, remaining = self._along_path(state, (x, y))
+        # As near as wanted along the path: the robot only turns.
+        speed = self._wanted_speed(state.pose, remaining, bearing)
+        if speed <= 0.0:
+            return self._turn_towards(state, bearing), self._feedback("following"), None
+        if not command.is_zero():
+            self._free_since = state.now
+        elif state.now - self._free_since > _BLOCKED_S:
+            reason = f"{self._trouble or 'something is in the way'}, for {_BLOCKED_S:g} s"
+            result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
+            return STANDSTILL, self._feedback(reason), result
+        return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
+
+    def _give_way(self, state: RobotState, bearing: float) -> Twist2:
+        """Back off the way the robot came, as far as there is room; without a way, face the person."""
+        trail, pose = self._trail, state.pose
+        while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
+            trail.pop()
+        if not trail or self._use.follow_back_speed == 0.0:
+            return self._turn_towards(state, bearing)
+        left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi)
+        limit = self._goal.max_angular
+        turn = max(-limit, min(limit, self._use.follow_angular_gain * left))
+        speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
+        for command in (Twist2(speed, turn), Twist2(0.0, turn)):
+            if self._may(state, command):
+                return command
+        return self._turn_towards(state, bearing)
+
+    def _remember_way(self, pose: Pose2) -> None:
+        here = pose.x, pose.y
+        if not self._trail or math.dist(self._trail[-1], here) >= _TRAIL_STEP_M:
+            self._trail.append(here)
+
+    def _check_camera(self, now: float, distance: float, bearing: float) -> None:
+        """Legs in the middle of the picture without a person are not those of the person."""
+        target = self._target
+        in_view = abs(bearing) < _VIEW_RAD and _VIEW_M[0] < distance < _VIEW_M[1]
+        if not in_view or target.recognised == target.seen:
+            self._unclear_since = now
+        elif now - self._unclear_since > _DOUBT_S:
+            target.doubt()
+
+    def _law(self, pose: Pose2, distance: float, bearing: float) -> Twist2:
+        """Straight towards the person. The signs of the document are those of other axes (REFERENCE 12.6)."""
+        use, (vx, vy) = self._use, self._target.velocity
+        heading = pose.yaw + bearing
+        aside = math.cos(heading) * vy - math.sin(heading) * vx
+        turn = 0.0
+        if abs(bearing) > use.follow_angle_tolerance:
+            turn = use.follow_angular_gain * bearing
+        turn += aside / max(distance, 0.5)
+        limit = self._goal.max_angular
+        speed = self._wanted_speed(pose, distance, bearing) * max(0.0, math.cos(bearing))
+        return Twist2(speed, max(-limit, min(limit, turn)))
+
+    def _wanted_speed(self, pose: Pose2, distance: float, bearing: float) -> float:
+        """As fast as the person walks away, and faster when they are too far away; never backwards."""
+        use, (vx, vy) = self._use, self._target.velocity
+        heading = pose.yaw + bearing
+        away = math.cos(heading) * vx + math.sin(heading) * vy
+        error = distance - self._goal.distance
+        if abs(error) <= use.follow_distance_tolerance:
+            error = 0.0
+            if math.hypot(vx, vy) < _WALKING_MPS:
+                return 0.0
+        fastest = min(self._goal.max_linear, self._p.controller.max_vel_x)
+        return max(0.0, min(fastest, away + use.follow_linear_gain * error))
+
+    def _is_free(self, state: RobotState, person: tuple[float, float], way: float) -> bool:
+        """Whether the robot fits on the straight way towards the person, for some metres."""
+        costmap = self._costmaps.local_costmap
+        dx, dy = person[0] - state.pose.x, person[1] - state.pose.y
+        length = max(math.hypot(dx, dy), 1e-6)
+        for along in np.arange(_OWN_PLACE_M, way, _STEP_M):
+            cost = costmap.cost_at(
+                state.pose.x + dx / length * float(along), state.pose.y + dy / length * float(along)
+            )
+            if INSCRIBED <= cost < UNKNOWN_COST:
+                return False
+        return True
+
+    def _may(self, state: RobotState, command: Twist2) -> bool:
+        ahead = self._use.follow_look_ahead
+        return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
+
+    def _turn_towards(self, state: RobotState, bearing: float) -> Twist2:
+        """Turn in place, if there is room."""
+        if abs(bearing) <= self._use.follow_angle_tolerance:
+            return STANDSTILL
+        limit = self._goal.max_angular
+        command = Twist2(0.0, max(-limit, min(limit, self._use.follow_angular_gain * bearing)))
+        return command if self._may(state, command) else STANDSTILL
+
+    # Along a path.
+
+    def _along_path(self, state: RobotState, person: tuple[float, float]) -> tuple[Twist2, float]:
+        """The velocity along a path to the person, standstill when there is none, and the metres left."""
+        if state.now >= self._next_plan:
+            self._next_plan = state.now + _PLAN_PERIOD_S
+            self._plan(state, person)
+        if self.path is None:
+            return STANDSTILL, math.inf
+        control = self._controller.control(
+            state.pose,
+            state.twist,
+            self._costmaps.local_costmap,
+            state.map_from_odom.inverse(),
+            state.clearance,
+        )
+        self._trouble = control.blocked
+        return control.command, control.remaining
+
+    def _plan(self, state: RobotState, person: tuple[float, float]) -> None:
+        here, costmap = state.map_pose, self._costmaps.global_costmap
+        there = state.map_from_odom @ Pose2(*person)
+        goal = Pose2(there.x, there.y, math.atan2(there.y - here.y, there.x - here.x))
+        plan = plan_path(
+            costmap, here, goal, self._p.planner, tolerance=_BODY_M, costs=self._without_person(there)
+        )
+        if isinstance(plan, Result):
+            self.path, self._trouble = None, plan.reason
+            return
+        self.path = plan.points
+        self._controller.set_plan(plan.points, plan.goal)
+
+    def _without_person(self, there: Pose2) -> NDArray[np.uint8]:
+        """The costs of the global costmap; round the person those of the map alone."""
+        costmap = self._costmaps.global_costmap
+        costs = costmap.master.copy()
+        rows, columns = costs.shape
+        x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
+        y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
+        near = np.hypot(x[None, :] - there.x, y[:, None] - there.y) <= _BODY_M
+        costs[near] = self._costmaps.static[near]
+        return costs
+
+    # Out of sight.
+
+    def _go_where_they_vanished(
+        self, state: RobotState, unseen: float
+    ) -> tuple[Twist2, Feedback, Result | None]:
+        place = self._target.at(state.now, self._use.follow_coast)
+        feedback = self._feedback("going to where the person was seen last")
+        there = math.hypot(place[0] - state.pose.x, place[1] - state.pose.y) <= _ARRIVED_M
+        command = STANDSTILL
+        bearing = state.pose.bearing_to(*place)
+        self._faced = self._faced or abs(bearing) < _FACING_RAD or unseen > self._use.follow_patience
+        if not self._faced:
+            # They may just have walked out of the picture.
+            return self._turn_towards(state, bearing), self._feedback("turning after the person"), None
+        if not there:
+            command, remaining = self._along_path(state, place)
+            there = remaining <= _ARRIVED_M
+        if there:
+            command = self._look_about(state, place, unseen)
+        if unseen > self._use.follow_limit or (command.is_zero() and unseen > self._use.follow_patience):
+            return STANDSTILL, feedback, _lost(f"the person has been out of sight for {unseen:.1f} s")
+        return command, feedback, None
+
+    def _look_about(self, state: RobotState, place: Place, unseen: float) -> Twist2:
+        """Turn to what may be their legs, where they walked, and once round; then standstill."""
+        if self._headings is None:
+            vx, vy = self._target.velocity
+            ahead = math.atan2(vy, vx) if math.hypot(vx, vy) >= _WALKING_MPS else state.pose.yaw
+            walked = unseen * _FASTEST_MPS + _BODY_M
+            near = [legs for legs in all_legs(self._unknown) if math.dist(legs, place) <= walked]
+            near.sort(key=lambda legs: math.dist(legs, place))
+            legs = [math.atan2(y - state.pose.y, x - state.pose.x) for x, y in near[:_MOST_LEGS]]
+            self._headings = [*legs, ahead, *(ahead + turn for turn in _ROUND_RAD)]
+        while self._headings:
+            left = normalize_angle(self._headings[0] - state.pose.yaw)
+            command = Twist2(0.0, math.copysign(_LOOK_RADPS, left))
+            if abs(left) > _FACING_RAD / 2.0 and self._may(state, command):
+                return command
+            del self._headings[0]
+        return STANDSTILL
+
+    def _feedback(self, text: str) -> Feedback:
+        return Feedback(recoveries=self._contact.back_offs, text=text)
+
+
+def _lost(reason: str) -> Result:
+    return failure("user_lost", reason, server_code=SERVER_CODES["user_lost"])

@@ -1,0 +1,89 @@
+"""Legs in a laser scan: where somebody goes on who left the camera's picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
+from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
+from florence_bt.skills.navigation.navigate.state import Costmaps
+
+_REACH_M = 0.4
+"""Legs are this near to where they are expected (REFERENCE 12.7)."""
+_WIDEST_M = 0.6
+"""What is wider is not a pair of legs (REFERENCE 12.7)."""
+_FEWEST_POINTS = 3
+_BODY_M = 0.06
+"""The laser sees the front of the legs; the middle of the person is this much behind it."""
+_GAP_M = 0.15
+"""Points of a scan that are further apart belong to different things."""
+_MAP_MARGIN_CELLS = 2
+
+Place = tuple[float, float]
+
+
+class Unmapped:
+    """Tells what the laser sees and the map does not know.
+
+    Args:
+        costmaps: What the map knows.
+
+    Source:
+        REFERENCE 12.7; document, section 4.3.
+    """
+
+    def __init__(self, costmaps: Costmaps) -> None:
+        self._costmap: Costmap = costmaps.global_costmap
+        self._known = binary_dilation(costmaps.static == LETHAL, iterations=_MAP_MARGIN_CELLS)
+
+    def unknown(self, points: NDArray[np.float64], map_from_odom: Pose2) -> NDArray[np.float64]:
+        """The points that are at nothing of the map.
+
+        Args:
+            points: Where the beams end, in the order of the scan, shape (n, 2), odometry frame, metres.
+            map_from_odom: The place of the odometry frame in the map.
+        """
+        return points[~self._is_known(moved_points(points, map_from_odom))]
+
+    def _is_known(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which points (map frame) are at something of the map, or outside of it; shape (n,)."""
+        costmap = self._costmap
+        cells = np.floor((points - [costmap.origin_x, costmap.origin_y]) / costmap.resolution).astype(int)
+        rows, columns = self._known.shape
+        inside = ((cells >= 0) & (cells < [columns, rows])).all(axis=1)
+        known: NDArray[np.bool_] = np.logical_not(inside)
+        known[inside] = self._known[cells[inside, 1], cells[inside, 0]]
+        return known
+
+
+def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, float]) -> Place | None:
+    """Where somebody is whose legs are expected at a place, or None.
+
+    Args:
+        points: What the map does not know, shape (n, 2), metres.
+        robot: The robot, in the same frame.
+        expected: Where the person should be.
+    """
+    near = points[np.hypot(points[:, 0] - expected[0], points[:, 1] - expected[1]) <= _REACH_M]
+    if len(near) < _FEWEST_POINTS or np.ptp(near, axis=0).max() > _WIDEST_M:
+        return None
+    x, y = near.mean(axis=0)
+    away = max(float(np.hypot(x - robot.x, y - robot.y)), _BODY_M)
+    behind = 1.0 + _BODY_M / away
+    return float(robot.x + (x - robot.x) * behind), float(robot.y + (y - robot.y) * behind)
+
+
+def all_legs(points: NDArray[np.float64]) -> list[Place]:
+    """Everything that may be a leg or two: the middles, metres. Points as of :func:`legs_near`."""
+    if not len(points):
+        return []
+    gaps = np.hypot(*np.diff(points, axis=0).T) > _GAP_M
+    groups = np.split(points, np.flatnonzero(gaps) + 1)
+    return [
+        (float(group[:, 0].mean()), float(group[:, 1].mean()))
+        for group in groups
+        if len(group) >= _FEWEST_POINTS and np.ptp(group, axis=0).max() <= _WIDEST_M
+    ]

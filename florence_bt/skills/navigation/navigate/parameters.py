@@ -1,0 +1,152 @@
+"""The parameters of navigation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from florence_bt.core.limits import NotNegative, Positive, check_limits, check_order
+from florence_bt.skills.navigation.navigate.controller import ControllerParameters
+from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
+from florence_bt.skills.navigation.navigate.planner import PlannerParameters
+from florence_bt.skills.navigation.navigate.spin import SpinParameters
+
+
+@dataclass(frozen=True, slots=True)
+class RecoveryParameters:
+    """When to recover, and how.
+
+    Attributes:
+        planner_patience: Seconds without a plan before recovering.
+        controller_patience: Seconds without a velocity before recovering.
+        conservative_reset_dist: Side of the window around the robot whose obstacles are kept, in metres.
+        rotate_angle: How far to look around, in radians.
+        back_up_distance: Metres.
+        back_up_speed: m/s.
+        required_movement_radius: The robot must move this far (m) ...
+        required_movement_angle: ... or turn this far (rad) ...
+        movement_time_allowance: ... in this many seconds.
+        approach_time_allowance: It must get nearer to the goal than ever before in this many seconds.
+
+    Source:
+        REFERENCE 7.1, 7.3, 7.9.
+    """
+
+    planner_patience: Positive = 5.0
+    controller_patience: Positive = 3.0
+    conservative_reset_dist: Positive = 3.0
+    rotate_angle: Positive = math.tau
+    back_up_distance: Positive = 0.15
+    back_up_speed: Positive = 0.08
+    required_movement_radius: Positive = 0.25
+    required_movement_angle: Positive = 0.5
+    movement_time_allowance: Positive = 10.0
+    approach_time_allowance: Positive = 40.0
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+
+
+@dataclass(frozen=True, slots=True)
+class CycleParameters:
+    """The rhythm of navigation.
+
+    Attributes:
+        controller_frequency: Hz, how often ``step`` is called while a goal is active.
+        planner_frequency: Hz, how often the path is planned again.
+        sensor_timeout: Older scans, odometry and places in the map stop the robot, in seconds.
+        scan_timeout: When no scan of a required sensor has come for so many seconds, the robot stops. It
+            stands within this time and that of braking, 0.25 s + 0.45 m/s / 2.5 m/s^2 = 0.43 s. The laser
+            scans every 0.1 s.
+        sensor_patience: Without them for this many seconds, the goal fails.
+        required_sources: The sensors without which the robot does not move.
+        goal_search_radius: When something stands on a goal that is far away, drive to within this many
+            metres of it and look again.
+        prediction_limit: Odometry is carried forward with its velocity for at most this long, in seconds.
+    """
+
+    controller_frequency: Positive = 10.0
+    planner_frequency: Positive = 1.0
+    sensor_timeout: Positive = 1.0
+    scan_timeout: Positive = 0.25
+    sensor_patience: Positive = 10.0
+    required_sources: tuple[str, ...] = ("scan",)
+    goal_search_radius: NotNegative = 1.5
+    prediction_limit: NotNegative = 0.2
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+
+
+@dataclass(frozen=True, slots=True)
+class FollowParameters:
+    """How to follow somebody. The first three are the defaults of a goal that says 0.
+
+    Attributes:
+        follow_distance: How far to stay behind, between the middles, in metres.
+        follow_max_lin_speed: m/s; never more than what the controller allows.
+        follow_max_ang_speed: rad/s.
+        follow_back_speed: Who comes too near is given way to at this speed, in m/s; 0 stands still
+            instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.
+        follow_give_way: How much nearer than wanted that is, in metres.
+        follow_linear_gain: Speed per metre too far away, 1/s.
+        follow_angular_gain: Turning speed per angle to the person, 1/s.
+        follow_distance_tolerance: So much too far away is near enough, in metres.
+        follow_angle_tolerance: So much beside the heading is straight ahead, in radians.
+        follow_velocity_time: The person's velocity is averaged over about this long, in seconds.
+        follow_look_ahead: A motion must be free for so many seconds.
+        follow_coast: Not seen for so many seconds, a person is out of sight: the robot drives to where they
+            were.
+        follow_patience: Out of sight for so many seconds, and the robot is there or has no way: lost.
+        follow_limit: Out of sight for so many seconds: lost, wherever the robot is.
+
+    Source:
+        REFERENCE 12.6; document, section 4.1.
+    """
+
+    follow_distance: Positive = 1.0
+    follow_max_lin_speed: Positive = 0.5
+    follow_max_ang_speed: Positive = 1.0
+    follow_back_speed: NotNegative = 0.2
+    follow_give_way: NotNegative = 0.25
+    follow_linear_gain: Positive = 0.8
+    follow_angular_gain: Positive = 1.5
+    follow_distance_tolerance: NotNegative = 0.05
+    follow_angle_tolerance: NotNegative = 0.03
+    follow_velocity_time: Positive = 0.6
+    follow_look_ahead: Positive = 1.0
+    follow_coast: Positive = 0.7
+    follow_patience: Positive = 3.0
+    follow_limit: Positive = 40.0
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+        check_order(self, ("follow_coast", "follow_patience"), ("follow_patience", "follow_limit"))
+
+
+@dataclass(frozen=True, slots=True)
+class NavigatorParameters:
+    """All parameters of navigation."""
+
+    cycle: CycleParameters = field(default_factory=CycleParameters)
+    costmap: CostmapParameters = field(default_factory=CostmapParameters)
+    planner: PlannerParameters = field(default_factory=PlannerParameters)
+    controller: ControllerParameters = field(default_factory=ControllerParameters)
+    recovery: RecoveryParameters = field(default_factory=RecoveryParameters)
+    turn: SpinParameters = field(default_factory=SpinParameters)
+    follow: FollowParameters = field(default_factory=FollowParameters)
+
+    @staticmethod
+    def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:
+        """Fill every part with one reader of parameter dataclasses; all names are different."""
+        return NavigatorParameters(
+            cycle=read(CycleParameters),
+            costmap=read(CostmapParameters),
+            planner=read(PlannerParameters),
+            controller=read(ControllerParameters),
+            recovery=read(RecoveryParameters),
+            turn=read(SpinParameters),
+            follow=read(FollowParameters),
+        )

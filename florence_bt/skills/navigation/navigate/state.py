@@ -1,0 +1,87 @@
+"""What a goal is told in each cycle, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from florence_bt.core.geometry import Pose2, Twist2
+from florence_bt.core.outcome import Result
+from florence_bt.skills.navigation.navigate._cell_kernels import Cells
+from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
+from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.results import BaseStop
+
+
+@dataclass(frozen=True, slots=True)
+class Feedback:
+    """How far a goal is.
+
+    Attributes:
+        distance_remaining: Metres along the path; for a turn the radians that are left.
+        time_remaining: Seconds, a rough estimate.
+        recoveries: How often the robot had to recover.
+        text: What it does, for people; steady while nothing new happens.
+    """
+
+    distance_remaining: float = 0.0
+    time_remaining: float = 0.0
+    recoveries: int = 0
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CycleResult:
+    """The answer of one cycle.
+
+    Attributes:
+        command: The velocity to send; None when navigation has nothing to say.
+        feedback: How far the goal is.
+        result: How the goal ended, in its last cycle only; that cycle's command is standstill.
+    """
+
+    command: Twist2 | None
+    feedback: Feedback
+    result: Result | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Costmaps:
+    """Where the robot drives.
+
+    Attributes:
+        global_costmap: In the map frame.
+        local_costmap: In the odometry frame.
+        static: Inflated costs of the map alone, on the cells of the global costmap.
+        walls: The map's walls.
+    """
+
+    global_costmap: Costmap
+    local_costmap: Costmap
+    static: Cells
+    walls: MapWalls
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """The robot now.
+
+    Attributes:
+        now: Seconds.
+        pose: base_footprint in the odometry frame.
+        twist: Its velocity.
+        map_from_odom: The place of the odometry frame in the map.
+        clearance: What is around it.
+        stop: What holds the base.
+    """
+
+    now: float
+    pose: Pose2
+    twist: Twist2
+    map_from_odom: Pose2
+    clearance: Clearance
+    stop: BaseStop
+
+    @property
+    def map_pose(self) -> Pose2:
+        """base_footprint in the map frame."""
+        return self.map_from_odom @ self.pose

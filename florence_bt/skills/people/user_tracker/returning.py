@@ -1,0 +1,57 @@
+"""Whether somebody who appears can be somebody who was lost: by place and time, height and posture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from florence_bt.core.sensing import TrackedUser
+from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+
+SEEN_HIGHER = 0.4
+"""Metres that the Kinect sees higher for each metre further away: the tangent of half its vertical field of
+view (REFERENCE 5.4). Nearby it cuts off heads."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """Somebody as they were seen at a moment.
+
+    Attributes:
+        time: Seconds.
+        user: Position and velocity in a frame that does not jump; posture, height, and distance from the
+            camera. The ids do not count.
+    """
+
+    time: float
+    user: TrackedUser
+
+
+def walked_share(lost: Sighting, came: Sighting, use: TrackerParameters) -> float:
+    """How much of what somebody could have walked meanwhile is between two sightings; above 1 is too far."""
+    away = math.hypot(came.user.x - lost.user.x, came.user.y - lost.user.y)
+    return away / (use.return_speed * max(0.0, came.time - lost.time) + use.return_margin)
+
+
+def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:
+    """Whether place, time, height and posture let somebody be the one who was lost."""
+    return (
+        0.0 < came.time - lost.time <= use.return_s
+        and walked_share(lost, came, use) <= 1.0
+        and not contradict(lost.user, came.user, use.height_tolerance)
+    )
+
+
+def contradict(one: TrackedUser | Detection, other: TrackedUser | Detection, tolerance: float) -> bool:
+    """Whether heights or postures cannot be those of one person.
+
+    Within seconds nobody lies down or gets up. A nearer person may look lower: the picture ends above.
+    """
+    if (one.posture == "lying") != (other.posture == "lying"):
+        return True
+    if one.posture != other.posture or not one.height or not other.height:
+        return False
+    near, far = sorted((one, other), key=lambda user: user.distance)
+    more = far.height - near.height
+    return not -tolerance <= more <= tolerance + SEEN_HIGHER * (far.distance - near.distance)

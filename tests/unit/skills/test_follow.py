@@ -1,0 +1,206 @@
+"""Following somebody who walks through two rooms."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.outcome import Outcome, Result
+from florence_bt.skills.navigation.navigate.follow import MovingTarget
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.results import BaseStop
+from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast
+
+Point = tuple[float, float]
+FIRST_ROOM: Point = (2.2, 2.4)
+
+
+def along(points: list[Point], speed: float) -> Callable[[float], Point]:
+    """Where somebody is after some seconds who walks along a line and then stands."""
+    legs = [math.dist(a, b) for a, b in itertools.pairwise(points)]
+
+    def place(seconds: float) -> Point:
+        left = speed * seconds
+        for ((ax, ay), (bx, by)), length in zip(itertools.pairwise(points), legs, strict=True):
+            if left <= length:
+                return ax + (bx - ax) * left / length, ay + (by - ay) * left / length
+            left -= length
+        return points[-1]
+
+    return place
+
+
+class Walk:
+    """Follows somebody whom the camera sees as far as its picture and the walls allow."""
+
+    def __init__(self, robot: Pose2, place: Callable[[float], Point], boxes: tuple[Box, ...] = WALLS) -> None:
+        self.trip = Trip(robot, boxes=boxes)
+        self.place = place
+        self.boxes = boxes
+        self.distances: list[float] = []
+        self.speeds: list[float] = []
+        self.blind = False
+
+    def sees(self, person: Point) -> bool:
+        robot = self.trip.world.pose
+        bearing, away = robot.bearing_to(*person), math.dist((robot.x, robot.y), person)
+        if self.blind or abs(bearing) > math.radians(28) or away > 4.0:
+            return False
+        angle = np.array([robot.yaw + bearing])
+        return bool(cast(robot.x, robot.y, angle, np.array(self.boxes), 9.0)[0] > away)
+
+    def go(
+        self, seconds: float, distance: float = 0.0, speed: float = 0.0, turn: float = 0.0
+    ) -> Result | None:
+        trip, world = self.trip, self.trip.world
+        start = world.now
+        trip.navigator.start_follow(start, distance, speed, turn)
+        while world.now < start + seconds:
+            x, y = self.place(world.now - start)
+            world.boxes = [*self.boxes, (x - 0.12, y - 0.12, x + 0.12, y + 0.12)]
+            if round((world.now - start) * 10) % 2 == 0 and self.sees((x, y)):
+                in_odom = world.odom @ world.pose.inverse() @ Pose2(x, y)
+                trip.navigator.saw_person(world.now, in_odom.x, in_odom.y)
+            result = trip.cycle()
+            self.distances.append(math.dist((world.pose.x, world.pose.y), (x, y)))
+            self.speeds.append(world.command.linear)
+            if result is not None:
+                return result
+        return None
+
+
+def test_it_keeps_the_distance_to_somebody_who_walks_straight_on() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(1.6, 2.4), (3.4, 2.4)], 0.3))
+    assert walk.go(12.0) is None
+    assert np.abs(np.array(walk.distances[25:]) - 1.0).mean() < 0.1
+    assert min(walk.distances) > 0.85
+    assert walk.trip.world.hits == 0
+
+
+def test_it_stands_when_near_enough_and_turns_with_the_person() -> None:
+    turns = [(2.0 + 0.8 * math.cos(a), 2.5 + 0.8 * math.sin(a)) for a in np.linspace(0.0, 2.0, 20)]
+    walk = Walk(Pose2(2.0, 2.5), along(turns, 0.3))
+    assert walk.go(8.0) is None
+    assert walk.trip.world.pose.distance_to(Pose2(2.0, 2.5)) < 0.03
+    assert abs(walk.trip.world.pose.bearing_to(*turns[-1])) < 0.1
+
+
+def test_it_gives_way_on_the_way_it_came_to_who_comes_back() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (1.5, 2.4)], 0.2))
+    assert walk.go(17.0) is None
+    assert min(walk.speeds) < 0.0
+    assert min(walk.distances) > 0.55
+    assert walk.trip.world.hits == 0
+
+
+def test_without_a_way_it_came_it_stands_before_who_comes_nearer() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (1.0, 2.4)], 0.3))
+    assert walk.go(6.0) is None
+    assert min(walk.speeds) == 0.0
+    assert walk.trip.world.hits == 0
+
+
+def test_it_follows_through_a_door_and_round_the_corner() -> None:
+    route = [FIRST_ROOM, (4.05, 2.4), (5.0, 2.6), (5.4, 4.2), (7.2, 4.2)]
+    walk = Walk(Pose2(1.2, 2.4), along(route, 0.35))
+    assert walk.go(30.0) is None
+    assert walk.trip.world.hits == 0
+    assert min(walk.distances) > 0.5
+    assert walk.distances[-1] == pytest.approx(1.0, abs=0.3)
+
+
+def test_it_goes_round_what_stands_between() -> None:
+    table = (2.3, 2.2, 2.9, 2.8)
+    walk = Walk(
+        Pose2(1.0, 2.5), along([(1.7, 2.5), (2.0, 1.6), (3.4, 1.7), (3.5, 2.5)], 0.4), (*WALLS, table)
+    )
+    assert walk.go(25.0) is None
+    assert walk.trip.world.hits == 0
+    assert walk.distances[-1] < 1.4
+
+
+def test_out_of_sight_it_goes_to_where_the_person_vanished_and_then_says_that_they_are_lost() -> None:
+    route = [FIRST_ROOM, (4.05, 2.4), (4.6, 2.4), (4.6, 0.4)]
+    walk = Walk(Pose2(1.2, 2.4), along(route, 0.45))
+    walk.go(4.0)
+    walk.blind = True
+    result = walk.go(40.0)
+    assert result is not None
+    assert (result.outcome, result.code) == (Outcome.FAILED, "user_lost")
+    assert walk.trip.world.command == STANDSTILL
+
+
+def test_somebody_who_comes_back_into_view_is_followed_on() -> None:
+    walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (3.6, 2.4)], 0.3))
+    trip = walk.trip
+    trip.navigator.start_follow(0.0, 0.0, 0.0, 0.0)
+    for tenth in range(120):
+        person = walk.place(tenth * 0.1)
+        if not 30 < tenth < 50:
+            in_odom = trip.world.odom @ trip.world.pose.inverse() @ Pose2(*person)
+            trip.navigator.saw_person(trip.world.now, in_odom.x, in_odom.y)
+        assert trip.cycle() is None
+    assert "going to where the person was seen last" in trip.texts
+    assert trip.texts[-1] == "following"
+    assert 0.5 < math.dist((trip.world.pose.x, trip.world.pose.y), walk.place(99.0)) < 1.15
+
+
+def test_without_anybody_to_see_it_never_moves() -> None:
+    walk = Walk(Pose2(1.2, 2.4), lambda seconds: (7.0, 4.0))
+    result = walk.go(10.0)
+    assert result is not None
+    assert result.code == "user_lost"
+    assert max(walk.speeds) == 0.0
+    assert walk.trip.world.now == pytest.approx(3.1, abs=0.2)
+
+
+def test_distance_and_speed_of_the_goal() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(2.2, 2.4), (3.6, 2.4)], 0.15))
+    assert walk.go(20.0, 1.5, 0.2) is None
+    assert max(walk.speeds) == pytest.approx(0.2, abs=1e-6)
+    assert walk.distances[-1] == pytest.approx(1.5, abs=0.15)
+
+
+@pytest.mark.parametrize("bad", [(-1.0, 0.0, 0.0), (0.0, math.nan, 0.0), (0.0, 0.0, math.inf)])
+def test_bad_goals_move_nothing(bad: tuple[float, float, float]) -> None:
+    trip = Trip(Pose2(1.0, 1.0))
+    trip.navigator.start_follow(0.0, *bad)
+    result = trip.cycle()
+    assert result is not None
+    assert result.code == "bad_input"
+
+
+def test_a_bumper_is_backed_off_from_and_the_following_goes_on() -> None:
+    walk = Walk(Pose2(1.2, 2.4), lambda seconds: (3.2, 2.4))
+    trip = walk.trip
+    walk.go(1.0)
+    trip.navigator.base_stop = BaseStop("bumper", "the left bumper is pressed")
+    trip.navigator.saw_person(trip.world.now, *(trip.world.odom @ Pose2(2.0, 0.0)).apply(0.0, 0.0))
+    assert trip.cycle() is None
+    assert trip.world.command.linear < 0.0
+    assert "backing off" in trip.texts[-1]
+    trip.navigator.base_stop = BaseStop()
+    for _ in range(40):
+        trip.navigator.saw_person(
+            trip.world.now, *(trip.world.odom @ trip.world.pose.inverse()).apply(3.2, 2.4)
+        )
+        assert trip.cycle() is None
+    assert trip.texts[-1].startswith("following")
+
+
+def test_the_velocity_of_a_target_needs_no_regular_sights() -> None:
+    target = MovingTarget(NavigatorParameters().follow.follow_velocity_time)
+    for stamp in np.cumsum([0.1, 0.3, 0.2, 0.2, 0.4, 0.1, 0.2, 0.3, 0.2, 0.2, 0.2, 0.3, 0.3, 0.3, 0.3]):
+        target.saw(float(stamp), 0.4 * float(stamp), -0.2 * float(stamp))
+    assert target.velocity == pytest.approx((0.4, -0.2), abs=0.02)
+    seen = target.seen
+    target.saw(0.5, 9.0, 9.0)
+    target.saw(9.0, math.nan, 0.0)
+    assert target.seen == seen
+    assert seen is not None
+    assert target.at(seen + 5.0, 0.5) == pytest.approx((0.4 * (seen + 0.5), -0.2 * (seen + 0.5)), abs=0.03)

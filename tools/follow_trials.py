@@ -1,0 +1,338 @@
+"""Many seeded runs of ``follow_me``: in the rig somebody leads the robot through a home.
+
+``python tools/follow_trials.py --runs 10 --out docs/follow.md``
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import statistics
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from florence_bt.app.demo.rigs import make_rig
+from florence_bt.core.errors import FlorenceError
+from florence_bt.runtime.run import MissionRequest, MissionRun
+from florence_bt.simulation.home.generate import choose_flat
+from florence_bt.simulation.home.person import PersonSpec
+from florence_bt.simulation.home.situations import LedWalk, led_walk
+from florence_bt.simulation.rig.rig import Rig
+from tools.tables import table
+
+HOMES = {"flat": "the hand-made flat", "generated": "generated homes"}
+"""Name -> what it is."""
+
+FOLLOW_M = 1.0
+"""The distance that the mission is to keep, between the middles."""
+
+LOST_M, KEPT_M = 2.0, 1.5
+"""Further away the person is lost for the moment; whoever is nearer in the end has been followed."""
+
+SAMPLE_S, AFTER_S = 0.1, 10.0
+"""How often the truth is looked at; how long the robot has to come near when the walk is over."""
+
+SPARE_S = 60.0
+"""A walk that takes twice the time that it would take alone, and this much more, is blocked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """The truth at one moment.
+
+    Attributes:
+        leader: From the middle of the robot to that of the person to follow, metres.
+        visitor: To that of the other person, metres.
+        walking: Whether the walk goes on.
+        running: Whether the mission does.
+    """
+
+    leader: float
+    visitor: float
+    walking: bool
+    running: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What the samples of a run say.
+
+    Attributes:
+        over: The person came to the end of the walk; a robot in a door can block it.
+        kept: Then the robot came near the person in time, and the mission still ran.
+        error: Mean of how far the distance was from the wanted one during the walk, metres.
+        nearest: The smallest distance to the person, metres.
+        nearest_visitor: The smallest distance to the other person, metres.
+        losses: How often the person was lost.
+        lost: For how many seconds in all.
+        followed: Who was near in the end: ``leader``, ``visitor`` or ``nobody``.
+    """
+
+    over: bool
+    kept: bool
+    error: float
+    nearest: float
+    nearest_visitor: float
+    losses: int
+    lost: float
+    followed: str
+
+
+def judge(samples: Sequence[Sample]) -> Verdict:
+    """Judge a run by the truth.
+
+    Args:
+        samples: From when the person sets off, every ``SAMPLE_S``, to ``AFTER_S`` after the walk.
+    """
+    walk = [sample for sample in samples if sample.walking]
+    after = [sample for sample in samples if not sample.walking]
+    far = [sample.leader > LOST_M for sample in walk]
+    end = samples[-1]
+    distance, followed = min((end.leader, "leader"), (end.visitor, "visitor"))
+    return Verdict(
+        over=bool(after),
+        kept=any(sample.running and sample.leader < KEPT_M for sample in after),
+        error=statistics.fmean(abs(sample.leader - FOLLOW_M) for sample in walk),
+        nearest=min(sample.leader for sample in samples),
+        nearest_visitor=min(sample.visitor for sample in samples),
+        losses=sum(now and not before for before, now in itertools.pairwise([False, *far])),
+        lost=SAMPLE_S * sum(far),
+        followed=followed if distance < KEPT_M else "nobody",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One run and what really came of it.
+
+    Attributes:
+        home: A key of ``HOMES``.
+        seed: The run's seed; chooses a generated home too.
+        length: Of the leader's route, metres.
+        speed: Of the leader, m/s.
+        mission: How the mission ended by itself, and why; empty when it ran until it was stopped.
+        verdict: What the truth says.
+        contacts: What the robot touched.
+        simulated: Simulated seconds from the start of the mission.
+        wall: Wall seconds of the same.
+    """
+
+    home: str
+    seed: int
+    length: float
+    speed: float
+    mission: str
+    verdict: Verdict
+    contacts: tuple[str, ...]
+    simulated: float
+    wall: float
+
+
+def run_trial(
+    home: str,
+    seed: int,
+    *,
+    world: Path | None = None,
+    world_seed: int | None = None,
+    length_m: float = 60.0,
+    runs: Path | None = None,
+) -> Trial:
+    """Let somebody lead the robot once.
+
+    Args:
+        home: A key of ``HOMES``.
+        seed: Chooses the home, the people and all noise.
+        world: A home's file in place of the hand-made flat.
+        world_seed: The seed of a generated home when it is not the run's.
+        length_m: The least length of the walk, metres.
+        runs: Where the run leaves its folder, None for nowhere.
+
+    Raises:
+        ConfigError: The home has no room for such a walk, or there is no such mission.
+    """
+    generated = home == "generated"
+    flat = choose_flat(None, seed if world_seed is None else world_seed) if generated else choose_flat(world)
+    walk = led_walk(flat, np.random.default_rng(seed), length_m)
+    rig = make_rig(
+        seed=seed, person=walk.leader, others=[walk.visitor], start=walk.start, flat=flat, runs_folder=runs
+    )
+    wall, begin = time.perf_counter(), rig.clock.now()
+    run = trigger(rig, walk)
+    samples = watch(rig, walk, run)
+    mission = f"{run.status.value}: {run.reason}" if run.status.final else ""
+    rig.executor.stop("the walk is over")
+    return Trial(
+        home=home,
+        seed=seed,
+        length=route_length(walk.leader),
+        speed=walk.leader.speed,
+        mission=mission,
+        verdict=judge(samples),
+        contacts=tuple(contact.name for contact in rig.world.contacts),
+        simulated=rig.clock.now() - begin,
+        wall=time.perf_counter() - wall,
+    )
+
+
+def trigger(rig: Rig, walk: LedWalk) -> MissionRun:
+    """Start ``follow_me`` with where the leader truly is."""
+    leader = rig.world.robot_pose.inverse() @ rig.world.person_pose(walk.leader.name)
+    inputs = {"x": leader.x, "y": leader.y}
+    return rig.executor.trigger(MissionRequest("follow_me", inputs, caller="trials"))
+
+
+def watch(rig: Rig, walk: LedWalk, run: MissionRun) -> list[Sample]:
+    """The truth from when the leader sets off, to ``AFTER_S`` after the walk or until it is blocked."""
+    rig.clock.advance_to(walk.leader.wait)
+    limit = rig.clock.now() + 2.0 * route_length(walk.leader) / walk.leader.speed + SPARE_S
+    samples: list[Sample] = []
+    end = limit
+    while rig.clock.now() < end:
+        rig.clock.advance(SAMPLE_S)
+        robot = rig.world.robot_pose
+        leader, visitor = (
+            robot.distance_to(rig.world.person_pose(each.name)) for each in (walk.leader, walk.visitor)
+        )
+        walking = rig.world.walks(walk.leader.name)
+        if not walking and end == limit:
+            end = rig.clock.now() + AFTER_S
+        samples.append(Sample(leader, visitor, walking, not run.status.final))
+    return samples
+
+
+def route_length(spec: PersonSpec) -> float:
+    """How long the way of somebody who walks is, metres."""
+    points = [(spec.pose.x, spec.pose.y), *spec.route]
+    return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+
+
+HEAD = """# Seeded runs of follow_me in the rig
+
+Made by `python tools/follow_trials.py --out docs/follow.md`, judged by the simulation's truth at every 0.1 s
+from when the person sets off, not by what the mission says. Somebody leads the robot over 60 m or more from
+room to room, at 0.25 to 0.45 m/s, through ways where a circle of 0.3 m fits; somebody else walks to and fro
+across that way ([homes.md](homes.md)). Every distance is between the middles of robot and person.
+
+- *walk over*: the person came to the end; a robot that stays in a door blocks them.
+- *kept*: then the robot came nearer than 1.5 m within 10 s, and the mission still ran.
+- *mean error*: of the distance during the whole walk, against 1 m, also after the mission has ended.
+- *lost*: how often, and for how long in all, the person was further away than 2 m during the walk.
+- *followed*: who was nearest in the end, and nearer than 1.5 m.
+"""
+
+SUMMARY = ["home", "runs", "walk over", "kept", "mean error (m)", "smallest distance (m)"]
+SUMMARY += ["to the other person (m)", "lost (s)", "contacts"]
+RUN = ["seed", "walk (m)", "speed (m/s)", "walk over", "kept", "mean error (m)", "smallest distance (m)"]
+RUN += [
+    "to the other person (m)",
+    "lost",
+    "followed",
+    "contacts",
+    "time (s)",
+    "wall (s)",
+    "the mission ended",
+]
+
+
+def page(trials: Sequence[Trial]) -> str:
+    """The results as Markdown."""
+    by_home = {home: [trial for trial in trials if trial.home == home] for home in HOMES}
+    parts = [HEAD, table(SUMMARY, [summary(home, of) for home, of in by_home.items() if of])]
+    for home, of in by_home.items():
+        if of:
+            title = HOMES[home]
+            parts += [
+                "",
+                f"## {title[0].upper()}{title[1:]}",
+                "",
+                table(RUN, [list(row(each)) for each in of]),
+            ]
+    return "\n".join(parts) + "\n"
+
+
+def summary(home: str, trials: Sequence[Trial]) -> list[str]:
+    """The runs of one home as a line of the table."""
+    verdicts = [trial.verdict for trial in trials]
+    return [
+        HOMES[home],
+        str(len(trials)),
+        str(sum(verdict.over for verdict in verdicts)),
+        f"**{sum(verdict.kept for verdict in verdicts)}**",
+        f"{statistics.fmean(verdict.error for verdict in verdicts):.2f}",
+        f"{min(verdict.nearest for verdict in verdicts):.2f}",
+        f"{min(verdict.nearest_visitor for verdict in verdicts):.2f}",
+        f"{sum(verdict.lost for verdict in verdicts):.0f}",
+        str(sum(len(trial.contacts) for trial in trials)),
+    ]
+
+
+def row(trial: Trial) -> Iterator[str]:
+    """One run as a line of a table."""
+    verdict = trial.verdict
+    yield str(trial.seed)
+    yield f"{trial.length:.0f}"
+    yield f"{trial.speed:.2f}"
+    yield "yes" if verdict.over else "no"
+    yield "yes" if verdict.kept else "**no**"
+    yield from (f"{value:.2f}" for value in (verdict.error, verdict.nearest, verdict.nearest_visitor))
+    yield f"{verdict.losses}, {verdict.lost:.0f} s" if verdict.losses else "never"
+    yield verdict.followed
+    yield ", ".join(trial.contacts) or "none"
+    yield f"{trial.simulated:.0f}"
+    yield f"{trial.wall:.0f}"
+    yield trial.mission.replace("|", "/")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the trials; exit code 2 when one cannot begin."""
+    parser = argparse.ArgumentParser(description="Seeded runs of follow_me in the rig")
+    parser.add_argument("--runs", type=int, default=10, help="runs in each kind of home")
+    parser.add_argument("--first", type=int, default=1, help="first seed")
+    parser.add_argument("--homes", nargs="+", choices=HOMES, default=list(HOMES), help="kinds of homes")
+    parser.add_argument(
+        "--world", type=Path, help="source file in place of the hand-made flat (docs/homes.md)"
+    )
+    parser.add_argument(
+        "--world-seed", type=int, metavar="SEED", help="one generated home for all runs in such"
+    )
+    parser.add_argument("--length", type=float, default=60.0, metavar="M", help="least length of a walk")
+    parser.add_argument("--jobs", type=int, default=2, help="runs at a time, each on a core")
+    parser.add_argument("--out", type=Path, help="Markdown file for the tables")
+    parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
+    given = parser.parse_args(arguments)
+    run = partial(
+        run_trial,
+        world=given.world,
+        world_seed=given.world_seed,
+        length_m=given.length,
+        runs=given.runs_folder,
+    )
+    todo = [(home, seed) for home in given.homes for seed in range(given.first, given.first + given.runs)]
+    trials = []
+    try:
+        with ProcessPoolExecutor(given.jobs) as pool:
+            for trial in pool.map(run, *zip(*todo, strict=True)):
+                trials.append(trial)
+                print(f"{trial.home}:", " | ".join(row(trial)), flush=True)
+    except FlorenceError as error:
+        print(error, file=sys.stderr)
+        return 2
+    if given.out is not None:
+        given.out.write_text(page(trials), encoding="utf-8")
+    for home in given.homes:
+        print(" | ".join(summary(home, [trial for trial in trials if trial.home == home])))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
