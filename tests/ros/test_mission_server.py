@@ -302,6 +302,8 @@ def test_the_documents_follow_me_runs_the_mission_of_that_name(bench_of):
     declared = "\n".join(f"  {name}: {{type: number}}" for name in inputs)
     tree = "tree: {drive: {way: '${$x + $desired_follow_distance}'}}"
     (bench.missions / "follow_me.yaml").write_text(f"mission: follow_me\ninputs:\n{declared}\n{tree}\n")
+    # Waits for the check of the new file; a goal that comes meanwhile is refused.
+    assert not bench.run("nothing").accepted
     client = ActionClient(bench.node, FollowMe, "follow_me")
     bench.node.on_close(client.destroy)
     feedback = bench.node.create_publisher(

@@ -274,12 +274,10 @@ class Follow:
     def _law(self, pose: Pose2, distance: float, bearing: float) -> Twist2:
         """Straight towards the person. The signs of the document are those of other axes (REFERENCE 12.6)."""
         use, (vx, vy) = self._use, self._target.velocity
-        heading = pose.yaw + bearing
-        aside = math.cos(heading) * vy - math.sin(heading) * vx
-        turn = 0.0
-        if abs(bearing) > use.follow_angle_tolerance:
-            turn = use.follow_angular_gain * bearing
-        turn += aside / max(distance, 0.5)
+        turn = use.follow_angular_gain * bearing if abs(bearing) > use.follow_angle_tolerance else 0.0
+        if math.hypot(vx, vy) >= _WALKING_MPS:
+            heading = pose.yaw + bearing
+            turn += (math.cos(heading) * vy - math.sin(heading) * vx) / max(distance, 0.5)
         limit = self._goal.max_angular
         speed = self._wanted_speed(pose, distance, bearing) * max(0.0, math.cos(bearing))
         return Twist2(speed, max(-limit, min(limit, turn)))
