@@ -298,8 +298,10 @@ def test_the_documents_follow_me_runs_the_mission_of_that_name(bench_of):
     from rclpy.action import ActionClient
 
     bench = bench_of(Step(None, cancel_takes=0.1))
-    inputs = ["x", "y", "max_lin_speed", "max_ang_speed", "desired_follow_distance"]
-    declared = "\n".join(f"  {name}: {{type: number}}" for name in inputs)
+    length, number = "{type: length}", "{type: number}"
+    inputs = {"x": length, "y": length, "max_lin_speed": "{type: speed}", "max_ang_speed": number}
+    inputs["desired_follow_distance"] = length
+    declared = "\n".join(f"  {name}: {kind}" for name, kind in inputs.items())
     tree = "tree: {drive: {way: '${$x + $desired_follow_distance}'}}"
     (bench.missions / "follow_me.yaml").write_text(f"mission: follow_me\ninputs:\n{declared}\n{tree}\n")
     # Waits for the check of the new file; a goal that comes meanwhile is refused.

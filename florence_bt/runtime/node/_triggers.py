@@ -29,6 +29,14 @@ SEARCH = "detect_user"
 """The mission that ``detect_user/cmd`` starts and stops. Source: REFERENCE 12.2; document, table 12."""
 FOLLOW = "follow_me"
 """The mission of the action of that name. Source: REFERENCE 12.6; document, table 54."""
+FOLLOW_UNITS = {
+    "x": "m",
+    "y": "m",
+    "max_lin_speed": "m/s",
+    "max_ang_speed": "",
+    "desired_follow_distance": "m",
+}
+"""Its inputs, which are the fields of the goal, and their units."""
 
 
 class Triggers:
@@ -177,10 +185,9 @@ class Triggers:
 
     def _start_follow_me(self, goal: FollowMe.Goal) -> tuple[bool, str, str]:
         """The fields of the goal are the inputs of the mission. It replaces an older goal, nothing else."""
-        names = list(goal.get_fields_and_field_types())
-        values = [repr(getattr(goal, name)) for name in names]
+        values = [f"{getattr(goal, name)!r} {unit}".strip() for name, unit in FOLLOW_UNITS.items()]
         policy = TriggerPolicy.REJECT if self._follow.run_id is None else TriggerPolicy.PREEMPT
-        return self._start(FOLLOW, names, values, f"{FOLLOW} action", policy.value, 0)
+        return self._start(FOLLOW, list(FOLLOW_UNITS), values, f"{FOLLOW} action", policy.value, 0)
 
     def _start(
         self,
