@@ -334,6 +334,7 @@ def test_the_documents_follow_me_runs_the_mission_of_that_name(bench_of):
     bench.ros.spin_until(cancel.done, what="the answer to the cancel")
     ended = result_of(bench, second)
     assert (ended.status, ended.result.x, ended.result.y) == (GoalStatus.STATUS_CANCELED, 1.0, 0.5)
+    bench.ros.spin_until(lambda: not bench.drive.active, what="the end of the first")
     other = bench.run("drive_once").run_id
     bench.wait("RUNNING", other)
     refused = result_of(bench, goal(x=1.0))
