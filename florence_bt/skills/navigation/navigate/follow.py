@@ -219,19 +219,14 @@ class Follow:
         self._remember_way(state.pose)
         command = self._law(state.pose, distance, bearing)
         direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
-        # A detour takes the person out of view: while they are near, the robot only turns with them.
-        if direct or distance <= self._goal.distance + _DETOUR_M:
-            self.path, self._next_plan = None, state.now
-            self._free_since = state.now
-            return (
-                command if direct else self._turn_towards(state, bearing),
-                self._feedback("following"),
-                None,
-            )
+        if direct:
+            self.path, self._next_plan, self._free_since = None, state.now, state.now
+            return command, self._feedback("following"), None
         command, remaining = self._along_path(state, (x, y))
-        # As near as wanted along the path: the robot only turns.
         speed = self._wanted_speed(state.pose, remaining, bearing)
-        if speed <= 0.0:
+        near = distance <= self._goal.distance + _DETOUR_M
+        # As near as wanted along the path; or on a detour a person who is near would get out of view.
+        if speed <= 0.0 or (near and remaining > distance + _DETOUR_M):
             return self._turn_towards(state, bearing), self._feedback("following"), None
         if not command.is_zero():
             self._free_since = state.now
