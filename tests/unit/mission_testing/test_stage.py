@@ -57,7 +57,7 @@ def test_a_script_text_with_counts(stage):
     play.assert_succeeded().assert_duration(16)
     assert [call.result.code for call in mock.calls] == ["no_user_seen", "no_user_seen", "ok"]
     assert [call.result.server_code for call in mock.calls] == [1, 1, 0]
-    assert mock.inputs == [{"window": 2.0}] * 3
+    assert mock.inputs == [{"window": 2.0, "user_id": 0, "x": 0.0, "y": 0.0}] * 3
 
 
 def test_the_mock_that_says_more_answers_and_of_equals_the_later(stage):

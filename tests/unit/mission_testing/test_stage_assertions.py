@@ -35,7 +35,7 @@ def test_an_assertion_that_does_not_hold_shows_the_tree_and_the_calls(stage, ass
     text = str(caught.value)
     assert says in text.splitlines()[0]
     assert "[+] greet (sequence)" in text
-    assert "10 s  look_for_user(window=2 s): ok after 1 s" in text
+    assert "10 s  look_for_user(window=2 s, user_id=0, x=0 m, y=0 m): ok after 1 s" in text
 
 
 @pytest.mark.parametrize(
