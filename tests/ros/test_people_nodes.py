@@ -223,7 +223,8 @@ def test_a_mission_is_told_that_there_was_no_picture(
     ros: Any, robot: Robot, tracker: UserTrackerNode
 ) -> None:
     look = make_skills(ros.add(FlorenceNode("missions")))["look_for_user"]
-    result = ros.spin_until(look.start(LOOK_FOR_USER.complete({"window": 0.6})).poll, what="the end of the look")
+    run = look.start(LOOK_FOR_USER.complete({"window": 0.6}))
+    result = ros.spin_until(run.poll, what="the end of the look")
     assert (result.code, result.server_code) == ("no_picture", NO_PICTURE)
     assert result.code in LOOK_FOR_USER.failures
     assert "0 usable pictures within 0.6 s" in result.reason
