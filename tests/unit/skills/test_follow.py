@@ -12,9 +12,10 @@ import pytest
 from florence_bt.core.geometry import STANDSTILL, Pose2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate.follow import MovingTarget
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast
+from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
 Point = tuple[float, float]
 FIRST_ROOM: Point = (2.2, 2.4)
@@ -98,9 +99,19 @@ def test_it_gives_way_on_the_way_it_came_to_who_comes_back() -> None:
     assert walk.trip.world.hits == 0
 
 
-def test_without_a_way_it_came_it_stands_before_who_comes_nearer() -> None:
-    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (1.0, 2.4)], 0.3))
-    assert walk.go(6.0) is None
+def test_it_backs_off_no_further_than_there_is_room() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
+    assert walk.go(10.0) is None
+    assert walk.trip.world.pose.x > 0.2
+    assert walk.trip.world.twist.linear == 0.0
+    assert walk.trip.world.hits == 0
+
+
+def test_without_a_speed_to_back_off_with_it_stands_before_who_comes_nearer() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (2.6, 2.4), (1.5, 2.4)], 0.3))
+    parameters = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))
+    walk.trip.navigator = Navigator(make_map(), parameters)
+    assert walk.go(10.0) is None
     assert min(walk.speeds) == 0.0
     assert walk.trip.world.hits == 0
 

@@ -43,6 +43,8 @@ _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
 """The way the robot came, to back off on."""
 _BACK_TO_M = 0.3
 """It steers towards a point of that way so far behind its middle."""
+_BACK_AHEAD_S = 0.4
+"""A motion back must be free for so many seconds: slow, and where the robot has just been."""
 _PLAN_PERIOD_S = 0.5
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
@@ -237,18 +239,18 @@ class Follow:
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
 
     def _give_way(self, state: RobotState, bearing: float) -> Twist2:
-        """Back off the way the robot came, as far as there is room; without a way, face the person."""
+        """Back off the way the robot came, or straight, as far as there is room; else face the person."""
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
             trail.pop()
-        if not trail or self._use.follow_back_speed == 0.0:
+        if self._use.follow_back_speed == 0.0:
             return self._turn_towards(state, bearing)
-        left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi)
+        left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
         limit = self._goal.max_angular
         turn = max(-limit, min(limit, self._use.follow_angular_gain * left))
         speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
         for command in (Twist2(speed, turn), Twist2(0.0, turn)):
-            if self._may(state, command):
+            if not command.is_zero() and self._may(state, command, _BACK_AHEAD_S):
                 return command
         return self._turn_towards(state, bearing)
 
@@ -303,8 +305,8 @@ class Follow:
                 return False
         return True
 
-    def _may(self, state: RobotState, command: Twist2) -> bool:
-        ahead = self._use.follow_look_ahead
+    def _may(self, state: RobotState, command: Twist2, ahead: float = 0.0) -> bool:
+        ahead = ahead or self._use.follow_look_ahead
         return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
 
     def _turn_towards(self, state: RobotState, bearing: float) -> Twist2:
