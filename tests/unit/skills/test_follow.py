@@ -108,7 +108,7 @@ def test_it_backs_off_no_further_than_there_is_room() -> None:
 
 
 def test_without_a_speed_to_back_off_with_it_stands_before_who_comes_nearer() -> None:
-    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (2.6, 2.4), (1.5, 2.4)], 0.3))
+    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (2.6, 2.4), (2.25, 2.4)], 0.3))
     parameters = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))
     walk.trip.navigator = Navigator(make_map(), parameters)
     assert walk.go(10.0) is None
