@@ -87,15 +87,18 @@ class MovingTarget:
         self._velocity = np.zeros(2)
         self.seen: float | None = None
         self.recognised: float | None = None
+        self._recognised_at = self._place, self._velocity
 
     def recognise(self, stamp: float, x: float, y: float) -> None:
         """The camera saw the person: nobody else."""
         self.saw(stamp, x, y)
         self.recognised = self.seen
+        self._recognised_at = self._place, self._velocity
 
     def doubt(self) -> None:
         """What the laser has followed since the camera saw them is somebody or something else."""
         self.seen = self.recognised
+        self._place, self._velocity = self._recognised_at
 
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen; what is not newer, or not finite, is left out."""
