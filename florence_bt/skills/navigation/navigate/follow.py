@@ -249,8 +249,7 @@ class Follow:
         if self._use.follow_back_speed == 0.0:
             return self._turn_towards(state, bearing)
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
-        limit = self._goal.max_angular
-        turn = max(-limit, min(limit, self._use.follow_angular_gain * left))
+        turn = self._limited(self._use.follow_angular_gain * left)
         speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
         for command in (Twist2(speed, turn), Twist2(0.0, turn)):
             if not command.is_zero() and self._may(state, command, _BACK_AHEAD_S):
@@ -278,9 +277,8 @@ class Follow:
         if math.hypot(vx, vy) >= _WALKING_MPS:
             heading = pose.yaw + bearing
             turn += (math.cos(heading) * vy - math.sin(heading) * vx) / max(distance, 0.5)
-        limit = self._goal.max_angular
         speed = self._wanted_speed(pose, distance, bearing) * max(0.0, math.cos(bearing))
-        return Twist2(speed, max(-limit, min(limit, turn)))
+        return Twist2(speed, self._limited(turn))
 
     def _wanted_speed(self, pose: Pose2, distance: float, bearing: float) -> float:
         """As fast as the person walks away, and faster when they are too far away; never backwards."""
@@ -316,9 +314,11 @@ class Follow:
         """Turn in place, if there is room."""
         if abs(bearing) <= self._use.follow_angle_tolerance:
             return STANDSTILL
-        limit = self._goal.max_angular
-        command = Twist2(0.0, max(-limit, min(limit, self._use.follow_angular_gain * bearing)))
+        command = Twist2(0.0, self._limited(self._use.follow_angular_gain * bearing))
         return command if self._may(state, command) else STANDSTILL
+
+    def _limited(self, turn: float) -> float:
+        return max(-self._goal.max_angular, min(self._goal.max_angular, turn))
 
     # Along a path.
 
@@ -398,7 +398,7 @@ class Follow:
             self._headings = [*legs, ahead, *(ahead + turn for turn in _ROUND_RAD)]
         while self._headings:
             left = normalize_angle(self._headings[0] - state.pose.yaw)
-            command = Twist2(0.0, math.copysign(_LOOK_RADPS, left))
+            command = Twist2(0.0, self._limited(math.copysign(_LOOK_RADPS, left)))
             if abs(left) > _FACING_RAD / 2.0 and self._may(state, command):
                 return command
             del self._headings[0]
