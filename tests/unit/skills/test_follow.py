@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from florence_bt.skills.navigation.navigate.follow import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.state import CycleResult
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
 Point = tuple[float, float]
@@ -144,6 +146,25 @@ def test_out_of_sight_it_goes_to_where_the_person_vanished_and_then_says_that_th
     assert result is not None
     assert (result.outcome, result.code) == (Outcome.FAILED, "user_lost")
     assert walk.trip.world.command == STANDSTILL
+
+
+def test_out_of_sight_the_limits_of_the_goal_hold_too() -> None:
+    walk = Walk(Pose2(1.2, 2.4, 0.6), lambda seconds: (3.6, 2.4))
+    turns: list[float] = []
+    step = walk.trip.navigator.step
+
+    def watched(*arguments: Any) -> CycleResult:
+        answer = step(*arguments)
+        turns.append(abs(answer.command.angular) if answer.command else 0.0)
+        walk.blind = len(turns) > 10
+        return answer
+
+    walk.trip.navigator.step = watched  # type: ignore[method-assign]
+    result = walk.go(90.0, 0.0, 0.2, 0.3)
+    assert result is not None
+    assert result.code == "user_lost"
+    assert max(walk.speeds) <= 0.2 + 1e-9
+    assert max(turns) <= 0.3 + 1e-9
 
 
 def test_somebody_who_comes_back_into_view_is_followed_on() -> None:

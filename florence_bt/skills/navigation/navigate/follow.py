@@ -337,7 +337,9 @@ class Follow:
             state.clearance,
         )
         self._trouble = control.blocked
-        return control.command, control.remaining
+        command = control.command.slowed_to(self._goal.max_linear)
+        share = min(1.0, self._goal.max_angular / max(abs(command.angular), 1e-9))
+        return Twist2(share * command.linear, share * command.angular), control.remaining
 
     def _plan(self, state: RobotState, person: tuple[float, float]) -> None:
         here, costmap = state.map_pose, self._costmaps.global_costmap
