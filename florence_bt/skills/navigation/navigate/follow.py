@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
@@ -19,6 +19,8 @@ from florence_bt.skills.navigation.navigate.parameters import NavigatorParameter
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
+from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
@@ -34,17 +36,21 @@ _LEGS_ALONE_S = 6.0
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
 _DOUBT_S = 1.5
-_FASTEST_MPS = 1.0
-_MOST_LEGS = 3
-"""So many things that may be the legs of who vanished are looked at."""
-_ROUND_RAD, _LOOK_RADPS = (1.2, 2.4, -2.4, -1.2, 0.0), 0.6
-"""Where the robot looks for who vanished, from where they walked, and how fast it turns meanwhile."""
+_LOOK_RADPS = 0.6
+"""How fast the robot turns while it looks for who vanished."""
+_WORTH_LOOKING = 0.2
+"""It turns to look when so much of what is likely would get into the picture; else it drives on."""
+_CHOICE_S = 1.0
+"""How long it stays with a place to drive to, at least."""
 _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
 """The way the robot came, to back off on."""
 _BACK_TO_M = 0.3
 """It steers towards a point of that way so far behind its middle."""
 _BACK_AHEAD_S = 0.4
 """A motion back must be free for so many seconds: slow, and where the robot has just been."""
+_ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
+"""Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
+much further away than it follows."""
 _PLAN_PERIOD_S = 0.5
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
@@ -155,7 +161,12 @@ class Follow:
         self._unknown = np.empty((0, 2))
         self._trouble = ""
         self._faced = False
-        self._headings: list[float] | None = None
+        self._whereabouts: Whereabouts | None = None
+        self._heading: float | None = None
+        self._goal_place: Place | None = None
+        self._next_choice = now
+        self._cornered_since: float | None = None
+        self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
         self.path: NDArray[np.float64] | None = None
 
@@ -202,6 +213,8 @@ class Follow:
         seen = self._target.seen
         if seen is None:
             return self._wait_for_person(state)
+        if self._aside is not None:
+            return self._step_aside(state, *self._aside), self._feedback("stepping aside"), None
         if state.now - seen <= self._use.follow_coast:
             return self._keep_distance(state)
         return self._go_where_they_vanished(state, state.now - seen)
@@ -214,13 +227,14 @@ class Follow:
     # In sight.
 
     def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        self._faced, self._headings = False, None
+        self._faced, self._whereabouts = False, None
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         self._check_camera(state.now, distance, bearing)
         if distance < self._goal.distance - self._use.follow_give_way:
             self.path, self._next_plan, self._free_since = None, state.now, state.now
-            return self._give_way(state, bearing), self._feedback("giving way"), None
+            return self._give_way(state, (x, y), bearing), self._feedback("giving way"), None
+        self._cornered_since = None
         self._remember_way(state.pose)
         command = self._law(state.pose, distance, bearing)
         direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
@@ -229,7 +243,7 @@ class Follow:
             return command, self._feedback("following"), None
         command, remaining = self._along_path(state, (x, y))
         speed = self._wanted_speed(state.pose, remaining, bearing)
-        near = distance <= self._goal.distance + _DETOUR_M
+        near = distance <= self._goal.distance + _DETOUR_M and self._has_in_sight(state, (x, y))
         # As near as wanted along the path; or on a detour a person who is near would get out of view.
         if speed <= 0.0 or (near and remaining > distance + _DETOUR_M):
             return self._turn_towards(state, bearing), self._feedback("following"), None
@@ -241,8 +255,11 @@ class Follow:
             return STANDSTILL, self._feedback(reason), result
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
 
-    def _give_way(self, state: RobotState, bearing: float) -> Twist2:
-        """Back off the way the robot came, or straight, as far as there is room; else face the person."""
+    def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
+        """Back off the way the robot came, or straight, as far as there is room; else face the person.
+
+        Who stands there for long then wants to pass.
+        """
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
             trail.pop()
@@ -253,8 +270,27 @@ class Follow:
         speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
         for command in (Twist2(speed, turn), Twist2(0.0, turn)):
             if not command.is_zero() and self._may(state, command, _BACK_AHEAD_S):
+                self._cornered_since = None
                 return command
+        if self._cornered_since is None:
+            self._cornered_since = state.now
+        elif state.now - self._cornered_since > _ASIDE_AFTER_S:
+            self._cornered_since = state.now
+            apart = self._goal.distance + _ASIDE_MORE_M
+            in_map = state.map_from_odom.apply(*person)
+            place = place_to_step_aside(self._costmaps, state.map_pose, in_map, apart)
+            if place is not None:
+                self._aside = place, state.now + _ASIDE_S
         return self._turn_towards(state, bearing)
+
+    def _step_aside(self, state: RobotState, place: Place, deadline: float) -> Twist2:
+        """Drive to where the robot can be passed."""
+        there = state.map_from_odom.inverse().apply(*place)
+        command, remaining = self._along_path(state, there)
+        if state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
+            self._aside, self.path, self._next_plan = None, None, state.now
+            return STANDSTILL
+        return command
 
     def _remember_way(self, pose: Pose2) -> None:
         here = pose.x, pose.y
@@ -293,8 +329,8 @@ class Follow:
         fastest = min(self._goal.max_linear, self._p.controller.max_vel_x)
         return max(0.0, min(fastest, away + use.follow_linear_gain * error))
 
-    def _is_free(self, state: RobotState, person: tuple[float, float], way: float) -> bool:
-        """Whether the robot fits on the straight way towards the person, for some metres."""
+    def _is_free(self, state: RobotState, person: Place, way: float, least: int = INSCRIBED) -> bool:
+        """Whether some metres of the straight way towards the person are free of such costs."""
         costmap = self._costmaps.local_costmap
         dx, dy = person[0] - state.pose.x, person[1] - state.pose.y
         length = max(math.hypot(dx, dy), 1e-6)
@@ -302,9 +338,14 @@ class Follow:
             cost = costmap.cost_at(
                 state.pose.x + dx / length * float(along), state.pose.y + dy / length * float(along)
             )
-            if INSCRIBED <= cost < UNKNOWN_COST:
+            if least <= cost < UNKNOWN_COST:
                 return False
         return True
+
+    def _has_in_sight(self, state: RobotState, person: Place) -> bool:
+        """Whether nothing that the sensors marked is on the straight line to the person."""
+        way = math.dist(person, (state.pose.x, state.pose.y)) - _BODY_M
+        return self._is_free(state, person, way, LETHAL)
 
     def _may(self, state: RobotState, command: Twist2, ahead: float = 0.0) -> bool:
         ahead = ahead or self._use.follow_look_ahead
@@ -371,43 +412,66 @@ class Follow:
         self, state: RobotState, unseen: float
     ) -> tuple[Twist2, Feedback, Result | None]:
         place = self._target.at(state.now, self._use.follow_coast)
-        feedback = self._feedback("going to where the person was seen last")
-        there = math.hypot(place[0] - state.pose.x, place[1] - state.pose.y) <= _ARRIVED_M
-        command = STANDSTILL
         bearing = state.pose.bearing_to(*place)
-        self._faced = self._faced or abs(bearing) < _FACING_RAD or unseen > self._use.follow_patience
-        if not self._faced:
+        if unseen > self._use.follow_limit:
+            return STANDSTILL, self._feedback("lost"), _lost_after(unseen)
+        self._faced = self._faced or abs(bearing) < _FACING_RAD or not self._has_in_sight(state, place)
+        if self._whereabouts is None and not self._faced and unseen <= self._use.follow_patience:
             # They may just have walked out of the picture.
             return self._turn_towards(state, bearing), self._feedback("turning after the person"), None
-        if not there:
+        if self._whereabouts is None:
             command, remaining = self._along_path(state, place)
-            there = remaining <= _ARRIVED_M
-        if there:
-            command = self._look_about(state, place, unseen)
-        if unseen > self._use.follow_limit or (command.is_zero() and unseen > self._use.follow_patience):
-            return STANDSTILL, feedback, _lost(f"the person has been out of sight for {unseen:.1f} s")
-        return command, feedback, None
+            if remaining > _ARRIVED_M and math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
+                feedback = self._feedback("going to where the person was seen last")
+                if not command.is_zero() or unseen <= self._use.follow_patience:
+                    return command, feedback, None
+            self._begin_search(state, place)
+        command = self._look_for_them(state)
+        over = command.is_zero() and unseen > self._use.follow_patience
+        return command, self._feedback("looking for the person"), _lost_after(unseen) if over else None
 
-    def _look_about(self, state: RobotState, place: Place, unseen: float) -> Twist2:
-        """Turn to what may be their legs, where they walked, and once round; then standstill."""
-        if self._headings is None:
-            vx, vy = self._target.velocity
-            ahead = math.atan2(vy, vx) if math.hypot(vx, vy) >= _WALKING_MPS else state.pose.yaw
-            walked = unseen * _FASTEST_MPS + _BODY_M
-            near = [legs for legs in all_legs(self._unknown) if math.dist(legs, place) <= walked]
-            near.sort(key=lambda legs: math.dist(legs, place))
-            legs = [math.atan2(y - state.pose.y, x - state.pose.x) for x, y in near[:_MOST_LEGS]]
-            self._headings = [*legs, ahead, *(ahead + turn for turn in _ROUND_RAD)]
-        while self._headings:
-            left = normalize_angle(self._headings[0] - state.pose.yaw)
+    def _begin_search(self, state: RobotState, place: Place) -> None:
+        assert self._target.seen is not None
+        in_map = state.map_from_odom.apply(*place)
+        speed = math.hypot(*self._target.velocity)
+        self._whereabouts = Whereabouts(self._costmaps, in_map, speed, self._target.seen)
+        self._heading = self._goal_place = None
+        self._next_choice = state.now
+
+    def _look_for_them(self, state: RobotState) -> Twist2:
+        """Turn to where they may be; drive there when that cannot be seen from here."""
+        assert self._whereabouts is not None
+        robot = state.map_pose
+        legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._unknown)]
+        self._whereabouts.update(state.now, robot, legs)
+        if self._heading is None and state.now >= self._next_choice:
+            self._choose(state)
+        if self._heading is not None:
+            left = normalize_angle(self._heading - robot.yaw)
             command = Twist2(0.0, self._limited(math.copysign(_LOOK_RADPS, left)))
             if abs(left) > _FACING_RAD / 2.0 and self._may(state, command):
                 return command
-            del self._headings[0]
-        return STANDSTILL
+            self._heading = None
+        if self._goal_place is None:
+            return STANDSTILL
+        command, _ = self._along_path(state, state.map_from_odom.inverse().apply(*self._goal_place))
+        return command
+
+    def _choose(self, state: RobotState) -> None:
+        assert self._whereabouts is not None
+        self._next_choice = state.now + _CHOICE_S
+        heading, share = self._whereabouts.best_view(state.map_pose)
+        if share >= _WORTH_LOOKING and abs(normalize_angle(heading - state.map_pose.yaw)) > _FACING_RAD:
+            self._heading, self._goal_place = heading, None
+        else:
+            self._goal_place, self._next_plan = self._whereabouts.best_place(state.map_pose), state.now
 
     def _feedback(self, text: str) -> Feedback:
         return Feedback(recoveries=self._contact.back_offs, text=text)
+
+
+def _lost_after(unseen: float) -> Result:
+    return _lost(f"the person has been out of sight for {unseen:.1f} s")
 
 
 def _lost(reason: str) -> Result:

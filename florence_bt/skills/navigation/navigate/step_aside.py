@@ -1,0 +1,57 @@
+"""Where to go so that somebody can pass who stands before the robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
+from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
+from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.skills.navigation.navigate.state import Costmaps
+
+_BODY_M = 0.45
+"""The robot does not come so near to the middle of the person."""
+_ENOUGH_ROOM_M = 0.9
+"""Where nothing is so near, somebody passes on either side."""
+_WAY_PER_ROOM = 0.12
+"""So many metres more of room are worth one metre more of way."""
+
+
+def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: float) -> Place | None:
+    """The place with room to pass that is near, and away from the person.
+
+    Args:
+        costmaps: Where the robot drives.
+        robot: The robot, map frame.
+        person: Who wants to pass, map frame, metres.
+        apart: How far from the person at least, metres.
+
+    Returns:
+        Metres, map frame; None when the robot cannot get away.
+    """
+    costmap = costmaps.global_costmap
+    costs, resolution = costmap.master, costmap.resolution
+    rows, columns = costs.shape
+    x = costmap.origin_x + (np.arange(columns) + 0.5) * resolution
+    y = costmap.origin_y + (np.arange(rows) + 0.5) * resolution
+    from_person = np.hypot(x[None, :] - person[0], y[:, None] - person[1])
+    from_robot = np.hypot(x[None, :] - robot.x, y[:, None] - robot.y)
+    floor = np.full((rows + 2, columns + 2), OBSTACLE, np.int32)
+    # What is marked round the person is the person, and the robot can leave where it stands.
+    free = (costs < INSCRIBED) | (from_robot < 2.0 * resolution)
+    floor[1:-1, 1:-1][free & ((from_person > _BODY_M) | (from_person > from_robot))] = NEUTRAL
+    start = costmap.cell_of(robot.x, robot.y)
+    if start is None:
+        return None
+    first = np.array([(start[0] + 1) * (columns + 2) + start[1] + 1])
+    potential = spread_wave(floor.ravel(), columns + 2, first, -1, 2.0 * NEUTRAL)
+    way = potential.reshape(floor.shape)[1:-1, 1:-1]
+    room = distance_transform_edt(costmaps.static != LETHAL) * resolution
+    worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
+    worth[(way >= UNVISITED) | (from_person < apart)] = -math.inf
+    row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
+    return (float(x[column]), float(y[row])) if math.isfinite(worth[row, column]) else None

@@ -1,0 +1,127 @@
+"""Where somebody may be who walked out of sight, and where to look for them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
+from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
+from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.skills.navigation.navigate.state import Costmaps
+
+_VIEW_RAD = 0.42
+"""Half the breadth of the camera's picture in which somebody is seen whole."""
+_NEAREST_M, _FARTHEST_M = 0.5, 3.2
+"""Between these distances the camera sees that nobody is there."""
+_RAYS, _STEP_M = 120, 0.1
+_ANGLES = np.linspace(-math.pi, math.pi, _RAYS, endpoint=False)
+_DISTANCES = np.arange(_STEP_M, _FARTHEST_M, _STEP_M)
+"""Looking round: directions from the robot's heading, and steps along them."""
+_SLOWEST_MPS, _FASTEST_MPS = 0.25, 1.0
+_SPREAD_M, _SPREAD_MPS = 0.7, 0.3
+"""How far off the guess of how far they walked is at first, and how much more each second."""
+_FORGOTTEN_S = 12.0
+"""What the camera saw empty so long ago says nothing any more."""
+_LEGS_M, _LEGS_COUNT = 0.4, 8.0
+"""They are the more likely to be so near to something like legs."""
+_WAY_M = 2.5
+"""A place so much further to drive to is a third as good."""
+
+
+class Whereabouts:
+    """How likely somebody is in each cell of the map, from when they vanished on.
+
+    They walk on about as fast as before, round the walls, and are not where the camera has looked since.
+    All places are in the map frame.
+
+    Args:
+        costmaps: What the map knows.
+        place: Where they vanished, metres.
+        speed: How fast they walked, m/s.
+        now: When, seconds.
+    """
+
+    def __init__(self, costmaps: Costmaps, place: Place, speed: float, now: float) -> None:
+        costmap = self._costmap = costmaps.global_costmap
+        self._walls = costmaps.static == LETHAL
+        rows, columns = costmap.shape
+        self._floor = np.full((rows + 2, columns + 2), OBSTACLE, np.int32)
+        self._floor[1:-1, 1:-1][costmaps.static < INSCRIBED] = NEUTRAL
+        self._x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
+        self._y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
+        self._away = self._ways_from(place)
+        self._speed = min(_FASTEST_MPS, max(_SLOWEST_MPS, speed))
+        self._since = now
+        self._seen_empty = np.full((rows, columns), -math.inf)
+        self._likely = np.zeros((rows, columns))
+
+    def update(self, now: float, robot: Pose2, legs: list[Place]) -> None:
+        """Take what the robot sees now: nobody in the picture, and perhaps something like legs.
+
+        Args:
+            now: Seconds.
+            robot: The robot.
+            legs: Where something like legs is.
+        """
+        bearings = np.abs(_ANGLES) <= _VIEW_RAD
+        rows, columns, seen = self._rays(robot)
+        seen = seen[bearings]
+        self._seen_empty[rows[bearings][seen], columns[bearings][seen]] = now
+        unseen = now - self._since
+        error = np.abs(self._away - self._speed * unseen) / (_SPREAD_M + _SPREAD_MPS * unseen)
+        likely = np.exp(-error) * (self._away <= _SPREAD_M + _FASTEST_MPS * unseen)
+        for x, y in legs:
+            near = np.hypot(self._x[None, :] - x, self._y[:, None] - y) <= _LEGS_M
+            likely[near] *= _LEGS_COUNT
+        self._likely = likely * np.minimum(1.0, (now - self._seen_empty) / _FORGOTTEN_S)
+
+    def best_view(self, robot: Pose2) -> tuple[float, float]:
+        """The heading (rad) in which most of what is likely would be in the picture, and its share, 0..1."""
+        rows, columns, seen = self._rays(robot)
+        # Cells near the robot are met by more rays.
+        cells = (_DISTANCES * math.tau / _RAYS * _STEP_M) / self._costmap.resolution**2
+        along = (self._likely[rows, columns] * seen * cells).sum(axis=1)
+        half = round(_VIEW_RAD / math.tau * _RAYS)
+        view = sum(np.roll(along, shift) for shift in range(-half, half + 1))
+        best = int(np.argmax(view))
+        total = float(self._likely.sum())
+        share = min(1.0, float(view[best]) / total) if total > 0.0 else 0.0
+        return float(robot.yaw + _ANGLES[best]), share
+
+    def best_place(self, robot: Pose2) -> Place | None:
+        """Where to drive to: likely, and not far; None when they can be nowhere."""
+        ways = self._ways_from((robot.x, robot.y))
+        worth = self._likely * np.exp(-ways / _WAY_M)
+        row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
+        if worth[row, column] <= 0.0:
+            return None
+        return float(self._x[column]), float(self._y[row])
+
+    def _ways_from(self, place: Place) -> NDArray[np.float64]:
+        """Metres from a place to each cell round the walls; infinite where no way leads."""
+        rows, columns = np.nonzero(self._floor[1:-1, 1:-1] == NEUTRAL)
+        start = int(np.argmin((self._x[columns] - place[0]) ** 2 + (self._y[rows] - place[1]) ** 2))
+        width = self._floor.shape[1]
+        first = np.array([(rows[start] + 1) * width + columns[start] + 1])
+        potential = spread_wave(self._floor.ravel(), width, first, -1, 2.0 * NEUTRAL)
+        potential = potential.reshape(self._floor.shape)[1:-1, 1:-1]
+        ways: NDArray[np.float64] = potential * (self._costmap.resolution / NEUTRAL)
+        ways[potential >= UNVISITED] = math.inf
+        return ways
+
+    def _rays(self, robot: Pose2) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_]]:
+        """Cells along rays all round: rows, columns, and whether they are in sight; shape (rays, steps)."""
+        costmap = self._costmap
+        x = robot.x + _DISTANCES * np.cos(robot.yaw + _ANGLES)[:, None]
+        y = robot.y + _DISTANCES * np.sin(robot.yaw + _ANGLES)[:, None]
+        columns = np.floor((x - costmap.origin_x) / costmap.resolution).astype(np.intp)
+        rows = np.floor((y - costmap.origin_y) / costmap.resolution).astype(np.intp)
+        inside = (rows >= 0) & (rows < len(self._y)) & (columns >= 0) & (columns < len(self._x))
+        rows, columns = np.where(inside, rows, 0), np.where(inside, columns, 0)
+        blocked = ~inside | self._walls[rows, columns]
+        seen = ~np.logical_or.accumulate(blocked, axis=1) & (_DISTANCES >= _NEAREST_M)
+        return rows, columns, seen
