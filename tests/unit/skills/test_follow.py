@@ -103,9 +103,18 @@ def test_it_gives_way_on_the_way_it_came_to_who_comes_back() -> None:
 
 def test_it_backs_off_no_further_than_there_is_room() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
-    assert walk.go(10.0) is None
+    assert walk.go(5.5) is None
     assert walk.trip.world.pose.x > 0.2
     assert walk.trip.world.twist.linear == 0.0
+    assert walk.trip.world.hits == 0
+
+
+def test_without_room_behind_it_it_goes_where_the_person_can_pass() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
+    assert walk.go(12.0) is None
+    assert "stepping aside" in walk.trip.texts
+    assert walk.distances[-1] > 1.0
+    assert min(walk.distances) > 0.5
     assert walk.trip.world.hits == 0
 
 

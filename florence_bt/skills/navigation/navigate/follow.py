@@ -164,7 +164,7 @@ class Follow:
         self._whereabouts: Whereabouts | None = None
         self._heading: float | None = None
         self._goal_place: Place | None = None
-        self._next_choice = now
+        self._next_choice = self._moved = now
         self._cornered_since: float | None = None
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
@@ -427,16 +427,19 @@ class Follow:
                     return command, feedback, None
             self._begin_search(state, place)
         command = self._look_for_them(state)
-        over = command.is_zero() and unseen > self._use.follow_patience
+        if not command.is_zero():
+            self._moved = state.now
+        over = state.now - self._moved > self._use.follow_patience
         return command, self._feedback("looking for the person"), _lost_after(unseen) if over else None
 
     def _begin_search(self, state: RobotState, place: Place) -> None:
         assert self._target.seen is not None
         in_map = state.map_from_odom.apply(*place)
-        speed = math.hypot(*self._target.velocity)
-        self._whereabouts = Whereabouts(self._costmaps, in_map, speed, self._target.seen)
+        turned = Pose2(0.0, 0.0, state.map_from_odom.yaw)
+        velocity = turned.apply(*self._target.velocity)
+        self._whereabouts = Whereabouts(self._costmaps, in_map, velocity, self._target.seen)
         self._heading = self._goal_place = None
-        self._next_choice = state.now
+        self._next_choice = self._moved = state.now
 
     def _look_for_them(self, state: RobotState) -> Twist2:
         """Turn to where they may be; drive there when that cannot be seen from here."""
@@ -460,11 +463,14 @@ class Follow:
     def _choose(self, state: RobotState) -> None:
         assert self._whereabouts is not None
         self._next_choice = state.now + _CHOICE_S
-        heading, share = self._whereabouts.best_view(state.map_pose)
-        if share >= _WORTH_LOOKING and abs(normalize_angle(heading - state.map_pose.yaw)) > _FACING_RAD:
+        robot = state.map_pose
+        heading, share = self._whereabouts.best_view(robot)
+        place = self._whereabouts.best_place(robot)
+        here = place is None or math.dist(place, (robot.x, robot.y)) <= _ARRIVED_M
+        if here or (share >= _WORTH_LOOKING and abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD):
             self._heading, self._goal_place = heading, None
         else:
-            self._goal_place, self._next_plan = self._whereabouts.best_place(state.map_pose), state.now
+            self._goal_place, self._next_plan = place, state.now
 
     def _feedback(self, text: str) -> Feedback:
         return Feedback(recoveries=self._contact.back_offs, text=text)

@@ -22,10 +22,14 @@ _ANGLES = np.linspace(-math.pi, math.pi, _RAYS, endpoint=False)
 _DISTANCES = np.arange(_STEP_M, _FARTHEST_M, _STEP_M)
 """Looking round: directions from the robot's heading, and steps along them."""
 _SLOWEST_MPS, _FASTEST_MPS = 0.25, 1.0
+_WALKING_MPS, _TURNED = 0.1, 0.2
+"""How likely it is that somebody who walked turns back; slower, the direction means nothing."""
 _SPREAD_M, _SPREAD_MPS = 0.7, 0.3
 """How far off the guess of how far they walked is at first, and how much more each second."""
 _FORGOTTEN_S = 12.0
-"""What the camera saw empty so long ago says nothing any more."""
+"""What was seen empty so long ago says nothing any more."""
+_LASER_RAD, _LEGLESS = 2.0, 0.3
+"""Half the view of the laser, and how likely they are where it sees no legs: it sees them not everywhere."""
 _LEGS_M, _LEGS_COUNT = 0.4, 8.0
 """They are the more likely to be so near to something like legs."""
 _WAY_M = 2.5
@@ -35,17 +39,17 @@ _WAY_M = 2.5
 class Whereabouts:
     """How likely somebody is in each cell of the map, from when they vanished on.
 
-    They walk on about as fast as before, round the walls, and are not where the camera has looked since.
+    They walk on about as fast as before, round the walls, and are not where the robot has looked since.
     All places are in the map frame.
 
     Args:
         costmaps: What the map knows.
         place: Where they vanished, metres.
-        speed: How fast they walked, m/s.
+        velocity: How they walked, m/s.
         now: When, seconds.
     """
 
-    def __init__(self, costmaps: Costmaps, place: Place, speed: float, now: float) -> None:
+    def __init__(self, costmaps: Costmaps, place: Place, velocity: Place, now: float) -> None:
         costmap = self._costmap = costmaps.global_costmap
         self._walls = costmaps.static == LETHAL
         rows, columns = costmap.shape
@@ -54,9 +58,11 @@ class Whereabouts:
         self._x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
         self._y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
         self._away = self._ways_from(place)
+        speed = math.hypot(*velocity)
         self._speed = min(_FASTEST_MPS, max(_SLOWEST_MPS, speed))
-        self._since = now
-        self._seen_empty = np.full((rows, columns), -math.inf)
+        self._ahead = self._how_far_ahead(place, velocity) if speed >= _WALKING_MPS else np.ones(1)
+        self._since = self._updated = now
+        self._open = np.ones((rows, columns))
         self._likely = np.zeros((rows, columns))
 
     def update(self, now: float, robot: Pose2, legs: list[Place]) -> None:
@@ -67,24 +73,28 @@ class Whereabouts:
             robot: The robot.
             legs: Where something like legs is.
         """
-        bearings = np.abs(_ANGLES) <= _VIEW_RAD
+        at_legs = np.zeros(self._open.shape, bool)
+        for x, y in legs:
+            at_legs |= np.hypot(self._x[None, :] - x, self._y[:, None] - y) <= _LEGS_M
         rows, columns, seen = self._rays(robot)
-        seen = seen[bearings]
-        self._seen_empty[rows[bearings][seen], columns[bearings][seen]] = now
-        unseen = now - self._since
+        self._open = np.minimum(1.0, self._open + (now - self._updated) / _FORGOTTEN_S)
+        laser = seen & (np.abs(_ANGLES) <= _LASER_RAD)[:, None] & ~at_legs[rows, columns]
+        camera = seen & (np.abs(_ANGLES) <= _VIEW_RAD)[:, None] & (_DISTANCES >= _NEAREST_M)
+        for inside, most in ((laser, _LEGLESS), (camera, 0.0)):
+            cells = rows[inside], columns[inside]
+            self._open[cells] = np.minimum(self._open[cells], most)
+        unseen, self._updated = now - self._since, now
         error = np.abs(self._away - self._speed * unseen) / (_SPREAD_M + _SPREAD_MPS * unseen)
         likely = np.exp(-error) * (self._away <= _SPREAD_M + _FASTEST_MPS * unseen)
-        for x, y in legs:
-            near = np.hypot(self._x[None, :] - x, self._y[:, None] - y) <= _LEGS_M
-            likely[near] *= _LEGS_COUNT
-        self._likely = likely * np.minimum(1.0, (now - self._seen_empty) / _FORGOTTEN_S)
+        self._likely = likely * self._ahead * self._open * np.where(at_legs, _LEGS_COUNT, 1.0)
 
     def best_view(self, robot: Pose2) -> tuple[float, float]:
         """The heading (rad) in which most of what is likely would be in the picture, and its share, 0..1."""
         rows, columns, seen = self._rays(robot)
         # Cells near the robot are met by more rays.
         cells = (_DISTANCES * math.tau / _RAYS * _STEP_M) / self._costmap.resolution**2
-        along = (self._likely[rows, columns] * seen * cells).sum(axis=1)
+        inside = seen & (_DISTANCES >= _NEAREST_M)
+        along = (self._likely[rows, columns] * inside * cells).sum(axis=1)
         half = round(_VIEW_RAD / math.tau * _RAYS)
         view = sum(np.roll(along, shift) for shift in range(-half, half + 1))
         best = int(np.argmax(view))
@@ -100,6 +110,12 @@ class Whereabouts:
         if worth[row, column] <= 0.0:
             return None
         return float(self._x[column]), float(self._y[row])
+
+    def _how_far_ahead(self, place: Place, velocity: Place) -> NDArray[np.float64]:
+        """How likely the direction of each cell from a place is for somebody who walks so."""
+        bearing = np.arctan2(self._y[:, None] - place[1], self._x[None, :] - place[0])
+        turn: NDArray[np.float64] = np.cos(bearing - math.atan2(velocity[1], velocity[0]))
+        return _TURNED + (1.0 - _TURNED) * (1.0 + turn) / 2.0
 
     def _ways_from(self, place: Place) -> NDArray[np.float64]:
         """Metres from a place to each cell round the walls; infinite where no way leads."""
@@ -123,5 +139,4 @@ class Whereabouts:
         inside = (rows >= 0) & (rows < len(self._y)) & (columns >= 0) & (columns < len(self._x))
         rows, columns = np.where(inside, rows, 0), np.where(inside, columns, 0)
         blocked = ~inside | self._walls[rows, columns]
-        seen = ~np.logical_or.accumulate(blocked, axis=1) & (_DISTANCES >= _NEAREST_M)
-        return rows, columns, seen
+        return rows, columns, ~np.logical_or.accumulate(blocked, axis=1)
