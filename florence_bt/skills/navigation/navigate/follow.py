@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
-from florence_bt.skills.navigation.navigate.contact import ContactRecovery
+from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
@@ -51,6 +51,8 @@ _BACK_AHEAD_S = 0.4
 _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
+_STUCK_S, _BACK_OUT_S = 1.0, 3.0
+"""When no wanted motion is free for so long, the robot backs out for so long at most."""
 _PLAN_PERIOD_S = 0.5
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
@@ -168,6 +170,9 @@ class Follow:
         self._cornered_since: float | None = None
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
+        self._held = False
+        self._stuck_since: float | None = None
+        self._backing_out: BackUp | None = None
         self.path: NDArray[np.float64] | None = None
 
     def saw(self, stamp: float, x: float, y: float) -> None:
@@ -210,6 +215,26 @@ class Follow:
             return STANDSTILL, self._feedback(contact.reason), contact
         if contact is not None:
             return contact, self._feedback(self._contact.text), None
+        if self._backing_out is not None:
+            command = self._backing_out.step(state)
+            if not command.is_zero():
+                self._moved = state.now
+                return command, self._feedback("backing out"), None
+            self._backing_out = None
+        self._held = False
+        command, feedback, result = self._follow(state)
+        if not command.is_zero():
+            self._moved = state.now
+        if not self._held or not command.is_zero():
+            self._stuck_since = None
+        elif self._stuck_since is None:
+            self._stuck_since = state.now
+        elif state.now - self._stuck_since > _STUCK_S:
+            self._stuck_since = None
+            self._backing_out = BackUp(state, self._p.recovery, _BACK_OUT_S)
+        return command, feedback, result
+
+    def _follow(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         seen = self._target.seen
         if seen is None:
             return self._wait_for_person(state)
@@ -356,7 +381,8 @@ class Follow:
         if abs(bearing) <= self._use.follow_angle_tolerance:
             return STANDSTILL
         command = Twist2(0.0, self._limited(self._use.follow_angular_gain * bearing))
-        return command if self._may(state, command) else STANDSTILL
+        self._held = not self._may(state, command)
+        return STANDSTILL if self._held else command
 
     def _limited(self, turn: float) -> float:
         return max(-self._goal.max_angular, min(self._goal.max_angular, turn))
@@ -378,6 +404,7 @@ class Follow:
             state.clearance,
         )
         self._trouble = control.blocked
+        self._held = bool(control.blocked)
         command = control.command.slowed_to(self._goal.max_linear)
         share = min(1.0, self._goal.max_angular / max(abs(command.angular), 1e-9))
         return Twist2(share * command.linear, share * command.angular), control.remaining
@@ -427,8 +454,6 @@ class Follow:
                     return command, feedback, None
             self._begin_search(state, place)
         command = self._look_for_them(state)
-        if not command.is_zero():
-            self._moved = state.now
         over = state.now - self._moved > self._use.follow_patience
         return command, self._feedback("looking for the person"), _lost_after(unseen) if over else None
 
@@ -452,8 +477,9 @@ class Follow:
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
             command = Twist2(0.0, self._limited(math.copysign(_LOOK_RADPS, left)))
-            if abs(left) > _FACING_RAD / 2.0 and self._may(state, command):
-                return command
+            if abs(left) > _FACING_RAD / 2.0:
+                self._held = not self._may(state, command)
+                return STANDSTILL if self._held else command
             self._heading = None
         if self._goal_place is None:
             return STANDSTILL

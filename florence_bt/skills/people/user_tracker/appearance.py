@@ -12,50 +12,70 @@ HUE_BINS, SATURATION_BINS = 16, 8
 MINIMUM_VALUE = 0.15
 """Darker or paler pixels have no usable hue (V and S as parts of one); REFERENCE 12.9."""
 MINIMUM_PIXELS = 30
+BANDS = ((0.1, 0.6), (0.6, 1.0), (1.0, 1.5))
+"""Heights above the floor, metres: of somebody near by the camera sees the trousers only, of others the shirt
+too. Only what both pictures show is compared."""
 
 Histogram = NDArray[np.float32]
+"""Shape (3, 16, 8): hue and saturation in each band, sum one; zero where too few pixels have a colour."""
 
 
 def colour_histogram(
-    image: ColourImage, rows: NDArray[np.int64], columns: NDArray[np.int64], shape: tuple[int, int]
+    image: ColourImage,
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    shape: tuple[int, int],
+    heights: NDArray[np.floating],
 ) -> Histogram | None:
-    """The hue and saturation of some pixels.
+    """The hue and saturation of some pixels, by height.
 
     Args:
         image: The colour picture.
         rows: Shape (n,), rows of the depth picture.
         columns: Shape (n,), columns of the depth picture.
         shape: Height and width of the depth picture.
+        heights: Shape (n,), of what the pixels show, metres above the floor.
 
     Returns:
-        Shape (16, 8), sum one; None when too few pixels have a colour.
+        None when too few pixels of every band have a colour.
 
     Source:
-        REFERENCE 12.9, colour model.
+        REFERENCE 12.9, colour model; the bands are our own.
     """
-    if len(rows) < MINIMUM_PIXELS:
-        return None  # OpenCV refuses an empty picture
     height, width = image.pixels.shape[:2]
     pixels = image.pixels[rows * height // shape[0], columns * width // shape[1]]
+    bands = [_of_band(pixels[(low <= heights) & (heights < high)]) for low, high in BANDS]
+    histogram = np.stack(bands)
+    return histogram if histogram.any() else None
+
+
+def _of_band(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Hue and saturation of pixels, shape (n, 3)."""
+    unknown = np.zeros((HUE_BINS, SATURATION_BINS), np.float32)
+    if len(pixels) < MINIMUM_PIXELS:
+        return unknown  # OpenCV refuses an empty picture
     hsv = cv2.cvtColor(pixels.reshape(-1, 1, 3), cv2.COLOR_RGB2HSV)
     coloured = (hsv[..., 1] > MINIMUM_VALUE * 255) & (hsv[..., 2] > MINIMUM_VALUE * 255)
     if int(coloured.sum()) < MINIMUM_PIXELS:
-        return None
+        return unknown
     mask = coloured.astype(np.uint8)
-    histogram = cv2.calcHist([hsv], [0, 1], mask, [HUE_BINS, SATURATION_BINS], [0, 180, 0, 256])
-    return histogram / np.float32(histogram.sum())
-
-
-def histogram_distance(first: Histogram, second: Histogram) -> float:
-    """Bhattacharyya distance of two histograms: 0 the same, 1 nothing in common."""
-    return float(cv2.compareHist(first, second, cv2.HISTCMP_BHATTACHARYYA))
+    counts = cv2.calcHist([hsv], [0, 1], mask, [HUE_BINS, SATURATION_BINS], [0, 180, 0, 256])
+    return (counts / counts.sum()).astype(np.float32)
 
 
 def distance_if_known(first: Histogram | None, second: Histogram | None) -> float | None:
-    """As :func:`histogram_distance`; None when one of the two is not known."""
-    return None if first is None or second is None else histogram_distance(first, second)
+    """Mean Bhattacharyya distance of the bands that both know: 0 the same, 1 nothing in common; or None."""
+    if first is None or second is None:
+        return None
+    common = np.flatnonzero(first.any(axis=(1, 2)) & second.any(axis=(1, 2)))
+    if not len(common):
+        return None
+    return float(
+        np.mean([cv2.compareHist(first[k], second[k], cv2.HISTCMP_BHATTACHARYYA) for k in common])
+    )
 
 
 def blend(old: Histogram, new: Histogram, share: float) -> Histogram:
-    """A running average of histograms: ``share`` of the new one."""
-    return ((1.0 - share) * old + share * new).astype(np.float32)
+    """A running average of histograms, ``share`` of the new one; a band that one knows alone is taken as is."""
+    both = (old.any(axis=(1, 2)) & new.any(axis=(1, 2)))[:, None, None]
+    return np.where(both, (1.0 - share) * old + share * new, old + new).astype(np.float32)

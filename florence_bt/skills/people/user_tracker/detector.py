@@ -92,7 +92,8 @@ def detect_people(
             rows = (votes.rows[mine, None] + down).ravel()
             columns = (votes.columns[mine, None] + right).ravel()
             height, width = pixels.depth.shape
-            shown = colour_histogram(colour, rows, columns, (height, width))
+            heights = np.repeat(votes.points[mine, 2], STRIDE**2)
+            shown = colour_histogram(colour, rows, columns, (height, width), heights)
             detection = replace(detection, histogram=shown)
         if detection is not None:
             found.append(detection)
