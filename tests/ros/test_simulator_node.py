@@ -19,6 +19,7 @@ from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.simulation.hardware import node as simulator_node
 from florence_bt.simulation.hardware.node import (
     LONGEST_BURST_S,
+    MOST_BASE_LAG_S,
     MOST_LAG_S,
     RESTING_CLOCK_PERIOD_S,
     SimulatorNode,
@@ -103,8 +104,13 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
     ros.close_node(simulator)
 
 
-def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
-    monkeypatch.setattr(simulator_node, "LOCALISER_TIMEOUT_S", 600.0)
+@pytest.mark.parametrize(
+    ("slow_one", "most_lag"), [("odom", MOST_LAG_S), ("base_footprint", MOST_BASE_LAG_S)]
+)
+def test_the_simulated_time_waits_for_navigation_and_the_driver_of_the_base(
+    ros, monkeypatch, slow_one, most_lag
+):
+    monkeypatch.setattr(simulator_node, "TRANSFORM_TIMEOUT_S", 600.0)
     hardware = EmptyWorld()
     localiser = ros.add(FlorenceNode("localiser"))
     transforms = TransformBroadcaster(localiser)
@@ -112,8 +118,8 @@ def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
     slow = itertools.count()
 
     def waits_for(stamp: float) -> bool:
-        transforms.send("map", "odom", stamp + 1e-6 * next(slow), Pose2())
-        transforms.send("odom", "base_footprint", 1e6, Pose2())  # the driver's: no sign of navigation
+        for parent, child in (("map", "odom"), ("odom", "base_footprint")):
+            transforms.send(parent, child, stamp + 1e-6 * next(slow) if child == slow_one else 1e6, Pose2())
         served = hardware.served
         ros.loop.spin_once(0.02)
         return hardware.served > served
@@ -126,7 +132,7 @@ def test_the_simulated_time_waits_for_navigation(ros, monkeypatch):
         assert waits_for(reached) or hardware.time == stands_at
     assert hardware.time == stands_at
     ros.spin_until(lambda: waits_for(stands_at) and hardware.time > stands_at)
-    assert hardware.time <= stands_at + MOST_LAG_S + 2 * LONGEST_BURST_S
+    assert hardware.time <= stands_at + most_lag + 2 * LONGEST_BURST_S
     ros.close_node(simulator)
 
 

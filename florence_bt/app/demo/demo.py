@@ -22,7 +22,7 @@ from florence_bt.simulation.home.closeness import Closeness, closeness, closenes
 MISSION = "goto_user"
 MISSION_BUDGET_S = 600.0
 """Simulated seconds after which a demo is given up; the mission's own deadlines are shorter."""
-PICTURE_BUDGET_S = 30.0
+PICTURE_BUDGET_S = 120.0
 """Wall seconds for the picture of the run."""
 TRUTH_BUDGET_S = 10.0
 """Wall seconds to wait for the first message of the simulator."""

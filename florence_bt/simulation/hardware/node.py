@@ -45,14 +45,17 @@ Frames are looked up until half a second after the last.
 """
 MOST_FILTERED_LAG_S = 0.7
 """The same for the scans at the end of the filters: navigation takes none that is older than a second."""
+MOST_BASE_LAG_S = 0.3
+"""The same for the odometry: the base counts as silent after half a second."""
 READER_TIMEOUT_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
 WAIT_S = 0.005
 """Wall seconds between two looks whether the drivers and the localiser have caught up."""
-ODOM_FRAME = "odom"
-"""The frame that the localiser places in the map many times a second: it shows that navigation keeps up."""
-LOCALISER_TIMEOUT_S = 1.0
-"""Wall seconds without a transform after which the simulated time goes on: navigation hangs or has ended."""
+ODOM_FRAME, BASE_FRAME = "odom", "base_footprint"
+"""The frames that the localiser places in the map, and the driver of the base in the odometry frame, many
+times a second: they show that navigation and the driver keep up."""
+TRANSFORM_TIMEOUT_S = 1.0
+"""Wall seconds without a transform after which the simulated time goes on: its process hangs or has ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,10 @@ class SimulatorNode(FlorenceNode):
         self.create_subscription(
             LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR, judge_stamps=False
         )
-        self._localiser = SlowestReader(MOST_LAG_S, LOCALISER_TIMEOUT_S)
+        self._placed = {
+            ODOM_FRAME: SlowestReader(MOST_LAG_S, TRANSFORM_TIMEOUT_S),
+            BASE_FRAME: SlowestReader(MOST_BASE_LAG_S, TRANSFORM_TIMEOUT_S),
+        }
         self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER, judge_stamps=False)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated hardware")
@@ -117,8 +123,9 @@ class SimulatorNode(FlorenceNode):
 
     def _on_transforms(self, message: TFMessage) -> None:
         for transform in message.transforms:
-            if transform.child_frame_id == ODOM_FRAME:
-                self._localiser.received(stamp_from_ros(transform.header.stamp), time.monotonic())
+            reader = self._placed.get(transform.child_frame_id)
+            if reader is not None:
+                reader.received(stamp_from_ros(transform.header.stamp), time.monotonic())
 
     def _run(self) -> None:
         try:
@@ -173,7 +180,7 @@ class SimulatorNode(FlorenceNode):
         return (
             self._drivers.is_behind(sent_at, now)
             or self._filters.is_behind(sent_at, now)
-            or self._localiser.is_behind(server.time, now)
+            or any(reader.is_behind(server.time, now) for reader in self._placed.values())
         )
 
     def _wait_for_readers(self, server: HardwareServer) -> None:
