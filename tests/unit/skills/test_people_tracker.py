@@ -10,12 +10,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, ColourImage, TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
-from florence_bt.skills.people.user_tracker.appearance import Histogram, colour_histogram, histogram_distance
+from florence_bt.skills.people.user_tracker.appearance import (
+    Histogram,
+    blend,
+    colour_histogram,
+    distance_if_known,
+)
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, SERVED
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.identity import Gallery
@@ -27,9 +33,9 @@ PERIOD = 0.1
 
 
 def colours(hue_bin: int) -> Histogram:
-    histogram = np.zeros((16, 8), np.float32)
-    histogram[hue_bin, 5] = 0.8
-    histogram[hue_bin, 6] = 0.2
+    histogram = np.zeros((3, 16, 8), np.float32)
+    histogram[:, hue_bin, 5] = 0.8
+    histogram[:, hue_bin, 6] = 0.2
     return histogram
 
 
@@ -304,17 +310,41 @@ def picture(colour: tuple[int, int, int]) -> ColourImage:
 
 def test_histograms_tell_colours_apart() -> None:
     rows, columns = np.divmod(np.arange(24 * 32), 32)
+    heights = 1.6 - rows / 16
     red, dark_red, blue = (
-        colour_histogram(picture(c), rows, columns, (24, 32))
+        colour_histogram(picture(c), rows, columns, (24, 32), heights)
         for c in ((200, 30, 30), (190, 40, 30), (30, 30, 200))
     )
     assert red is not None and dark_red is not None and blue is not None
-    assert histogram_distance(red, red) == pytest.approx(0.0, abs=1e-6)
-    assert histogram_distance(red, blue) == pytest.approx(1.0)
-    assert histogram_distance(red, dark_red) < 0.35
-    assert colour_histogram(picture((90, 90, 90)), rows, columns, (24, 32)) is None, "grey has no hue"
-    assert colour_histogram(picture((200, 30, 30)), rows[:5], columns[:5], (24, 32)) is None
-    assert colour_histogram(picture((200, 30, 30)), rows[:0], columns[:0], (24, 32)) is None
+    assert distance_if_known(red, red) == pytest.approx(0.0, abs=1e-6)
+    assert distance_if_known(red, blue) == pytest.approx(1.0)
+    alike = distance_if_known(red, dark_red)
+    assert alike is not None and alike < 0.35
+    grey = colour_histogram(picture((90, 90, 90)), rows, columns, (24, 32), heights)
+    assert grey is None, "grey has no hue"
+    for few in (rows[:5], rows[:0]):
+        some = len(few)
+        assert colour_histogram(picture((200, 30, 30)), few, columns[:some], (24, 32), heights[:some]) is None
+
+
+def test_only_the_bands_that_both_pictures_show_are_compared() -> None:
+    rows, columns = np.divmod(np.arange(24 * 32), 32)
+    heights = 1.6 - rows / 16
+    image = picture((200, 30, 30))
+    image.pixels[rows[heights < 0.6], columns[heights < 0.6]] = (30, 30, 200)
+
+    def of(shown: NDArray[np.bool_]) -> Histogram:
+        histogram = colour_histogram(image, rows[shown], columns[shown], (24, 32), heights[shown])
+        assert histogram is not None
+        return histogram
+
+    whole, trousers, shirt = of(heights > 0.0), of(heights < 0.6), of(heights > 1.05)
+    assert distance_if_known(whole, trousers) == pytest.approx(0.0, abs=1e-6)
+    assert distance_if_known(whole, shirt) == pytest.approx(0.0, abs=1e-6)
+    assert distance_if_known(trousers, shirt) is None
+    both = blend(trousers, shirt, 0.05)
+    assert distance_if_known(both, whole) == pytest.approx(0.0, abs=1e-6)
+    assert distance_if_known(blend(both, trousers, 0.5), whole) == pytest.approx(0.0, abs=1e-6)
 
 
 # ---- filter_user_tracker ------------------------------------------------------------------------------

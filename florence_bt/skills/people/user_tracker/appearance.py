@@ -67,15 +67,18 @@ def distance_if_known(first: Histogram | None, second: Histogram | None) -> floa
     """Mean Bhattacharyya distance of the bands that both know: 0 the same, 1 nothing in common; or None."""
     if first is None or second is None:
         return None
-    common = np.flatnonzero(first.any(axis=(1, 2)) & second.any(axis=(1, 2)))
+    common = np.flatnonzero(_known(first) & _known(second))
     if not len(common):
         return None
-    return float(
-        np.mean([cv2.compareHist(first[k], second[k], cv2.HISTCMP_BHATTACHARYYA) for k in common])
-    )
+    return float(np.mean([cv2.compareHist(first[k], second[k], cv2.HISTCMP_BHATTACHARYYA) for k in common]))
 
 
 def blend(old: Histogram, new: Histogram, share: float) -> Histogram:
-    """A running average of histograms, ``share`` of the new one; a band that one knows alone is taken as is."""
-    both = (old.any(axis=(1, 2)) & new.any(axis=(1, 2)))[:, None, None]
+    """A running average of histograms, ``share`` of the new one; a band that one knows alone is its own."""
+    both = (_known(old) & _known(new))[:, None, None]
     return np.where(both, (1.0 - share) * old + share * new, old + new).astype(np.float32)
+
+
+def _known(histogram: Histogram) -> NDArray[np.bool_]:
+    """Which bands say something, shape (3,)."""
+    return np.any(histogram > 0.0, axis=(1, 2))
