@@ -165,6 +165,7 @@ class Follow:
         self._faced = False
         self._whereabouts: Whereabouts | None = None
         self._heading: float | None = None
+        self._turning = 0.0
         self._goal_place: Place | None = None
         self._next_choice = self._moved = now
         self._cornered_since: float | None = None
@@ -295,10 +296,15 @@ class Follow:
         speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
         for command in (Twist2(speed, turn), Twist2(0.0, turn)):
             if not command.is_zero() and self._may(state, command, _BACK_AHEAD_S):
-                self._cornered_since = None
+                self._note_way_back(state, person, backing=command.linear != 0.0)
                 return command
-        if self._cornered_since is None:
-            self._cornered_since = state.now
+        self._note_way_back(state, person, backing=False)
+        return self._turn_towards(state, bearing)
+
+    def _note_way_back(self, state: RobotState, person: Place, *, backing: bool) -> None:
+        """Look for a place to step aside to when there is no way back for long."""
+        if backing or self._cornered_since is None:
+            self._cornered_since = None if backing else state.now
         elif state.now - self._cornered_since > _ASIDE_AFTER_S:
             self._cornered_since = state.now
             apart = self._goal.distance + _ASIDE_MORE_M
@@ -306,7 +312,6 @@ class Follow:
             place = place_to_step_aside(self._costmaps, state.map_pose, in_map, apart)
             if place is not None:
                 self._aside = place, state.now + _ASIDE_S
-        return self._turn_towards(state, bearing)
 
     def _step_aside(self, state: RobotState, place: Place, deadline: float) -> Twist2:
         """Drive to where the robot can be passed."""
@@ -476,15 +481,22 @@ class Follow:
             self._choose(state)
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
-            command = Twist2(0.0, self._limited(math.copysign(_LOOK_RADPS, left)))
             if abs(left) > _FACING_RAD / 2.0:
-                self._held = not self._may(state, command)
-                return STANDSTILL if self._held else command
+                return self._turn_round(state, left)
             self._heading = None
         if self._goal_place is None:
             return STANDSTILL
         command, _ = self._along_path(state, state.map_from_odom.inverse().apply(*self._goal_place))
         return command
+
+    def _turn_round(self, state: RobotState, left: float) -> Twist2:
+        """Turn in place; where there is no room for it, the other way round."""
+        wanted = self._limited(math.copysign(_LOOK_RADPS, left))
+        # What was begun goes on, also when the other way has become shorter.
+        ways = (wanted, -wanted) if wanted * self._turning >= 0.0 else (-wanted, wanted)
+        self._turning = next((turn for turn in ways if self._may(state, Twist2(0.0, turn))), 0.0)
+        self._held = self._turning == 0.0
+        return Twist2(0.0, self._turning)
 
     def _choose(self, state: RobotState) -> None:
         assert self._whereabouts is not None
@@ -494,7 +506,7 @@ class Follow:
         place = self._whereabouts.best_place(robot)
         here = place is None or math.dist(place, (robot.x, robot.y)) <= _ARRIVED_M
         if here or (share >= _WORTH_LOOKING and abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD):
-            self._heading, self._goal_place = heading, None
+            self._heading, self._goal_place, self._turning = heading, None, 0.0
         else:
             self._goal_place, self._next_plan = place, state.now
 

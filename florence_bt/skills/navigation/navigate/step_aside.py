@@ -15,8 +15,8 @@ from florence_bt.skills.navigation.navigate.state import Costmaps
 
 _BODY_M = 0.45
 """The robot does not come so near to the middle of the person."""
-_ENOUGH_ROOM_M = 0.9
-"""Where nothing is so near, somebody passes on either side."""
+_LEAST_ROOM_M, _ENOUGH_ROOM_M = 0.35, 0.9
+"""Where nothing is so near the robot can turn, and somebody passes on either side."""
 _WAY_PER_ROOM = 0.12
 """So many metres more of room are worth one metre more of way."""
 
@@ -52,6 +52,6 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     way = potential.reshape(floor.shape)[1:-1, 1:-1]
     room = distance_transform_edt(costmaps.static != LETHAL) * resolution
     worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
-    worth[(way >= UNVISITED) | (from_person < apart)] = -math.inf
+    worth[(way >= UNVISITED) | (from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf
     row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
     return (float(x[column]), float(y[row])) if math.isfinite(worth[row, column]) else None
