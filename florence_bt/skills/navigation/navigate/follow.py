@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
-from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
+from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
@@ -38,9 +38,11 @@ _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 _DOUBT_S = 1.5
 _LOOK_RADPS = 0.6
 """How fast the robot turns while it looks for who vanished."""
-_WORTH_LOOKING = 0.2
+_WORTH_LOOKING = 0.12
 """It turns to look when so much of what is likely would get into the picture; else it drives on."""
-_CHOICE_S = 1.0
+_BLIND_M = 0.7
+"""Of somebody so near the camera sees nothing, or the legs at most."""
+_CHOICE_S = 2.5
 """How long it stays with a place to drive to, at least."""
 _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
 """The way the robot came, to back off on."""
@@ -173,7 +175,7 @@ class Follow:
         self._unclear_since = now
         self._held = False
         self._stuck_since: float | None = None
-        self._backing_out: BackUp | None = None
+        self._backs_until = -math.inf
         self.path: NDArray[np.float64] | None = None
 
     def saw(self, stamp: float, x: float, y: float) -> None:
@@ -216,12 +218,13 @@ class Follow:
             return STANDSTILL, self._feedback(contact.reason), contact
         if contact is not None:
             return contact, self._feedback(self._contact.text), None
-        if self._backing_out is not None:
-            command = self._backing_out.step(state)
+        self._remember_way(state)
+        if state.now < self._backs_until:
+            command = self._back_off(state)
             if not command.is_zero():
                 self._moved = state.now
                 return command, self._feedback("backing out"), None
-            self._backing_out = None
+            self._backs_until = -math.inf
         self._held = False
         command, feedback, result = self._follow(state)
         if not command.is_zero():
@@ -232,7 +235,7 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._backing_out = BackUp(state, self._p.recovery, _BACK_OUT_S)
+            self._backs_until = state.now + _BACK_OUT_S
         return command, feedback, result
 
     def _follow(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
@@ -261,7 +264,6 @@ class Follow:
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             return self._give_way(state, (x, y), bearing), self._feedback("giving way"), None
         self._cornered_since = None
-        self._remember_way(state.pose)
         command = self._law(state.pose, distance, bearing)
         direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
         if direct:
@@ -282,24 +284,26 @@ class Follow:
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
 
     def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
-        """Back off the way the robot came, or straight, as far as there is room; else face the person.
+        """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
+        command = self._back_off(state)
+        self._note_way_back(state, person, backing=command.linear != 0.0)
+        return self._turn_towards(state, bearing) if command.is_zero() else command
 
-        Who stands there for long then wants to pass.
-        """
+    def _back_off(self, state: RobotState) -> Twist2:
+        """Back on the way the robot came, or straight; standstill where there is no room."""
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
             trail.pop()
-        if self._use.follow_back_speed == 0.0:
-            return self._turn_towards(state, bearing)
+        back = -self._use.follow_back_speed
+        if back == 0.0:
+            return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
         turn = self._limited(self._use.follow_angular_gain * left)
-        speed = -self._use.follow_back_speed if abs(left) < _FACING_RAD else 0.0
-        for command in (Twist2(speed, turn), Twist2(0.0, turn)):
+        speed = back if abs(left) < _FACING_RAD else 0.0
+        for command in (Twist2(speed, turn), Twist2(0.0, turn), Twist2(back, 0.0)):
             if not command.is_zero() and self._may(state, command, _BACK_AHEAD_S):
-                self._note_way_back(state, person, backing=command.linear != 0.0)
                 return command
-        self._note_way_back(state, person, backing=False)
-        return self._turn_towards(state, bearing)
+        return STANDSTILL
 
     def _note_way_back(self, state: RobotState, person: Place, *, backing: bool) -> None:
         """Look for a place to step aside to when there is no way back for long."""
@@ -307,11 +311,13 @@ class Follow:
             self._cornered_since = None if backing else state.now
         elif state.now - self._cornered_since > _ASIDE_AFTER_S:
             self._cornered_since = state.now
-            apart = self._goal.distance + _ASIDE_MORE_M
-            in_map = state.map_from_odom.apply(*person)
-            place = place_to_step_aside(self._costmaps, state.map_pose, in_map, apart)
-            if place is not None:
-                self._aside = place, state.now + _ASIDE_S
+            self._begin_to_step_aside(state, state.map_from_odom.apply(*person))
+
+    def _begin_to_step_aside(self, state: RobotState, person: Place) -> None:
+        apart = self._goal.distance + _ASIDE_MORE_M
+        place = place_to_step_aside(self._costmaps, state.map_pose, person, apart)
+        if place is not None:
+            self._aside, self._next_plan = (place, state.now + _ASIDE_S), state.now
 
     def _step_aside(self, state: RobotState, place: Place, deadline: float) -> Twist2:
         """Drive to where the robot can be passed."""
@@ -322,9 +328,10 @@ class Follow:
             return STANDSTILL
         return command
 
-    def _remember_way(self, pose: Pose2) -> None:
-        here = pose.x, pose.y
-        if not self._trail or math.dist(self._trail[-1], here) >= _TRAIL_STEP_M:
+    def _remember_way(self, state: RobotState) -> None:
+        here = state.pose.x, state.pose.y
+        forward = state.twist.linear > 0.0
+        if forward and (not self._trail or math.dist(self._trail[-1], here) >= _TRAIL_STEP_M):
             self._trail.append(here)
 
     def _check_camera(self, now: float, distance: float, bearing: float) -> None:
@@ -478,7 +485,7 @@ class Follow:
         legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._unknown)]
         self._whereabouts.update(state.now, robot, legs)
         if self._heading is None and state.now >= self._next_choice:
-            self._choose(state)
+            self._choose(state, legs)
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
             if abs(left) > _FACING_RAD / 2.0:
@@ -498,14 +505,18 @@ class Follow:
         self._held = self._turning == 0.0
         return Twist2(0.0, self._turning)
 
-    def _choose(self, state: RobotState) -> None:
+    def _choose(self, state: RobotState, legs: list[Place]) -> None:
         assert self._whereabouts is not None
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose
+        for who in legs:
+            if math.dist(who, (robot.x, robot.y)) < _BLIND_M:
+                self._begin_to_step_aside(state, who)
         heading, share = self._whereabouts.best_view(robot)
         place = self._whereabouts.best_place(robot)
-        here = place is None or math.dist(place, (robot.x, robot.y)) <= _ARRIVED_M
-        if here or (share >= _WORTH_LOOKING and abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD):
+        if place is None or (
+            share >= _WORTH_LOOKING and abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD
+        ):
             self._heading, self._goal_place, self._turning = heading, None, 0.0
         else:
             self._goal_place, self._next_plan = place, state.now

@@ -41,7 +41,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     from_person = np.hypot(x[None, :] - person[0], y[:, None] - person[1])
     from_robot = np.hypot(x[None, :] - robot.x, y[:, None] - robot.y)
     floor = np.full((rows + 2, columns + 2), OBSTACLE, np.int32)
-    # What is marked round the person is the person, and the robot can leave where it stands.
+    # The robot can leave where it stands, but not towards the person.
     free = (costs < INSCRIBED) | (from_robot < 2.0 * resolution)
     floor[1:-1, 1:-1][free & ((from_person > _BODY_M) | (from_person > from_robot))] = NEUTRAL
     start = costmap.cell_of(robot.x, robot.y)
@@ -50,7 +50,9 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     first = np.array([(start[0] + 1) * (columns + 2) + start[1] + 1])
     potential = spread_wave(floor.ravel(), columns + 2, first, -1, 2.0 * NEUTRAL)
     way = potential.reshape(floor.shape)[1:-1, 1:-1]
-    room = distance_transform_edt(costmaps.static != LETHAL) * resolution
+    # What is marked round the person is the person.
+    solid = (costmaps.static == LETHAL) | ((costs == LETHAL) & (from_person > _BODY_M))
+    room = distance_transform_edt(~solid) * resolution
     worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
     worth[(way >= UNVISITED) | (from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf
     row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL
@@ -32,8 +33,10 @@ _LASER_RAD, _LEGLESS = 2.0, 0.3
 """Half the view of the laser, and how likely they are where it sees no legs: it sees them not everywhere."""
 _LEGS_M, _LEGS_COUNT = 0.4, 8.0
 """They are the more likely to be so near to something like legs."""
-_WAY_M = 2.5
+_WAY_M = 4.0
 """A place so much further to drive to is a third as good."""
+_ROUND_M, _HERE_M = 1.0, 0.8
+"""A place counts with what is round it so far; at one so near the robot is already."""
 
 
 class Whereabouts:
@@ -63,7 +66,7 @@ class Whereabouts:
         self._ahead = self._how_far_ahead(place, velocity) if speed >= _WALKING_MPS else np.ones(1)
         self._since = self._updated = now
         self._open = np.ones((rows, columns))
-        self._likely = np.zeros((rows, columns))
+        self._likely, self._all = np.zeros((rows, columns)), 0.0
 
     def update(self, now: float, robot: Pose2, legs: list[Place]) -> None:
         """Take what the robot sees now: nobody in the picture, and perhaps something like legs.
@@ -85,11 +88,15 @@ class Whereabouts:
             self._open[cells] = np.minimum(self._open[cells], most)
         unseen, self._updated = now - self._since, now
         error = np.abs(self._away - self._speed * unseen) / (_SPREAD_M + _SPREAD_MPS * unseen)
-        likely = np.exp(-error) * (self._away <= _SPREAD_M + _FASTEST_MPS * unseen)
-        self._likely = likely * self._ahead * self._open * np.where(at_legs, _LEGS_COUNT, 1.0)
+        walked = np.exp(-error) * (self._away <= _SPREAD_M + _FASTEST_MPS * unseen)
+        likely = walked * self._ahead * np.where(at_legs, _LEGS_COUNT, 1.0)
+        self._likely, self._all = likely * self._open, float(likely.sum())
 
     def best_view(self, robot: Pose2) -> tuple[float, float]:
-        """The heading (rad) in which most of what is likely would be in the picture, and its share, 0..1."""
+        """The heading (rad) in which most of what is likely would get into the picture, and its share, 0..1.
+
+        The share is that of all places as they were before anybody looked.
+        """
         rows, columns, seen = self._rays(robot)
         # Cells near the robot are met by more rays.
         cells = (_DISTANCES * math.tau / _RAYS * _STEP_M) / self._costmap.resolution**2
@@ -98,14 +105,14 @@ class Whereabouts:
         half = round(_VIEW_RAD / math.tau * _RAYS)
         view = sum(np.roll(along, shift) for shift in range(-half, half + 1))
         best = int(np.argmax(view))
-        total = float(self._likely.sum())
-        share = min(1.0, float(view[best]) / total) if total > 0.0 else 0.0
+        share = min(1.0, float(view[best]) / self._all) if self._all > 0.0 else 0.0
         return float(robot.yaw + _ANGLES[best]), share
 
     def best_place(self, robot: Pose2) -> Place | None:
-        """Where to drive to: likely, and not far; None when they can be nowhere."""
+        """Where to drive to: likely, and not far; None when they can be nowhere else than here."""
         ways = self._ways_from((robot.x, robot.y))
-        worth = self._likely * np.exp(-ways / _WAY_M)
+        round_it = uniform_filter(self._likely, round(_ROUND_M / self._costmap.resolution))
+        worth = np.where(ways > _HERE_M, round_it * np.exp(-ways / _WAY_M), 0.0)
         row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
         if worth[row, column] <= 0.0:
             return None
