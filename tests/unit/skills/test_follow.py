@@ -255,3 +255,19 @@ def test_the_velocity_of_a_target_needs_no_regular_sights() -> None:
     assert target.seen == seen
     assert seen is not None
     assert target.at(seen + 5.0, 0.5) == pytest.approx((0.4 * (seen + 0.5), -0.2 * (seen + 0.5)), abs=0.03)
+
+
+def test_who_stands_too_near_to_be_seen_is_given_room_and_found() -> None:
+    walk = Walk(Pose2(1.2, 2.4), along([(2.3, 2.4), (2.0, 2.95)], 0.3))
+    see, world = walk.sees, walk.trip.world
+
+    def sees(person: Point) -> bool:
+        away = math.dist(person, (world.pose.x, world.pose.y))
+        return see(person) and away > 0.8 and not 0.3 < world.now < 8.0
+
+    walk.sees = sees  # type: ignore[method-assign]
+    assert walk.go(40.0) is None
+    assert min(walk.distances) < 0.65
+    assert "stepping aside" in walk.trip.texts
+    assert walk.trip.texts[-1] == "following"
+    assert walk.trip.world.hits == 0

@@ -40,8 +40,8 @@ _LOOK_RADPS = 0.6
 """How fast the robot turns while it looks for who vanished."""
 _WORTH_LOOKING = 0.12
 """It turns to look when so much of what is likely would get into the picture; else it drives on."""
-_BLIND_M = 0.7
-"""Of somebody so near the camera sees nothing, or the legs at most."""
+_BLIND_M = 0.65
+"""Of somebody so near the camera sees nothing, or the legs at most: once in a search the robot makes room."""
 _CHOICE_S = 2.5
 """How long it stays with a place to drive to, at least."""
 _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
@@ -170,6 +170,7 @@ class Follow:
         self._turning = 0.0
         self._goal_place: Place | None = None
         self._next_choice = self._moved = now
+        self._gave_room = False
         self._cornered_since: float | None = None
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
@@ -476,6 +477,7 @@ class Follow:
         velocity = turned.apply(*self._target.velocity)
         self._whereabouts = Whereabouts(self._costmaps, in_map, velocity, self._target.seen)
         self._heading = self._goal_place = None
+        self._gave_room = False
         self._next_choice = self._moved = state.now
 
     def _look_for_them(self, state: RobotState) -> Twist2:
@@ -509,9 +511,10 @@ class Follow:
         assert self._whereabouts is not None
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose
-        for who in legs:
-            if math.dist(who, (robot.x, robot.y)) < _BLIND_M:
-                self._begin_to_step_aside(state, who)
+        near = [who for who in legs if math.dist(who, (robot.x, robot.y)) < _BLIND_M]
+        if near and not self._gave_room:
+            self._gave_room = True
+            self._begin_to_step_aside(state, near[0])
         heading, share = self._whereabouts.best_view(robot)
         place = self._whereabouts.best_place(robot)
         if place is None or (
