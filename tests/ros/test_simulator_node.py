@@ -21,6 +21,7 @@ from florence_bt.simulation.hardware.node import (
     LONGEST_BURST_S,
     MOST_BASE_LAG_S,
     MOST_LAG_S,
+    MOST_NAVIGATION_LAG_S,
     RESTING_CLOCK_PERIOD_S,
     SimulatorNode,
 )
@@ -105,7 +106,7 @@ def test_the_simulated_time_waits_for_the_drivers(ros, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("slow_one", "most_lag"), [("odom", MOST_LAG_S), ("base_footprint", MOST_BASE_LAG_S)]
+    ("slow_one", "most_lag"), [("odom", MOST_NAVIGATION_LAG_S), ("base_footprint", MOST_BASE_LAG_S)]
 )
 def test_the_simulated_time_waits_for_navigation_and_the_driver_of_the_base(
     ros, monkeypatch, slow_one, most_lag

@@ -39,7 +39,7 @@ TRUTH_PERIOD_S = 0.2
 MAX_BACKLOG_S = 0.05
 """Wall seconds of missed time that are made up for; more is dropped, the simulation then runs slower."""
 MOST_LAG_S = 0.4
-"""Simulated seconds that the scans may be behind what the laser said last, and the localiser behind the time.
+"""Simulated seconds that the scans may be behind what the laser said last.
 
 Frames are looked up until half a second after the last.
 """
@@ -47,6 +47,8 @@ MOST_FILTERED_LAG_S = 0.7
 """The same for the scans at the end of the filters: navigation takes none that is older than a second."""
 MOST_BASE_LAG_S = 0.3
 """The same for the odometry: the base counts as silent after half a second."""
+MOST_NAVIGATION_LAG_S = 0.1
+"""The same for the localiser, which tells where the robot is for 0.2 s after the odometry that it has."""
 READER_TIMEOUT_S = 5.0
 """Wall seconds without a scan after which the simulated time goes on, should the drivers make none of it."""
 WAIT_S = 0.005
@@ -102,7 +104,7 @@ class SimulatorNode(FlorenceNode):
             LaserScan, "filtered_scan", self._on_filtered_scan, SENSOR, judge_stamps=False
         )
         self._placed = {
-            ODOM_FRAME: SlowestReader(MOST_LAG_S, TRANSFORM_TIMEOUT_S),
+            ODOM_FRAME: SlowestReader(MOST_NAVIGATION_LAG_S, TRANSFORM_TIMEOUT_S),
             BASE_FRAME: SlowestReader(MOST_BASE_LAG_S, TRANSFORM_TIMEOUT_S),
         }
         self.create_subscription(TFMessage, TF_TOPIC, self._on_transforms, TF_LISTENER, judge_stamps=False)

@@ -37,6 +37,9 @@ from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATI
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
+ODOMETRY_PERIOD_S = 0.04
+"""At the latest after so long the next odometry comes, when the robot stands."""
+
 
 @dataclass(frozen=True, slots=True)
 class LocaliserNodeParameters:
@@ -49,7 +52,7 @@ class LocaliserNodeParameters:
         initial_deviation_xy: How sure that is, in metres.
         initial_deviation_yaw: In radians.
         seed: Start of the random numbers.
-        transform_tolerance: How far ahead ``map -> odom`` is stamped, in seconds.
+        transform_tolerance: How far ahead ``map -> odom`` is stamped, in seconds; of the newest odometry.
         transform_rate: How often it is published, in Hz.
         map_frame: The map's frame.
         odom_frame: The odometry's frame.
@@ -142,7 +145,10 @@ class LocaliserNode(FlorenceNode):
 
     def _send_transform(self) -> None:
         if self._localiser is not None and self._localiser.map_from_odom is not None:
-            stamp = self.timebase.now() + self._p.transform_tolerance
+            now, odometry = self.timebase.now(), self._queue.odometry
+            # Who falls behind the odometry must not tell anybody that the place is known now.
+            known = now if odometry is None else min(now, odometry.stamp + ODOMETRY_PERIOD_S)
+            stamp = known + self._p.transform_tolerance
             pose = self._localiser.map_from_odom
             self._broadcaster.send(self._p.map_frame, self._p.odom_frame, stamp, pose)
 
