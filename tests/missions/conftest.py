@@ -8,6 +8,8 @@ PROPOSALS = (
     "(2.6 m, 2.4 m, -45 deg)",
     "(2.6 m, 1.6 m, 45 deg)",
     "(2.2 m, 1.9 m, 7 deg)",
+    "(2.2 m, 2.3 m, -20 deg)",
+    "(2 m, 1.5 m, 25 deg)",
 )
 
 
@@ -16,7 +18,9 @@ def robot(florence):
     """A robot on which everything succeeds; it is elsewhere, and the user is seen at the first look."""
     florence.defaults(
         get_user_room="SUCCESS (room=kitchen)",
-        robot_in_room="FAILURE elsewhere",
+        get_view=lambda inputs: (
+            "SUCCESS (pose=(4 m, 5 m, 30 deg))" if inputs["number"] == 1 else "FAILURE no_more_views"
+        ),
         get_hotspot="SUCCESS (pose=(4 m, 5 m, 30 deg))",
         navigate_to="accepted after 100 ms, cancel takes 500 ms, running 10 s, then SUCCESS",
         turn="accepted after 100 ms, cancel takes 200 ms, running 2 s, then SUCCESS",

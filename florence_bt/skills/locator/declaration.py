@@ -37,6 +37,22 @@ GET_HOTSPOT = SkillDeclaration(
     instant=True,
 )
 
+GET_VIEW = SkillDeclaration(
+    name="get_view",
+    summary="Look up a place from which a room can be seen: the hotspot, then what shows most of the rest",
+    inputs={
+        "room": Port(Kind.TEXT, "the label of the room", names="room"),
+        "number": Port(
+            Kind.INTEGER, "1 for the hotspot of the room; each number shows something new", minimum=1
+        ),
+    },
+    outputs={"pose": Port(Kind.POSE, "where the robot is to stand, towards what is new there")},
+    failures={
+        "no_more_views": "the room has no further place that shows something new, or there is no such room"
+    },
+    deadline_s=10.0,
+)
+
 ROBOT_IN_ROOM = SkillDeclaration(
     name="robot_in_room",
     summary="Check that the robot is in a room",
@@ -95,6 +111,11 @@ def _pose(message: Any) -> Pose2:
     return Pose2(message.x, message.y, message.phi)
 
 
+def view_label(room: str, number: int) -> str:
+    """What the service ``getView`` takes as a label."""
+    return f"{room}/{number}"
+
+
 def _in_room(inputs: Inputs, result: Result) -> Result:
     room = result.outputs["room"]
     if room != inputs["room"]:
@@ -147,6 +168,17 @@ SERVED = (
         ),
         component="locator",
         perform=lambda locator, inputs: locator.get_hotspot(inputs["label"]),
+    ),
+    ServedService(
+        skill=GET_VIEW,
+        interface="florence_interfaces/srv/GetHotspot",
+        name="florenceLocator/getView",
+        request=lambda inputs: {"label": view_label(inputs["room"], inputs["number"])},
+        result=lambda message: (
+            success(pose=_pose(message)) if message.valid else failure("no_more_views", message.message)
+        ),
+        component="locator",
+        perform=lambda locator, inputs: locator.get_view(view_label(inputs["room"], inputs["number"])),
     ),
     ServedService(
         skill=ROBOT_IN_ROOM,

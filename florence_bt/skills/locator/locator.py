@@ -5,7 +5,9 @@ All poses are in the map frame.
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -199,6 +201,29 @@ class Locator:
         if hotspot is None:
             return failure("unknown_hotspot", self.hotspots.unknown(label))
         return success(pose=hotspot.pose)
+
+    def get_view(self, label: str) -> Result:
+        """The skill ``get_view``.
+
+        Args:
+            label: The label of a room, a slash, and the number of the view from 1 on.
+        """
+        room, _, number = label.rpartition("/")
+        hotspot = self.hotspots.get(room)
+        if hotspot is None or not number.isdecimal() or int(number) < 1:
+            return failure("no_more_views", f"{label!r}: {self.hotspots.unknown(room)}")
+        found = itertools.islice(self._views(hotspot), int(number) - 1, None)
+        pose = next(found, None)
+        if pose is None:
+            return failure("no_more_views", f"{room!r} has fewer than {number} places to look from")
+        return success(pose=pose)
+
+    def _views(self, room: Hotspot) -> Iterable[Pose2]:
+        if self.map is None:
+            return [room.pose]
+        from florence_bt.skills.locator.views import views  # loads scipy
+
+        return views(room.pose, lambda x, y: self.room_of(x, y) == room.label, self.map)
 
     def robot_in_room(self, label: str) -> Result:
         """The skill ``robot_in_room``."""

@@ -30,6 +30,7 @@ from std_srvs.srv import Trigger
 from florence_bt.core.clock import call_every
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, stamp_from_ros
 from florence_bt.ros.deferred import Deferred, allow_deferred
@@ -167,7 +168,8 @@ class LocatorNode(FlorenceNode):
             self._serve(GetRoom, f"get{name}PosRoom", self._room_answer(pose_of))
             self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
         self._serve(GetUserSeen, "getUserSeen", self._on_get_user_seen)
-        self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
+        self._serve(GetHotspot, "getHotspot", self._hotspot_answer(self._locator.get_hotspot))
+        self._serve(GetHotspot, "getView", self._hotspot_answer(self._locator.get_view))
         self._serve(Trigger, "getRooms", self._on_get_rooms)
         self._serve(GetStatus, "getStatus", self._on_get_status)
 
@@ -189,15 +191,16 @@ class LocatorNode(FlorenceNode):
             response.room, response.source, response.age = seen["room"], seen["source"], seen["age"]
         return response
 
-    def _on_get_hotspot(
-        self, request: GetHotspot.Request, response: GetHotspot.Response
-    ) -> GetHotspot.Response:
-        result = self._locator.get_hotspot(request.label)
-        response.valid, response.message = result.succeeded, result.reason
-        if result.succeeded:
-            pose = result.outputs["pose"]
-            response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
-        return response
+    def _hotspot_answer(self, pose_of: Callable[[str], Result]) -> Callable[..., GetHotspot.Response]:
+        def answer(request: GetHotspot.Request, response: GetHotspot.Response) -> GetHotspot.Response:
+            result = pose_of(request.label)
+            response.valid, response.message = result.succeeded, result.reason
+            if result.succeeded:
+                pose = result.outputs["pose"]
+                response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
+            return response
+
+        return answer
 
     def _on_get_rooms(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._robot_pose()

@@ -172,10 +172,11 @@ def test_scripts_of_several_steps(play):
                   [>] approach_user
                       [>] approach the person (sequence)
                           [+] get robot pose
-                          [>] retry up to 4 times
+                          [>] retry up to 6 times
                               [>] propose and drive (sequence)
                                   [+] propose approach pose
-                                  [>] navigate to -- off we go
+                                  [>] within 40 s
+                                      [>] navigate to -- off we go
           then:
             status: SUCCEEDED
             called: {propose_approach_pose: 3, navigate_to: 2}

@@ -3,7 +3,7 @@
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing import Stage, fail
+from florence_bt.mission_testing import Stage
 from florence_bt.mission_testing.coverage import Coverage
 from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
@@ -24,9 +24,13 @@ def stage():
     stage = Stage()
     stage.defaults(
         get_user_room="SUCCESS (room=kitchen)",
-        robot_in_room="SUCCESS",
-        get_hotspot="SUCCESS (pose=(0 m, 0 m, 0 deg))",
+        get_view=lambda inputs: (
+            "SUCCESS (pose=(0 m, 0 m, 0 deg))" if inputs["number"] < 3 else "FAILURE no_more_views"
+        ),
         navigate_to="running 10 s, then SUCCESS",
+        start_tracker="SUCCESS",
+        stop_tracker="SUCCESS",
+        look_for_user="running 60 s, then FAILURE no_user_seen",
         set_user_position="SUCCESS",
     )
     return stage
@@ -35,40 +39,41 @@ def stage():
 def test_a_called_mission_is_mocked_like_a_skill(stage):
     search = stage.mock("detect_user", SEEN)
     stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
-    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(13)
-    play.assert_called("detect_user", times=1, looks=3, window="5 s", step="45 deg")
-    play.assert_order("detect_user", "set_user_position", "approach_user")
-    play.assert_trace("0 s detect_user: RUNNING\n8 s detect_user: SUCCESS", "detect_user")
+    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(31)
+    play.assert_called("look round/**/detect_user", times=1, looks=3, window="5 s", step="45 deg")
+    play.assert_order("detect_user", "set_user_position", "approach_user", "detect_user")
+    play.assert_trace("10 s detect_user: RUNNING\n18 s detect_user: SUCCESS", "look round/**/detect_user")
     assert search.inputs[0]["settle"] == 0.3 and search.inputs[0]["look_first"] is True
 
 
 def test_each_call_of_a_mission_is_a_call_of_its_mock(stage):
     search = stage.mock("detect_user", SEEN_FAR_AWAY)
     approach = stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
-    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(26)
-    play.assert_called("detect_user", times=2, looks=3, window="5 s", step="45 deg")
-    assert play.order[2:] == [
+    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(44)
+    play.assert_called("make sure from nearby/**/detect_user", times=1, looks=3, window="5 s", step="45 deg")
+    assert play.order[-6:] == [
         "detect_user",
         "approach_user",
         "detect_user",
         "set_user_position",
         "approach_user",
+        "detect_user",
     ]
     assert [call["safe_distance"] for call in approach.inputs] == [1.2, 0.5]
-    assert len(search.inputs) == 2
-    play.assert_called("make sure from nearby/**/detect_user", times=1)
+    assert [call["looks"] for call in search.inputs] == [3, 3, 1]
     play.assert_called("make sure from nearby/**/approach_user", times=1, safe_distance="1.2 m")
 
 
 def test_paths_tell_one_call_from_the_other(stage):
     stage.mock("detect_user", SEEN)
-    stage.mock("search from here/**/detect_user", fail("no_user_seen", "nobody", after="3 s"))
+    stage.mock("look round/**/detect_user", f"running 3 s, then FAILURE no_user_seen once, then {SEEN}")
     stage.mock("approach_user", "SUCCESS (pose=(1 m, 1 m, 0 deg))")
-    stage.run("goto_user").assert_succeeded().assert_duration(3 + 10 + 8)
+    stage.run("goto_user").assert_succeeded().assert_duration(10 + 3 + 10 + 8 + 8)
 
 
 def test_its_failure_reaches_the_caller(stage):
     stage.mock("detect_user", 'FAILURE no_user_seen "nobody"')
+    stage.mock("get_view", "SUCCESS (pose=(0 m, 0 m, 0 deg))")
     stage.run("goto_user").assert_failed("no_user_seen", "nobody", leaf="detect_user")
 
 
@@ -97,7 +102,7 @@ def test_it_can_do_only_what_the_mission_declares(stage, script, says):
 
 def test_without_a_mock_it_is_played(stage):
     stage.mock("start_tracker", "SUCCESS")
-    stage.mock("look_for_user", "FAILURE no_user_seen")
+    stage.mock("look_for_user", "running 1 s, then FAILURE no_user_seen")
     stage.mock("turn", "FAILURE no_scan")
     stage.mock("stop_tracker", "SUCCESS")
     play = stage.run("goto_user")
@@ -113,7 +118,11 @@ mission: goto_user
 given:
   skills:
     get_user_room: SUCCESS (room=kitchen)
-    robot_in_room: SUCCESS
+    get_view: SUCCESS (pose=(1 m, 1 m, 0 deg))
+    navigate_to: SUCCESS
+    start_tracker: SUCCESS
+    stop_tracker: SUCCESS
+    look_for_user: running 1 s, then FAILURE no_user_seen
     set_user_position: SUCCESS
     approach_user: SUCCESS (pose=(1 m, 1 m, 0 deg))
 scenarios:
@@ -131,11 +140,11 @@ def test_in_scenarios(tmp_path):
     found, libraries = read(
         tmp_path,
         f"  - name: whole\n    given: {{skills: {{detect_user: '{SEEN}'}}}}\n"
-        "    then: {status: SUCCEEDED, duration: 8 s, called: {detect_user: {times: 1, looks: 8}}}\n"
+        "    then: {status: SUCCEEDED, duration: 16 s,\n"
+        "      called: {look round/**/detect_user: {times: 1, looks: 8}}}\n"
         "  - name: played\n"
-        "    given:\n      skills: {stop_tracker: SUCCESS, start_tracker: SUCCESS, turn: FAILURE no_scan,\n"
-        "        look_for_user: FAILURE no_user_seen, get_hotspot: FAILURE}\n"
-        "    then: {status: FAILED, code: unknown_hotspot, called: {turn: 1}}\n"
+        "    given:\n      skills: {turn: FAILURE no_scan}\n"
+        "    then: {status: FAILED, code: no_scan, called: {turn: 1}}\n"
         "  - name: another mission\n    mission: goto_pose\n"
         "    given: {inputs: {x: 1 m, y: 1 m}, skills: {navigate_to: SUCCESS}}\n"
         "    then: {status: SUCCEEDED}\n",

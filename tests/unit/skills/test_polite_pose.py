@@ -52,8 +52,8 @@ def test_three_trials_are_at_the_safe_distance(trial: int) -> None:
         polite_pose(USER, ROBOT, trial)
 
 
-@pytest.mark.parametrize("trial", [0, 5, -1])
-def test_there_are_four_trials(trial: int) -> None:
+@pytest.mark.parametrize("trial", [0, 7, -1])
+def test_there_are_six_trials(trial: int) -> None:
     assert propose_approach(USER, ROBOT, trial).code == "bad_input"
 
 
@@ -110,6 +110,37 @@ def test_nobody_is_met_through_a_wall() -> None:
     assert pose.x < 2.5, "0.66 m away is the other side of the wall"
 
 
+def test_nobody_is_looked_at_through_a_wall() -> None:
+    grid = costmap({})
+    block(grid, (3.3, 3.4), (-1.0, 3.0))
+    refused = propose_approach(USER, Pose2(3.2, 3.6), 3, 1.2, grid)
+    assert refused.code == "pose_occupied" and "does not see" in refused.reason
+    pose = propose_approach(USER, Pose2(4.6, 3.6), 4, 1.2, grid).outputs["pose"]
+    assert pose.x < 3.3 or pose.y > 3.0, "beside the wall, although it is nearer behind it"
+
+
+def test_a_place_without_room_to_turn_is_entered_straight_or_not_at_all() -> None:
+    grid = costmap({})
+    block(grid, (2.0, 3.3), (2.25, 2.3))
+    block(grid, (2.0, 3.3), (1.75, 1.8))
+    assert propose_approach(USER, Pose2(1.95, 2.0), 1, 0.5, grid).succeeded, "lined up already"
+    refused = propose_approach(USER, ROBOT, 1, 0.5, grid)
+    assert refused.code == "pose_occupied" and "no room" in refused.reason
+
+
+def test_the_last_three_trials_are_different_places() -> None:
+    poses = [propose_approach(USER, ROBOT, trial, 0.5, costmap({})).outputs["pose"] for trial in (4, 5, 6)]
+    apart = [one.distance_to(other) for one, other in zip(poses, poses[1:] + poses[:1], strict=True)]
+    assert min(apart) >= 0.3
+
+
+def test_a_robot_that_stands_too_near_to_something_gets_away_from_it() -> None:
+    grid = costmap({})
+    block(grid, (0.8, 1.2), (2.12, 2.3))
+    assert grid.cells[grid.cell_of(ROBOT.x, ROBOT.y)] == 99
+    assert propose_approach(USER, ROBOT, 4, 0.5, grid).succeeded
+
+
 def test_where_no_place_is_left_there_is_no_proposal() -> None:
     grid = costmap({})
     block(grid, (0.5, 5.5), (-1.0, 5.0))
@@ -142,7 +173,7 @@ def test_bad_input_is_refused(user: Pose2, robot: Pose2, distance: float) -> Non
 def test_the_declaration_has_the_defaults_of_the_document() -> None:
     completed = PROPOSE_APPROACH_POSE.complete({"user": USER, "robot": ROBOT})
     assert (completed["trial"], completed["safe_distance"]) == (1, 0.5)
-    assert PROPOSE_APPROACH_POSE.problems_with({"user": USER, "robot": ROBOT, "trial": 5})
+    assert PROPOSE_APPROACH_POSE.problems_with({"user": USER, "robot": ROBOT, "trial": 7})
 
 
 def words(status: ApproachStatus, number: int) -> list[str | None]:

@@ -103,7 +103,7 @@ def test_what_is_right(tree):
         "{look_for_user: , out: {usr: user}}",
         "{look_for_user: , out: {user: User}}",
         "{stop_tracker: , out: {user: user}}",
-        "{propose_approach_pose: {user: $u, robot: $r, trial: 5}}",
+        "{propose_approach_pose: {user: $u, robot: $r, trial: 7}}",
         "{propose_approach_pose: {user: $u, robot: $r, trial: 0}}",
         "{retry: 0, do: {wait: 1 s}}",
         "{retry: 3}",

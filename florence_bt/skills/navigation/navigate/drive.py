@@ -225,9 +225,10 @@ class Drive:
     # Recovering.
 
     def _recover(self, state: RobotState) -> Result | None:
-        """Begin the next behaviour; a failure when all were tried."""
-        if not self._untried:
-            code, reason = self._trouble
+        """Begin the next behaviour; a failure when all were tried, or when none could help."""
+        code, reason = self._trouble
+        # What stands at a goal is in sight by now, and nothing but waiting makes it go away.
+        if not self._untried or code == "goal_occupied":
             touched = self._contact.last
             if touched.code:
                 return touched.failure(f"{touched.text}, and no way round it was found: {reason}")

@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 PROPOSE_APPROACH_POSE = SkillDeclaration(
     name="propose_approach_pose",
-    summary="Propose where to stand in front of a person, another place for each of four trials",
+    summary="Propose where to stand in front of a person, another place for each of six trials",
     inputs={
         "user": Port(Kind.POSE, "where the person is"),
         "robot": Port(Kind.POSE, "where the robot was when the approach began; the same for all trials"),
         "trial": Port(
             Kind.INTEGER,
-            "1 straight ahead, 2 and 3 to either side, 4 as near as the robot gets",
+            "1 straight ahead, 2 and 3 to either side, 4 to 6 other places as near as the robot gets",
             default=1,
             minimum=1,
-            maximum=4,
+            maximum=6,
         ),
         "safe_distance": Port(
             Kind.LENGTH, "how far from the person the robot stops", default=0.5, minimum=0.3, maximum=2.0

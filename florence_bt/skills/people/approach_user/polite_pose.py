@@ -12,22 +12,44 @@ from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from florence_bt.core.sensing import OccupancyGrid
 
 DEFAULT_SAFE_DISTANCE = 0.5
 """Metres; document, table 13."""
 ANGLE_OFFSETS = (0.0, math.radians(45.0), math.radians(-45.0))
 """Radians, by trial; REFERENCE 12.8."""
-TRIALS = len(ANGLE_OFFSETS)
+POLITE_TRIALS, NEAREST_TRIALS = len(ANGLE_OFFSETS), 3
+"""So many trials at the safe distance, then so many places as near as the robot gets."""
+TRIALS = POLITE_TRIALS + NEAREST_TRIALS
 MINIMUM_SAFE_DISTANCE, MAXIMUM_SAFE_DISTANCE = 0.3, 2.0
 LETHAL_COST = 99
 """Occupancy value (0..100) from which the robot would touch something; costmap value 253, REFERENCE 12.8."""
 TURNING_RADIUS = 0.2625
 """Metres: circumscribed radius of the padded footprint; REFERENCE 7.4."""
+LEAVE_RADIUS = 0.35
+"""Metres: so far the robot gets away from what it stands too near to; ``start_clearance`` of navigation."""
+PADDING = 0.01
+"""Metres around the footprint; REFERENCE 7.4."""
+SPARE = 0.12
+"""Metres: so much before the goal is near enough when something stands there; ``blocked_xy_tolerance`` of
+navigation."""
+RUN_UP = 0.35
+"""Metres: a place without room to turn is entered straight, from one with room so far before it."""
 FARTHEST = 2.5
 """Metres; further away is not in front of a person."""
 WAY_WEIGHT = 0.05
 """What a metre of way is worth, in metres nearer to the person."""
+TURN_WORTH = 0.25
+"""What room to turn is worth, in metres nearer to the person."""
+SIGHT_WORTH = 0.5
+"""What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
+_BESIDE = 0.1
+"""Metres beside the straight way into a place that are no matter."""
+PLACES_APART = 0.3
+"""Metres between the places of two trials."""
 
 
 def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DEFAULT_SAFE_DISTANCE) -> Pose2:
@@ -37,7 +59,7 @@ def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DE
         user: Where the person is, map frame; the yaw does not matter.
         robot: Where the robot was when the approach began, map frame; the yaw matters only when both
             positions are the same: the proposal then lies behind the robot.
-        trial: 1, 2 or 3.
+        trial: 1 to ``POLITE_TRIALS``.
         safe_distance: Metres between the person and the proposal.
 
     Raises:
@@ -46,8 +68,8 @@ def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DE
     Source:
         REFERENCE 12.8.
     """
-    if not 1 <= trial <= TRIALS:
-        raise ValueError(f"trial is {trial}, it must be 1 to {TRIALS}")
+    if not 1 <= trial <= POLITE_TRIALS:
+        raise ValueError(f"trial is {trial}, it must be 1 to {POLITE_TRIALS}")
     if robot.distance_to(user) > 0.0:
         direction = math.atan2(robot.y - user.y, robot.x - user.x)
     else:
@@ -60,8 +82,107 @@ def polite_pose(user: Pose2, robot: Pose2, trial: int, safe_distance: float = DE
     )
 
 
-def nearest_pose(user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid) -> Pose2 | None:
-    """The place nearest to a person, at the safe distance or more, at which the robot can turn.
+class _Surroundings:
+    """Where the robot gets to near a person, and where it fits.
+
+    Args:
+        user: Where the person is, map frame.
+        robot: Where the robot is, map frame.
+        costmap: 99 and more where the robot would touch something, 100 where something stands.
+    """
+
+    def __init__(self, user: Pose2, robot: Pose2, costmap: OccupancyGrid) -> None:
+        import numpy as np
+        from scipy import ndimage
+
+        from florence_bt.core.sensing import OCCUPIED
+        from florence_bt.skills.robot_description.footprint import (
+            FLORENCE_FOOTPRINT,
+            Footprint,
+            corners_from_flat,
+        )
+
+        rows, columns = costmap.cells.shape
+        self.x = costmap.origin.x + (np.arange(columns) + 0.5) * costmap.resolution
+        self.y = costmap.origin.y + (np.arange(rows) + 0.5) * costmap.resolution
+        self.from_user, self.from_robot = (
+            np.hypot(self.x[None, :] - place.x, self.y[:, None] - place.y) for place in (user, robot)
+        )
+        self._costmap, self._user, self._robot = costmap, user, robot
+        self._free = costmap.cells < OCCUPIED
+        footprint = Footprint.from_corners(corners_from_flat(FLORENCE_FOOTPRINT), PADDING)
+        self._outline = footprint.outline(costmap.resolution / 2.0)
+        distances = ndimage.distance_transform_edt(np.pad(self._free, 1, constant_values=True))
+        self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS
+        around = self.from_user <= max(robot.distance_to(user), FARTHEST) + costmap.resolution
+        leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
+        parts, _ = ndimage.label(around & ((costmap.cells < LETHAL_COST) | leaving), np.ones((3, 3)))
+        own = self._cell(robot)
+        part = parts[own] if own is not None else 0
+        self.reached: NDArray[np.bool_] = (parts == part) & (costmap.cells < LETHAL_COST) & (part > 0)
+        """Cells to which the robot gets without leaving the surroundings of the person."""
+
+    def _cell(self, place: Pose2) -> tuple[int, int] | None:
+        cell = self._costmap.cell_of(place.x, place.y)
+        return cell if self._costmap.contains(*cell) else None
+
+    def _fits(self, pose: Pose2) -> bool:
+        """Whether nothing stands under the outline of the robot."""
+        import numpy as np
+
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        points = self._outline @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
+        origin = (self._costmap.origin.x, self._costmap.origin.y)
+        cells = np.floor((points - origin) / self._costmap.resolution).astype(int)
+        inside = ((cells >= 0) & (cells < self._free.shape[::-1])).all(axis=1)
+        return bool(self._free[cells[inside, 1], cells[inside, 0]].all())
+
+    def problem_with(self, pose: Pose2) -> str:
+        """Why the robot does not get to a pose, or cannot stand there; empty when it can."""
+        cell = self._cell(pose)
+        if cell is None:
+            return ""  # beyond the map nothing is known
+        if self._costmap.cells[cell] >= LETHAL_COST:
+            return f"is not free: cost {self._costmap.cells[cell]}"
+        if not self.reached[cell]:
+            return "cannot be reached"
+        if not self.is_in_sight(pose):
+            return "does not see the person"
+        return "" if self.can_enter(pose) else "has no room for the robot"
+
+    def is_in_sight(self, place: Pose2) -> bool:
+        """Whether only what the person sits or lies on stands between: no free floor beyond an obstacle."""
+        import numpy as np
+
+        away = self._user.distance_to(place)
+        along = np.arange(0.0, away, self._costmap.resolution / 2.0) / max(away, 1e-9)
+        x = place.x + along * (self._user.x - place.x)
+        y = place.y + along * (self._user.y - place.y)
+        columns = np.floor((x - self._costmap.origin.x) / self._costmap.resolution).astype(int)
+        rows = np.floor((y - self._costmap.origin.y) / self._costmap.resolution).astype(int)
+        inside = (rows >= 0) & (columns >= 0) & (rows < len(self.y)) & (columns < len(self.x))
+        costs = self._costmap.cells[rows[inside], columns[inside]]
+        open_floor = (costs >= 0) & (costs < LETHAL_COST)
+        first = int(np.argmin(costs < LETHAL_COST + 1)) if (costs > LETHAL_COST).any() else len(costs)
+        return not open_floor[first:].any()
+
+    def can_enter(self, pose: Pose2) -> bool:
+        """Whether the robot can turn at a pose, or drive straight into it."""
+        cell = self._cell(pose)
+        if cell is None or self.has_room_to_turn[cell]:
+            return cell is not None
+        start = self._cell(pose @ Pose2(-RUN_UP, 0.0, 0.0))
+        behind = pose.inverse() @ self._robot
+        lined_up = -2.0 * RUN_UP <= behind.x <= 0.0 and abs(behind.y) <= _BESIDE
+        if not lined_up and (start is None or not (self.has_room_to_turn & self.reached)[start]):
+            return False
+        return all(self._fits(pose @ Pose2(-back, 0.0, 0.0)) for back in (SPARE, (SPARE + RUN_UP) / 2))
+
+
+def nearest_pose(
+    user: Pose2, robot: Pose2, safe_distance: float, costmap: OccupancyGrid, number: int = 1
+) -> Pose2 | None:
+    """A place as near to a person as the robot gets, at the safe distance or more.
 
     Who sits on a sofa or lies in bed can often not be met at the safe distance. Only places count to which
     the robot gets without leaving the surroundings of the person, so none behind a wall.
@@ -71,38 +192,38 @@ def nearest_pose(user: Pose2, robot: Pose2, safe_distance: float, costmap: Occup
         robot: Where the robot is, map frame.
         safe_distance: Metres.
         costmap: 99 and more where the robot would touch something, 100 where something stands.
+        number: 1 for the best place, 2 for the best one ``PLACES_APART`` from it, and so on.
 
     Returns:
         The pose, which faces the person; None when there is no such place within ``FARTHEST``.
     """
     import numpy as np
-    from scipy import ndimage
 
-    from florence_bt.core.sensing import OCCUPIED
-
-    rows, columns = costmap.cells.shape
-    x = costmap.origin.x + (np.arange(columns) + 0.5) * costmap.resolution
-    y = costmap.origin.y + (np.arange(rows) + 0.5) * costmap.resolution
-    apart = np.hypot(x[None, :] - user.x, y[:, None] - user.y)
-    row, column = costmap.cell_of(robot.x, robot.y)
-    around = apart <= max(robot.distance_to(user), FARTHEST) + costmap.resolution
-    passable = around & (costmap.cells < LETHAL_COST)
-    if not costmap.contains(row, column):
-        return None
-    passable[row, column] = True
-    parts, _ = ndimage.label(passable, np.ones((3, 3)))
-    free = np.pad(costmap.cells < OCCUPIED, 1, constant_values=True)
-    clearance = ndimage.distance_transform_edt(free)[1:-1, 1:-1] * costmap.resolution
-    places = (parts == parts[row, column]) & (clearance >= TURNING_RADIUS)
-    places &= (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
-    if not places.any():
-        return None
+    near = _Surroundings(user, robot, costmap)
+    apart = near.from_user
+    places = near.reached & (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
     # Of places that are about as near to the person, the one with the shortest way.
-    way = np.hypot(x[None, :] - robot.x, y[:, None] - robot.y)
-    cost = np.where(places, apart + WAY_WEIGHT * way, np.inf)
-    best_row, best_column = np.unravel_index(np.argmin(cost), cost.shape)
-    place = Pose2(float(x[best_column]), float(y[best_row]))
-    return Pose2(place.x, place.y, math.atan2(user.y - place.y, user.x - place.x))
+    cost = apart + WAY_WEIGHT * near.from_robot + TURN_WORTH * ~near.has_room_to_turn
+    order = np.argsort(cost[places], kind="stable")
+    candidates = list(zip(cost[places][order].tolist(), np.argwhere(places)[order].tolist(), strict=True))
+    best: Pose2 | None = None
+    chosen: list[Pose2] = []
+    for _ in range(number):
+        best, least = None, math.inf
+        for worth, (row, column) in candidates:
+            if worth >= least:
+                break
+            x, y = float(near.x[column]), float(near.y[row])
+            place = Pose2(x, y, math.atan2(user.y - y, user.x - x))
+            if any(place.distance_to(other) < PLACES_APART for other in chosen) or not near.can_enter(place):
+                continue
+            worth += 0.0 if near.is_in_sight(place) else SIGHT_WORTH
+            if worth < least:
+                best, least = place, worth
+        if best is None:
+            return None
+        chosen.append(best)
+    return best
 
 
 def propose_approach(
@@ -117,9 +238,9 @@ def propose_approach(
     Args:
         user: Where the person is, map frame.
         robot: Where the robot was when the approach began, map frame.
-        trial: 1 to 3 for the proposals of :func:`polite_pose`, 4 for that of :func:`nearest_pose`.
+        trial: The first are the proposals of :func:`polite_pose`, the last those of :func:`nearest_pose`.
         safe_distance: Metres.
-        costmap: None when there is none yet: the first three proposals then pass unchecked.
+        costmap: None when there is none yet: the proposals of :func:`polite_pose` then pass unchecked.
 
     Returns:
         Success with the output ``pose``; or ``pose_occupied``, with the pose as well if there is one; or
@@ -128,18 +249,17 @@ def propose_approach(
     problem = _problem_with(user, robot, trial, safe_distance)
     if problem:
         return failure("bad_input", problem)
-    if trial > TRIALS:
-        nearest = nearest_pose(user, robot, safe_distance, costmap) if costmap is not None else None
+    if trial > POLITE_TRIALS:
+        number = trial - POLITE_TRIALS
+        nearest = nearest_pose(user, robot, safe_distance, costmap, number) if costmap is not None else None
         if nearest is None:
-            return failure("pose_occupied", f"no place within {FARTHEST} m of the person can be reached")
+            other = "no place" if number == 1 else "no other place"
+            return failure("pose_occupied", f"{other} within {FARTHEST} m of the person can be reached")
         return success(pose=nearest)
     pose = polite_pose(user, robot, trial, safe_distance)
-    if costmap is None:
-        return success(pose=pose)
-    row, column = costmap.cell_of(pose.x, pose.y)
-    cost = int(costmap.cells[row, column]) if costmap.contains(row, column) else 0
-    if cost >= LETHAL_COST:
-        reason = f"the place ({pose.x:.2f}, {pose.y:.2f}) of trial {trial} is not free: cost {cost}"
+    problem = _Surroundings(user, robot, costmap).problem_with(pose) if costmap is not None else ""
+    if problem:
+        reason = f"the place ({pose.x:.2f}, {pose.y:.2f}) of trial {trial} {problem}"
         return failure("pose_occupied", reason, pose=pose)
     return success(pose=pose)
 
@@ -147,8 +267,8 @@ def propose_approach(
 def _problem_with(user: Pose2, robot: Pose2, trial: int, safe_distance: float) -> str | None:
     if not (user.is_finite() and robot.is_finite()):
         return f"the positions must be finite: user {user}, robot {robot}"
-    if not 1 <= trial <= TRIALS + 1:
-        return f"trial is {trial}, it must be 1 to {TRIALS + 1}"
+    if not 1 <= trial <= TRIALS:
+        return f"trial is {trial}, it must be 1 to {TRIALS}"
     if not MINIMUM_SAFE_DISTANCE <= safe_distance <= MAXIMUM_SAFE_DISTANCE:
         limits = f"{MINIMUM_SAFE_DISTANCE} to {MAXIMUM_SAFE_DISTANCE} m"
         return f"safe_distance is {safe_distance} m, it must be {limits}"

@@ -1,0 +1,106 @@
+"""Places from which a room can be seen: the hotspot first, then where most of what is hidden comes into view.
+
+Pure functions of the map, so that the same room always has the same views.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from florence_bt.core.geometry import Pose2
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from florence_bt.core.sensing import OccupancyGrid
+
+RANGE_M = 3.5
+"""How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/people.md."""
+FREE_M = 0.32
+"""Free metres around a view: the circumscribed radius of the footprint (REFERENCE 7.4) and a cell."""
+WORTH_M2 = 0.6
+"""What a view must show that no view before it does: about what one person covers."""
+MAX_VIEWS = 5
+STEP_M = 0.2
+"""The room is judged at points so far apart."""
+_RAY_STEP_M = 0.1
+
+
+def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: OccupancyGrid) -> Iterator[Pose2]:
+    """Where to look from, one after the other.
+
+    Args:
+        hotspot: The hotspot of the room, map frame; it is the first view.
+        in_room: Whether a point, map frame, belongs to the room.
+        grid: The map.
+
+    Yields:
+        Poses in the map frame that look towards what is new there, at most ``MAX_VIEWS``.
+    """
+    import numpy as np
+    from scipy import ndimage
+
+    from florence_bt.core.sensing import OCCUPIED
+
+    yield hotspot
+    open_floor = (grid.cells >= 0) & (grid.cells < OCCUPIED // 2)
+    clearance = ndimage.distance_transform_edt(np.pad(open_floor, 1))[1:-1, 1:-1] * grid.resolution
+    parts, _ = ndimage.label(clearance >= FREE_M, np.ones((3, 3)))
+    points = _points_of_room(in_room, grid)
+    rows, columns = _cells_of(points, grid)
+    points = points[open_floor[rows, columns]]
+    rows, columns = _cells_of(points, grid)
+    # A hotspot may stand nearer to something than a view may: the largest part of the room is meant then.
+    count = np.bincount(parts[rows, columns], minlength=2)
+    candidates = points[parts[rows, columns] == 1 + int(np.argmax(count[1:]))]
+    hidden = ~_seen(np.array([hotspot.x, hotspot.y]), points, open_floor, grid)
+    shown = [_seen(candidate, points, open_floor, grid) for candidate in candidates]
+    for _ in range(MAX_VIEWS - 1):
+        gains = [int((each & hidden).sum()) for each in shown]
+        best = int(np.argmax(gains)) if gains else 0
+        if not gains or gains[best] * STEP_M**2 < WORTH_M2:
+            return
+        x, y = candidates[best].tolist()
+        to_x, to_y = points[shown[best] & hidden].mean(axis=0).tolist()
+        yield Pose2(x, y, math.atan2(to_y - y, to_x - x))
+        hidden &= ~shown[best]
+
+
+def _points_of_room(in_room: Callable[[float, float], bool], grid: OccupancyGrid) -> NDArray[np.float64]:
+    """Points of the map that belong to the room, shape (n, 2)."""
+    import numpy as np
+
+    height, width = (size * grid.resolution for size in grid.cells.shape)
+    xs = np.arange(grid.origin.x + STEP_M / 2, grid.origin.x + width, STEP_M).tolist()
+    ys = np.arange(grid.origin.y + STEP_M / 2, grid.origin.y + height, STEP_M).tolist()
+    return np.array([(x, y) for y in ys for x in xs if in_room(x, y)]).reshape(-1, 2)
+
+
+def _cells_of(
+    points: NDArray[np.float64], grid: OccupancyGrid
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of points, shape (..., 2), each at most as far as the grid goes."""
+    import numpy as np
+
+    cells = np.floor((points - (grid.origin.x, grid.origin.y)) / grid.resolution).astype(np.int64)
+    rows, columns = grid.cells.shape
+    return np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)
+
+
+def _seen(
+    eye: NDArray[np.float64],
+    points: NDArray[np.float64],
+    open_floor: NDArray[np.bool_],
+    grid: OccupancyGrid,
+) -> NDArray[np.bool_]:
+    """Which points are in range and not hidden from a place, shape (n,)."""
+    import numpy as np
+
+    away = points - eye
+    far = np.hypot(away[:, 0], away[:, 1])
+    along = np.arange(0.0, 1.0, _RAY_STEP_M / RANGE_M)
+    free = open_floor[_cells_of(eye + away[:, None, :] * along[None, :, None], grid)].all(axis=1)
+    return free & (far <= RANGE_M)

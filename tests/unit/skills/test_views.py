@@ -1,0 +1,96 @@
+"""Places from which a room can be seen."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
+from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
+from florence_bt.skills.locator.locator import Locator
+from florence_bt.skills.locator.views import FREE_M, MAX_VIEWS, views
+
+Box = tuple[tuple[float, float], tuple[float, float]]
+WALLS: list[Box] = [
+    ((0.0, 6.0), (0.0, 0.1)),
+    ((0.0, 6.0), (3.9, 4.0)),
+    ((0.0, 0.1), (0.0, 4.0)),
+    ((5.9, 6.0), (0.0, 4.0)),
+]
+SCREEN: Box = ((2.0, 2.1), (1.0, 3.9))
+"""Hides the left third of the room, but for a passage of 0.9 m."""
+HOTSPOT = Pose2(4.0, 3.0, math.pi)
+
+
+def room(*boxes: Box) -> OccupancyGrid:
+    """6 m by 4 m within walls, and some boxes; two metres more of another room to the right."""
+    grid = OccupancyGrid(0.05, Pose2(), np.zeros((80, 160), np.int8))
+    for (left, right), (low, high) in [*WALLS, *boxes]:
+        (row, column), (last_row, last_column) = grid.cell_of(left, low), grid.cell_of(right, high)
+        grid.cells[row:last_row, column:last_column] = OCCUPIED
+    return grid
+
+
+def in_room(x: float, y: float) -> bool:
+    return x < 6.0
+
+
+def test_from_the_hotspot_of_a_small_open_room_all_is_seen() -> None:
+    assert list(views(Pose2(3.0, 2.0), in_room, room())) == [Pose2(3.0, 2.0)]
+
+
+def test_the_second_view_shows_what_is_hidden_from_the_hotspot() -> None:
+    first, second, *_ = views(HOTSPOT, in_room, room(SCREEN))
+    assert first == HOTSPOT
+    behind = Pose2(1.0, 3.0)
+    assert second.x < 2.4 or second.y < 1.0, "beyond the screen or in line with the passage"
+    assert abs(second.bearing_to(behind.x, behind.y)) < math.pi / 2
+
+
+def test_the_robot_fits_at_every_view() -> None:
+    for view in itertools.islice(views(HOTSPOT, in_room, room(SCREEN)), 1, None):
+        assert FREE_M <= view.x <= 5.9 - FREE_M and FREE_M <= view.y <= 3.9 - FREE_M
+        assert not (2.0 - FREE_M < view.x < 2.1 + FREE_M and view.y > 1.0)
+
+
+def test_a_place_that_the_robot_does_not_get_to_is_no_view() -> None:
+    closed: Box = ((2.0, 2.1), (0.0, 4.0))
+    assert all(view.x > 2.1 for view in views(HOTSPOT, in_room, room(closed)))
+
+
+def test_there_are_few_views() -> None:
+    screens = [
+        ((x, x + 0.1), (0.95, 3.9) if n % 2 else (0.1, 3.05)) for n, x in enumerate((1.0, 2.0, 3.0, 4.8))
+    ]
+    assert 2 < len(list(views(HOTSPOT, in_room, room(*screens)))) <= MAX_VIEWS
+
+
+def locator(grid: OccupancyGrid | None) -> Locator:
+    corners = ((0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0))
+    spots = [Hotspot("parlour", HOTSPOT, polygon=corners), Hotspot("hall", Pose2(7.0, 2.0))]
+    found = Locator(Hotspots(spots), ManualClock())
+    found.map = grid
+    return found
+
+
+def test_the_locator_numbers_the_views_from_the_hotspot_on() -> None:
+    with_map = locator(room(SCREEN))
+    assert with_map.get_view("parlour/1").outputs["pose"] == HOTSPOT
+    second = with_map.get_view("parlour/2").outputs["pose"]
+    assert second != HOTSPOT and second == locator(room(SCREEN)).get_view("parlour/2").outputs["pose"]
+    assert with_map.get_view("parlour/9").code == "no_more_views"
+
+
+def test_without_a_map_there_is_the_hotspot_alone() -> None:
+    assert locator(None).get_view("parlour/1").outputs["pose"] == HOTSPOT
+    assert locator(None).get_view("parlour/2").code == "no_more_views"
+
+
+@pytest.mark.parametrize("label", ["attic/1", "parlour", "parlour/0", "parlour/x", ""])
+def test_what_is_no_view_is_refused(label: str) -> None:
+    assert locator(room()).get_view(label).code == "no_more_views"
