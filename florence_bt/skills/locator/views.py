@@ -25,7 +25,11 @@ WORTH_M2 = 0.6
 """What a view must show that no view before it does: about what one person covers."""
 MAX_VIEWS = 5
 STEP_M = 0.2
-"""The room is judged at points so far apart."""
+"""The room is judged at points so far apart, in a large room further."""
+MOST_POINTS, MOST_CANDIDATES = 400, 60
+"""So many points of the room, and so many places to look from: who asks waits no longer than some 0.1 s."""
+REACH_M = 10.0
+"""What is further from the hotspot, in x or y, is not looked at."""
 _RAY_STEP_M = 0.1
 
 
@@ -49,19 +53,22 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
     open_floor = (grid.cells >= 0) & (grid.cells < OCCUPIED // 2)
     clearance = ndimage.distance_transform_edt(np.pad(open_floor, 1))[1:-1, 1:-1] * grid.resolution
     parts, _ = ndimage.label(clearance >= FREE_M, np.ones((3, 3)))
-    points = _points_of_room(in_room, grid)
+    points = _points_of_room(hotspot, in_room, grid)
     rows, columns = _cells_of(points, grid)
     points = points[open_floor[rows, columns]]
+    area = len(points) * STEP_M**2
+    points = _some(points, MOST_POINTS)
     rows, columns = _cells_of(points, grid)
     # A hotspot may stand nearer to something than a view may: the largest part of the room is meant then.
     count = np.bincount(parts[rows, columns], minlength=2)
     candidates = points[parts[rows, columns] == 1 + int(np.argmax(count[1:]))]
+    candidates = _some(candidates, MOST_CANDIDATES)
     hidden = ~_seen(np.array([hotspot.x, hotspot.y]), points, open_floor, grid)
     shown = [_seen(candidate, points, open_floor, grid) for candidate in candidates]
     for _ in range(MAX_VIEWS - 1):
         gains = [int((each & hidden).sum()) for each in shown]
         best = int(np.argmax(gains)) if gains else 0
-        if not gains or gains[best] * STEP_M**2 < WORTH_M2:
+        if not gains or gains[best] * area < WORTH_M2 * len(points):
             return
         x, y = candidates[best].tolist()
         to_x, to_y = points[shown[best] & hidden].mean(axis=0).tolist()
@@ -69,14 +76,25 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
         hidden &= ~shown[best]
 
 
-def _points_of_room(in_room: Callable[[float, float], bool], grid: OccupancyGrid) -> NDArray[np.float64]:
-    """Points of the map that belong to the room, shape (n, 2)."""
+def _points_of_room(
+    hotspot: Pose2, in_room: Callable[[float, float], bool], grid: OccupancyGrid
+) -> NDArray[np.float64]:
+    """Points of the map that belong to the room and are not far from its hotspot, shape (n, 2)."""
     import numpy as np
 
     height, width = (size * grid.resolution for size in grid.cells.shape)
-    xs = np.arange(grid.origin.x + STEP_M / 2, grid.origin.x + width, STEP_M).tolist()
-    ys = np.arange(grid.origin.y + STEP_M / 2, grid.origin.y + height, STEP_M).tolist()
-    return np.array([(x, y) for y in ys for x in xs if in_room(x, y)]).reshape(-1, 2)
+    xs = np.arange(grid.origin.x + STEP_M / 2, grid.origin.x + width, STEP_M)
+    ys = np.arange(grid.origin.y + STEP_M / 2, grid.origin.y + height, STEP_M)
+    near_x = xs[np.abs(xs - hotspot.x) <= REACH_M].tolist()
+    near_y = ys[np.abs(ys - hotspot.y) <= REACH_M].tolist()
+    return np.array([(x, y) for y in near_y for x in near_x if in_room(x, y)]).reshape(-1, 2)
+
+
+def _some(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
+    """At most so many of the points, spread over all of them, and always the same."""
+    import numpy as np
+
+    return points[np.sort(np.random.default_rng(0).permutation(len(points))[:most])]
 
 
 def _cells_of(

@@ -13,7 +13,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.locator.views import FREE_M, MAX_VIEWS, views
+from florence_bt.skills.locator.views import FREE_M, MAX_VIEWS, REACH_M, STEP_M, views
 
 Box = tuple[tuple[float, float], tuple[float, float]]
 WALLS: list[Box] = [
@@ -94,3 +94,19 @@ def test_without_a_map_there_is_the_hotspot_alone() -> None:
 @pytest.mark.parametrize("label", ["attic/1", "parlour", "parlour/0", "parlour/x", ""])
 def test_what_is_no_view_is_refused(label: str) -> None:
     assert locator(room()).get_view(label).code == "no_more_views"
+
+
+def test_a_hall_is_no_more_work_than_a_room() -> None:
+    seen = 0
+
+    def in_hall(x: float, y: float) -> bool:
+        nonlocal seen
+        seen += 1
+        return True
+
+    cells = np.zeros((800, 800), np.int8)
+    found = list(views(Pose2(20.0, 20.0), in_hall, OccupancyGrid(0.05, Pose2(), cells)))
+    assert len(found) == MAX_VIEWS
+    assert seen <= (2 * REACH_M / STEP_M + 1) ** 2
+    again = list(views(Pose2(20.0, 20.0), in_hall, OccupancyGrid(0.05, Pose2(), cells)))
+    assert found == again
