@@ -12,7 +12,7 @@ import pytest
 
 from florence_bt.core.geometry import STANDSTILL, Pose2
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.skills.navigation.navigate.follow import MovingTarget
+from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop

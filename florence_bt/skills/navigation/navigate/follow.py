@@ -15,6 +15,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETH
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
+from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
@@ -78,59 +79,6 @@ class FollowGoal:
     distance: float
     max_linear: float
     max_angular: float
-
-
-class MovingTarget:
-    """Where the person is and how they walk, in the odometry frame.
-
-    Args:
-        velocity_time: The velocity is averaged over about this long, in seconds.
-
-    Attributes:
-        seen: The time they were seen last, seconds; None before.
-        recognised: The time the camera saw them last; the laser sees legs, and cannot tell whose.
-    """
-
-    def __init__(self, velocity_time: float) -> None:
-        self._time = velocity_time
-        self._place = np.zeros(2)
-        self._velocity = np.zeros(2)
-        self.seen: float | None = None
-        self.recognised: float | None = None
-        self._recognised_at = self._place, self._velocity
-
-    def recognise(self, stamp: float, x: float, y: float) -> None:
-        """The camera saw the person: nobody else."""
-        self.saw(stamp, x, y)
-        self.recognised = self.seen
-        self._recognised_at = self._place, self._velocity
-
-    def doubt(self) -> None:
-        """What the laser has followed since the camera saw them is somebody or something else."""
-        self.seen = self.recognised
-        self._place, self._velocity = self._recognised_at
-
-    def saw(self, stamp: float, x: float, y: float) -> None:
-        """The person was seen; what is not newer, or not finite, is left out."""
-        place = np.array([x, y])
-        if not np.isfinite(place).all() or (self.seen is not None and stamp <= self.seen):
-            return
-        if self.seen is not None:
-            passed = stamp - self.seen
-            share = passed / (passed + self._time)
-            self._velocity = (1.0 - share) * self._velocity + share * (place - self._place) / passed
-        self._place, self.seen = place, stamp
-
-    def at(self, now: float, coast: float) -> tuple[float, float]:
-        """Where they should be now; walking on from where they were seen for at most some seconds."""
-        assert self.seen is not None
-        x, y = self._place + self._velocity * min(coast, max(0.0, now - self.seen))
-        return float(x), float(y)
-
-    @property
-    def velocity(self) -> tuple[float, float]:
-        """m/s."""
-        return float(self._velocity[0]), float(self._velocity[1])
 
 
 class Follow:
