@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from florence_bt.core.geometry import STANDSTILL, Pose2
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
+from florence_bt.skills.navigation.navigate import follow
+from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
@@ -271,3 +273,17 @@ def test_who_stands_too_near_to_be_seen_is_given_room_and_found() -> None:
     assert "stepping aside" in walk.trip.texts
     assert walk.trip.texts[-1] == "following"
     assert walk.trip.world.hits == 0
+
+
+def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    def straight_on(*arguments: Any) -> Control:
+        return Control(Twist2(0.2, 0.0), 2.0)
+
+    monkeypatch.setattr(follow, "place_to_step_aside", lambda *arguments: (3.5, 2.4))
+    monkeypatch.setattr(Controller, "control", straight_on)
+    walk = Walk(Pose2(1.2, 2.4), lambda seconds: (1.68, 2.4))
+    kept = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))
+    walk.trip.navigator = Navigator(make_map(), kept)
+    assert walk.go(6.0) is None
+    assert "stepping aside" in walk.trip.texts
+    assert min(walk.distances) > 0.45

@@ -27,6 +27,7 @@ _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
 _ARRIVED_M = 0.4
 """The robot is where the person vanished when it is so near to the place."""
+_NEAREST_M, _BEFORE_RAD = 0.5, 1.0
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
@@ -176,6 +177,7 @@ class Follow:
             self._backs_until = -math.inf
         self._held = False
         command, feedback, result = self._follow(state)
+        command = self._off_the_person(state, command)
         if not command.is_zero():
             self._moved = state.now
         if not self._held or not command.is_zero():
@@ -186,6 +188,16 @@ class Follow:
             self._stuck_since = None
             self._backs_until = state.now + _BACK_OUT_S
         return command, feedback, result
+
+    def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
+        """Never drive towards somebody who is this near."""
+        seen = self._target.seen
+        if command.linear <= 0.0 or seen is None or state.now - seen > _LEGS_ALONE_S:
+            return command
+        x, y = self._target.at(state.now, self._use.follow_coast)
+        near = math.dist((x, y), (state.pose.x, state.pose.y)) < _NEAREST_M
+        before = abs(state.pose.bearing_to(x, y)) < _BEFORE_RAD
+        return Twist2(0.0, command.angular) if near and before else command
 
     def _follow(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         seen = self._target.seen
