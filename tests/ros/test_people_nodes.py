@@ -325,7 +325,7 @@ def test_a_proposal_in_an_obstacle_is_refused(ros: Any, caller: Caller, propose:
     assert (free.x, free.y) == pytest.approx((2.646, 1.646), abs=1e-3) or free.y == pytest.approx(
         2.354, abs=1e-3
     )
-    assert not propose(trial=5).valid
+    assert not propose(trial=7).valid
     assert not propose(safe_distance=9.0).valid
     assert not propose(user_x=math.nan).valid
 

@@ -62,7 +62,8 @@ def test_with_nobody_at_home_it_looks_all_round_fails_and_stands_still():
     rig = make_rig(seed=2, person="absent", user_room="living_room")
     run = rig.run("goto_user")
     assert run.status is RunStatus.FAILED
-    assert run.code == "no_user_seen" and run.reason.startswith("no user seen in 8 of 8 looks")
+    assert run.code == "no_more_views"
+    assert run.reason.startswith("the robot looked from every place in the living_room")
     rig.clock.advance(1.5)
     assert speed(rig) == pytest.approx(0.0, abs=1e-4)
     assert rig.world.contacts == []
@@ -131,4 +132,4 @@ def test_a_goal_in_a_wall_fails_and_nothing_moves():
 def test_a_person_elsewhere_than_believed_is_not_found():
     rig = make_rig(seed=4, person="bathroom", user_room="living_room")
     run = rig.run("goto_user")
-    assert run.status is RunStatus.FAILED and run.code == "no_user_seen"
+    assert run.status is RunStatus.FAILED and run.code == "no_more_views"
