@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 
 import pytest
@@ -16,9 +17,12 @@ settings.load_profile("tame")
 
 
 def pytest_configure() -> None:
-    """Let SIGINT interrupt; in the background of a script it is ignored, and children would inherit that."""
+    """What the processes that tests start inherit: a SIGINT that interrupts, and byte code that is kept."""
+    # In the background of a script SIGINT is ignored.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    # Hundreds of processes would compile the same modules again.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -22,8 +22,9 @@ EDITABLE = [PROJECT, machine.ROOT / "setup.py", machine.ROOT / "florence_bt" / "
 """The files that an editable install is made from."""
 
 PIP = ("-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar", "off")
-INSTALL = (*PIP, "--no-deps", "--no-build-isolation", "--use-pep517", "--no-compile")
-"""Everything is pinned: nothing is resolved. A module gets its byte code at its first import."""
+INSTALL = (*PIP, "--no-deps", "--no-build-isolation", "--use-pep517")
+"""Everything is pinned: nothing is resolved. Pip writes the byte code too: where PYTHONDONTWRITEBYTECODE is
+set nobody else does, and each of the five processes would compile a thousand modules at every start."""
 
 LAYOUT = "2"
 """Raise it when a .venv of before must be made again from nothing."""
@@ -161,7 +162,7 @@ def _make_venv(log: Log) -> None:
         raise StepFailed(f"cannot make {machine.VENV}:\n{done.stdout}{done.stderr}")
     # Packages that come as sources are built with it, and they may come before it.
     setuptools = next(pin for pin in read_lock(LOCK.read_text())[BUILD] if pin.startswith("setuptools=="))
-    log.call([machine.PYTHON, *PIP, "--no-deps", "--no-compile", setuptools])
+    log.call([machine.PYTHON, *PIP, "--no-deps", setuptools])
 
 
 def _join(lists: Iterable[list[str]]) -> list[str]:

@@ -32,6 +32,8 @@ READY_BUDGET_S = 180.0
 """Wall seconds that all nodes get to start, and then the devices of a simulation to answer."""
 DEVICES_S = 6.0
 """Wall seconds that the devices of a robot get to answer, and the robot to know its pose, before "ready"."""
+READY_LOOK_S = 0.1
+"""Wall seconds between two looks whether all is ready: more of them slow down the start itself."""
 LAST_RUN_S = 2.0
 """Wall seconds that the run gets to end in when a process died on it."""
 
@@ -112,7 +114,9 @@ class System:
         """
         start = time.monotonic()
         self._report(f"starting {len(self.pids())} processes ({', '.join(self.pids())})")
-        if not self.client.spin_until(self._is_ready, READY_BUDGET_S, watch=self._check_start):
+        if not self.client.spin_until(
+            self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
+        ):
             missing = ", ".join(self._not_served() or self._not_up()) or "the robot's pose"
             raise DeviceTimeout(
                 f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
@@ -120,7 +124,7 @@ class System:
             )
         # Emulated devices are there, but on a busy machine their drivers find them late.
         budget_s = READY_BUDGET_S if self.options.in_flat else DEVICES_S
-        self.client.spin_until(self._devices_answer, budget_s, watch=self._check_start)
+        self.client.spin_until(self._devices_answer, budget_s, watch=self._check_start, every_s=READY_LOOK_S)
         report_missing(self._devices, self._report)
         return time.monotonic() - start
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -111,7 +112,12 @@ class MissionClient:
         self.node.create_subscription(String, "simulator/truth", self._on_truth, LATCHED)
 
     def spin_until(
-        self, done: Callable[[], bool], budget_s: float, *, watch: Callable[[], None] | None = None
+        self,
+        done: Callable[[], bool],
+        budget_s: float,
+        *,
+        watch: Callable[[], None] | None = None,
+        every_s: float = 0.0,
     ) -> bool:
         """Serve callbacks until a condition holds.
 
@@ -119,6 +125,7 @@ class MissionClient:
             done: The condition.
             budget_s: Wall seconds at most.
             watch: Called between callbacks, e.g. to raise when a process has died.
+            every_s: Wall seconds between two looks at the condition; 0 looks after each callback.
 
         Returns:
             Whether the condition holds.
@@ -127,15 +134,19 @@ class MissionClient:
             KeyboardInterrupt: A signal asked for the end meanwhile.
         """
         end = time.monotonic() + budget_s
+        next_look = -math.inf
         # Callbacks run below C++ code, which does not survive a KeyboardInterrupt: it comes at the end.
         with held_back() as interrupted:
-            while not done():
+            while True:
+                if time.monotonic() >= next_look:
+                    if done():
+                        return True
+                    next_look = time.monotonic() + every_s
                 if watch is not None:
                     watch()
                 if interrupted() or time.monotonic() > end:
                     return False
                 self._loop.spin_once(0.05)
-        return True
 
     def call(
         self,

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its parts load at their first use
 from numpy.typing import NDArray
-from scipy import ndimage, sparse
 
 from florence_bt.simulation.home.flat import Flat, Solid
 
@@ -121,7 +121,7 @@ class FreeSpace:
         self.frame = GridFrame.around(flat, resolution, margin=0.25)
         touchable = (solid for solid in flat.solids if solid.bottom < ROBOT_HEIGHT_M)
         blocked = cells_covered(self.frame, touchable)
-        self.clearance = ndimage.distance_transform_edt(~blocked) * resolution - resolution / 2
+        self.clearance = scipy.ndimage.distance_transform_edt(~blocked) * resolution - resolution / 2
         """Metres from each cell's centre to the next solid, shape (rows, columns); walls enclose the flat."""
         tall = (solid for solid in flat.solids if solid.top > _EYE_HEIGHT_M > solid.bottom)
         self._opaque = cells_covered(self.frame, tall)
@@ -146,7 +146,7 @@ class FreeSpace:
         """
         bodies = [] if person is None else [(person[0], person[1], radius + person[2])]
         free = self._free(radius, bodies)
-        labels, _ = ndimage.label(free)
+        labels, _ = scipy.ndimage.label(free)
         row, column = self.frame.cell_of(*start)
         label = labels[row, column] if self.frame.contains(row, column) else 0
         return labels == label if label else np.zeros_like(free)
@@ -177,7 +177,7 @@ class FreeSpace:
         if not self.frame.contains(*begin) or not free[begin] or not len(ends):
             return None
         first = begin[0] * self.frame.columns + begin[1]
-        length, before = sparse.csgraph.dijkstra(_graph(free), indices=first, return_predecessors=True)
+        length, before = scipy.sparse.csgraph.dijkstra(_graph(free), indices=first, return_predecessors=True)
         end = int(ends[np.argmin(length[ends])])
         if not math.isfinite(length[end]):
             return None
@@ -248,7 +248,7 @@ class FreeSpace:
         return rows, columns
 
 
-def _graph(free: BoolGrid) -> sparse.csr_array:
+def _graph(free: BoolGrid) -> scipy.sparse.csr_array:
     """The steps between neighbouring free cells, also across corners, in cells; cells numbered row by row."""
     numbers = np.arange(free.size).reshape(free.shape)
     here, there, cost = [], [], []
@@ -263,7 +263,7 @@ def _graph(free: BoolGrid) -> sparse.csr_array:
         cost.append(np.full(int(both.sum()), math.hypot(down, right)))
     a, b, c = np.concatenate(here), np.concatenate(there), np.concatenate(cost)
     ends = (np.concatenate([a, b]), np.concatenate([b, a]))
-    return sparse.csr_array((np.concatenate([c, c]), ends), shape=(free.size, free.size))
+    return scipy.sparse.csr_array((np.concatenate([c, c]), ends), shape=(free.size, free.size))
 
 
 _EYE_HEIGHT_M = 0.95

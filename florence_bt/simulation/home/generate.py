@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy  # its parts load at their first use
 import yaml
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2, normalize_angle
@@ -133,12 +133,12 @@ class _Furnisher:
     def clearance(self, blocked: BoolGrid | None = None) -> NDArray[np.float64]:
         """Metres from each cell to what can be touched, shape (rows, columns)."""
         free = ~(self._blocked() if blocked is None else blocked)
-        distance: NDArray[np.float64] = ndimage.distance_transform_edt(free)
+        distance: NDArray[np.float64] = scipy.ndimage.distance_transform_edt(free)
         return distance * _RESOLUTION_M - _RESOLUTION_M / 2
 
     def reachable(self, clearance: NDArray[np.float64]) -> BoolGrid | None:
         """Where the robot gets to from the doors and hotspots; None when these do not hang together."""
-        labels, _ = ndimage.label(clearance >= ROBOT_RADIUS_M)
+        labels, _ = scipy.ndimage.label(clearance >= ROBOT_RADIUS_M)
         found = {int(labels[self.frame.cell_of(*stop)]) for stop in self._stops}
         return labels == found.pop() if len(found) == 1 and 0 not in found else None
 
