@@ -44,7 +44,7 @@ class PersonSpec:
         surface: Height of what the person is seated or lies on, above the floor in metres.
         aid: A rollator to push, or a wheelchair to sit in.
         load: What the person carries.
-        wait: How long a walking person stands before they set off, in seconds.
+        wait: How long a walking person stands at each end of the route before they set off, in seconds.
         once: Whether the route is walked once, and not there and back for ever.
     """
 

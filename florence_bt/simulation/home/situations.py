@@ -53,6 +53,9 @@ behind, at this distance, without walking this much further."""
 _CROSSING_M, _CLEAR_OF_START_M = (0.5, 1.5), 2.0
 """How far to each side of the way somebody crosses it, and how far from where the walk begins."""
 
+_PAUSE_S = 5.0, 20.0
+"""How long somebody who walks there and back stays at each end."""
+
 _CHILD_CHANCE, _BED_CHANCE = 0.2, 0.65
 _TRIES = 300
 
@@ -131,7 +134,7 @@ def lying(flat: Flat, rng: Random) -> PersonSpec:
 
 
 def walking(flat: Flat, rng: Random) -> PersonSpec:
-    """Walking there and back between two places, through doors when there is another room to walk to."""
+    """Walking there and back between two places, in two rooms where there are two, with a pause at each."""
     return _walker(flat, rng)
 
 
@@ -356,9 +359,10 @@ def _walker(flat: Flat, rng: Random, aid: Aid = "none", load: Load = "none") -> 
             heading = math.atan2(way[1][1] - start[1], way[1][0] - start[0])
             speed = round(float(rng.uniform(0.3, 0.8)), 2)
             route = tuple(way[1:])
-            return _person(
+            person = _person(
                 rng, Pose2(*start, heading), "walking", route=route, speed=speed, aid=aid, load=load
             )
+            return replace(person, wait=round(float(rng.uniform(*_PAUSE_S)), 1))
     raise ConfigError(f"nobody can walk far in {flat.name!r}", valid=["another home"])
 
 

@@ -62,6 +62,7 @@ class Walker:
         self._walked = 0.0
         self._detour: _Detour | None = None
         self._time = self._waited = self._rethink = 0.0
+        self._off_at = spec.wait
         self.pose = self._pose_after(0.0)
 
     @property
@@ -81,8 +82,9 @@ class Walker:
             The new pose.
         """
         self._time += seconds
-        if self._time <= self._spec.wait or self.arrived:
+        if self._time <= self._off_at or self.arrived:
             return self.pose
+        leg = self._walked // self._route.length
         bodies = (robot, *people)
         if self._detour is None and any(self._runs_into(point, bodies) for point in self._ahead(bodies)):
             self._look_for_way_round(bodies)
@@ -99,6 +101,8 @@ class Walker:
             self._walked += step
         elif self._detour.go(step):
             self._walked, self._detour = self._detour.back_at, None
+        if self._walked // self._route.length > leg:
+            self._off_at = self._time + self._spec.wait
         return self.pose
 
     def _wait(self, seconds: float, there: Pose2, bodies: Sequence[Pose2]) -> None:

@@ -119,6 +119,15 @@ def test_who_waits_sets_off_after_that_time(flat):
     assert walker.pose.x == pytest.approx(2.7, abs=0.011)
 
 
+def test_who_waits_does_so_at_each_end(flat):
+    spec = PersonSpec("ann", Pose2(2.2, 5.3), "walking", ((3.2, 5.3),), speed=0.5, wait=3.0)
+    walker = Walker(spec, flat)
+    xs = [pose.x for pose in walk(walker, 13.0)]
+    ends = [x for x, after in zip(xs, xs[1:], strict=False) if x == after]
+    there, back = (sum(abs(x - end) < 0.02 for x in ends) for end in (3.2, 2.2))
+    assert there == pytest.approx(3.0 / STEP_S, abs=2) and back == pytest.approx(6.0 / STEP_S, abs=4)
+
+
 def test_nobody_waits_less_than_no_time():
     with pytest.raises(ConfigError, match="0 s"):
         PersonSpec("ann", Pose2(), "walking", ((1.0, 0.0),), wait=-1.0)
