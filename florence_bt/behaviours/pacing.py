@@ -105,11 +105,9 @@ class Timeout(PreparedDecorator):
     def update(self) -> Status:
         """The child's status, or FAILURE when the time is over and it still runs."""
         if self.decorated.status is Status.RUNNING and self._timer.fired:
-            tip = self.decorated.tip() or self.decorated
-            doing = f": {tip.feedback_message}" if tip.feedback_message else ""
-            reason = (
-                f"{self.decorated.name} was not done within {self._seconds:g} s (it was at {tip.name}{doing})"
-            )
+            leaf = _running_leaf(self.decorated)
+            doing = f"{leaf.name}: {leaf.feedback_message}" if leaf.feedback_message else leaf.name
+            reason = f"{self.decorated.name} was not done within {self._seconds:g} s (it was at {doing})"
             self.result = failure("timed_out", reason)
             self.feedback_message = reason
             return Status.FAILURE
@@ -118,6 +116,13 @@ class Timeout(PreparedDecorator):
     def terminate(self, new_status: Status) -> None:
         """Forget the timer."""
         self._timer.cancel()
+
+
+def _running_leaf(node: Behaviour) -> Behaviour:
+    """What goes on; the tip of a parallel is its last branch, which may have ended."""
+    while child := next((child for child in node.children if child.status is Status.RUNNING), None):
+        node = child
+    return node
 
 
 class _Counting(PreparedDecorator):

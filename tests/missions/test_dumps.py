@@ -54,72 +54,76 @@ def test_a_running_mission(robot):
                                     [>] repeat a look without pictures
                                         [>] look for user
                             [ ] stop tracker
-            [ ] approach until the user stays where they are
-                [ ] sequence
-                    [ ] when $distance > 1.6 m
-                        [ ] make sure from nearby (sequence)
-                            [ ] set before
-                            [ ] try run approach_user
-                                [ ] run approach_user
-                                    [ ] within $limit
-                                        [ ] approach the person (sequence)
-                                            [ ] get robot pose
-                                            [ ] retry up to 6 times
-                                                [ ] propose and drive (sequence)
-                                                    [ ] propose approach pose
-                                                    [ ] within 40 s
-                                                        [ ] navigate to
-                            [ ] run detect_user
-                                [ ] search in a circle (finally)
-                                    [ ] retry up to $looks times
-                                        [ ] turn and look (sequence)
-                                            [ ] stop tracker
-                                            [ ] unless $look_first and $look == 1
-                                                [ ] turn
-                                            [ ] settle
-                                            [ ] start tracker
-                                            [ ] repeat a look without pictures
-                                                [ ] look for user
-                                    [ ] stop tracker
-                            [ ] distance($user, $before) < 1 m
-                    [ ] stop before the user (sequence)
-                        [ ] try set user position
-                            [ ] set user position
-                        [ ] run approach_user
-                            [ ] within $limit
-                                [ ] approach the person (sequence)
-                                    [ ] get robot pose
-                                    [ ] retry up to 6 times
-                                        [ ] propose and drive (sequence)
-                                            [ ] propose approach pose
-                                            [ ] within 40 s
-                                                [ ] navigate to
-                    [ ] set before
-                    [ ] look for who has walked on
-                        [ ] run detect_user
-                            [ ] search in a circle (finally)
-                                [ ] retry up to $looks times
-                                    [ ] turn and look (sequence)
-                                        [ ] stop tracker
-                                        [ ] unless $look_first and $look == 1
-                                            [ ] turn
-                                        [ ] settle
-                                        [ ] start tracker
-                                        [ ] repeat a look without pictures
+            [ ] run meet_user
+                [ ] sequence (finally)
+                    [ ] sequence
+                        [ ] set user
+                        [ ] start tracker
+                        [ ] retry up to 2 times
+                            [ ] if $attempt == 1
+                                [ ] approach who stays where they are (sequence)
+                                    [ ] when $distance > 1.6 m
+                                        [ ] make sure from nearby (sequence)
+                                            [ ] try run approach_user
+                                                [ ] run approach_user
+                                                    [ ] within $limit
+                                                        [ ] parallel
+                                                            [ ] approach the person (sequence)
+                                                                [ ] get robot pose
+                                                                [ ] retry up to 6 times
+                                                                    [ ] propose and drive (sequence)
+                                                                        [ ] propose approach pose
+                                                                        [ ] within 40 s
+                                                                            [ ] navigate to
+                                                            [ ] when $user_id > 0
+                                                                [ ] watch whether they walk on
+                                                                    [ ] repeat 1000 times
+                                                                        [ ] sequence
+                                                                            [ ] look for user
+                                                                            [ ] distance($now, $user) < 0.6 m
                                             [ ] look for user
-                                [ ] stop tracker
-                    [ ] distance($user, $before) < 0.5 m"""
+                                            [ ] distance($user, $seen_at) < 1 m
+                                    [ ] try set user position
+                                        [ ] set user position
+                                    [ ] run approach_user
+                                        [ ] within $limit
+                                            [ ] parallel
+                                                [ ] approach the person (sequence)
+                                                    [ ] get robot pose
+                                                    [ ] retry up to 6 times
+                                                        [ ] propose and drive (sequence)
+                                                            [ ] propose approach pose
+                                                            [ ] within 40 s
+                                                                [ ] navigate to
+                                                [ ] when $user_id > 0
+                                                    [ ] watch whether they walk on
+                                                        [ ] repeat 1000 times
+                                                            [ ] sequence
+                                                                [ ] look for user
+                                                                [ ] distance($now, $user) < 0.6 m
+                                    [ ] set now
+                                    [ ] look for who has walked on
+                                        [ ] look for user
+                                    [ ] distance($now, $user) < 0.5 m
+                                [ ] go after who walks
+                                    [ ] parallel
+                                        [ ] follow user
+                                        [ ] until the robot stands before them
+                                            [ ] sequence
+                                                [ ] look for user
+                                                [ ] get robot pose
+                                                [ ] distance($user, $pose) < $safe_distance + 0.08 m
+                    [ ] stop tracker"""
     )
 
 
 def test_a_search_from_nearby(robot):
-    mock_all(robot, NOBODY_ON_THE_WAY)
-    robot.mock("make sure from nearby/**/look_for_user", "running 5 s, then FAILURE no_user_seen")
+    robot.mock("make sure from nearby/look_for_user", "running 5 s, then FAILURE no_user_seen")
     play = robot.start("goto_user")
-    robot.run_until("make sure from nearby/**/look_for_user")
+    robot.run_until("make sure from nearby/look_for_user")
     assert "[+] find the user (selector)\n" in play.tree
-    assert "[+] distance($user, $before)" not in play.tree
-    assert "unless $look_first and $look == 1 -- skipped: $look_first and $look == 1 holds" in play.tree
+    assert "[+] distance($user, $seen_at)" not in play.tree
+    assert "[-] watch whether they walk on\n" in play.tree
 
 
 def test_a_search_from_nearby_that_is_not_needed(robot):
@@ -158,6 +162,8 @@ def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill
     took = "running 1 s, then " if at == "after 1 s" else ""
     if skill == "turn":
         robot.mock("look_for_user", "running 1 s, then FAILURE no_user_seen")
+    if skill == "stop_tracker":  # a tracker that does not stop after the watch is no matter
+        mock_all(robot, NOBODY_ON_THE_WAY)
     robot.mock(skill, f'{took}FAILURE server_lost "nobody answers"')
     play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
     assert play.leaf.endswith(skill)
@@ -167,18 +173,13 @@ def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill
     assert all(call.ended is not None for call in play.calls())
 
 
-@pytest.mark.parametrize(
-    "skill",
-    ["stop_tracker", "turn", "start_tracker", "look_for_user"],
-)
-def test_a_failure_in_the_look_from_nearby_names_the_skill_there(robot, skill):
-    if skill == "turn":
-        robot.mock("make sure from nearby/**/look_for_user", "running 1 s, then FAILURE no_user_seen")
-    robot.mock(f"make sure from nearby/**/{skill}", 'running 1 s, then FAILURE server_lost "nobody answers"')
+@pytest.mark.parametrize("skill", ["navigate_to", "look_for_user", "get_robot_pose", "propose_approach_pose"])
+def test_a_failure_in_the_approach_names_the_skill_there(robot, skill):
+    robot.mock("look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7)")
+    robot.mock(f"run approach_user/**/{skill}", 'running 1 s, then FAILURE server_lost "nobody answers"')
     play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
-    assert "/make sure from nearby/" in play.leaf and play.leaf.endswith(skill)
-    tracker = [name for name in play.order if name in ("start_tracker", "stop_tracker")]
-    assert tracker[-1] == "stop_tracker"
+    assert "/approach_user/" in play.leaf and play.leaf.endswith(skill)
+    assert play.order[-1] == "stop_tracker"
     assert all(call.ended is not None for call in play.calls())
 
 

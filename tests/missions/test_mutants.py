@@ -11,15 +11,11 @@ from florence_bt.trees.language.loader import BUILT_IN
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
-LAST_LOOK = "with: {window: $window, looks: 1}"
 ROUND_SEARCH = """with: {window: $window, looks: $looks}
-                    out: {user: user, distance: distance}
+                    out: {user: user, distance: distance, user_id: user_id}
 """
-NEARBY_SEARCH = """with: {window: $window, looks: $looks}
-                      out: {user: user, distance: distance}
-"""
-STORE = """                    - succeed:
-                        set_user_position: {user: $user}
+STORE = """            - succeed:
+                set_user_position: {user: $user}
 """
 MUTANTS = [
     (
@@ -182,72 +178,73 @@ MUTANTS = [
         "look_for_user: {}",
         "'watch out on the way/**/look_for_user' with window=2 was started never",
     ),
-    ("goto_user", "$distance > 1.6 m", "$distance >= 1.6 m", "goto_user took "),
-    ("goto_user", "$distance > 1.6 m", "$distance > 1.7 m", "was not called"),
+    ("goto_user", "seen_at: $user", "seen_at: {x: 3 m, y: 2 m, yaw: 0 deg}", "'meet_user' with seen_at"),
+    ("goto_user", "distance: $distance\n", "distance: 2 m\n", "'meet_user' with seen_at"),
     (
         "goto_user",
+        "              safe_distance: $safe_distance\n",
+        "",
+        "'meet_user' with safe_distance=0.8 was started never",
+    ),
+    ("goto_user", "not_so, user_lost,", "not_so,", "'user_lost', not 'no_more_views'"),
+    ("meet_user", "$distance > 1.6 m", "$distance >= 1.6 m", "was started twice, not once"),
+    ("meet_user", "$distance > 1.6 m", "$distance > 1.7 m", "was started once, not twice"),
+    (
+        "meet_user",
         NEARBY_DISTANCE,
         "1.2 m",
         "'make sure from nearby/**/propose_approach_pose' with safe_distance=1.21 was not called",
     ),
     (
-        "goto_user",
+        "meet_user",
         NEARBY_DISTANCE,
         "$safe_distance",
         "'make sure from nearby/**/propose_approach_pose' with safe_distance=1.2 was not called",
     ),
-    ("goto_user", ", limit: 45 s", "", "'make sure from nearby/**/navigate_to' was started "),
+    ("meet_user", ", limit: 45 s", "", "'make sure from nearby/**/navigate_to' was started "),
+    ("meet_user", "                  out: {user: user}\n", "", "'set_user_position' with user=(x 3.50 m"),
+    ("meet_user", "$seen_at) < 1 m", "$seen_at) < 0.4 m", "meet_user is FAILED"),
+    ("meet_user", STORE, "", "'set_user_position' is a skill that meet_user does not use"),
     (
-        "goto_user",
-        NEARBY_SEARCH,
-        NEARBY_SEARCH.replace("window: $window, ", ""),
-        "'make sure from nearby/**/look_for_user' with window=2",
-    ),
-    (
-        "goto_user",
-        NEARBY_SEARCH,
-        NEARBY_SEARCH.replace(", looks: $looks", ""),
-        "'make sure from nearby/**/look_for_user' was started ",
-    ),
-    (
-        "goto_user",
-        NEARBY_SEARCH,
-        NEARBY_SEARCH.replace("user: user, ", ""),
-        "was not called",
-    ),
-    (
-        "goto_user",
-        "$before) < 1 m",
-        "$before) <= 1 m",
-        "'make sure from nearby/**/look_for_user' was started once",
-    ),
-    ("goto_user", STORE, "", "'set_user_position' is a skill that goto_user does not use"),
-    (
-        "goto_user",
+        "meet_user",
         STORE,
-        STORE.replace("- succeed:\n                        ", "- "),
+        STORE.replace("- succeed:\n                ", "- "),
         "set_user_position, not SUCCEEDED",
     ),
     (
-        "goto_user",
-        "with: {user: $user, safe_distance: $safe_distance}",
-        "with: {user: $user}",
-        "'stop before the user/**/propose_approach_pose' with safe_distance=0.8 was started never",
+        "meet_user",
+        "user_id: $seen_id, safe_distance: $safe_distance}",
+        "user_id: $seen_id}",
+        "'run approach_user/**/propose_approach_pose' with safe_distance=2 was not called",
     ),
-    ("goto_user", LAST_LOOK, LAST_LOOK.replace("1}", "2}"), "'turn' was started"),
     (
-        "goto_user",
-        LAST_LOOK,
-        LAST_LOOK.replace("window: $window, ", ""),
-        "'look for who has walked on/**/look_for_user' with window=2 was started never",
+        "meet_user",
+        "{user: $user, user_id: $seen_id, safe_distance: $safe_distance}",
+        "{user: $user, safe_distance: $safe_distance}",
+        "'until the robot stands before them/**/look_for_user' was started never, not 6 times",
     ),
-    ("goto_user", "$before) < 0.5 m", "$before) <= 0.5 m", "was not called"),
+    ("meet_user", "$user) < 0.5 m", "$user) <= 0.5 m", "'follow_user' was started never, not once"),
+    ("meet_user", "on: [not_so]", "on: [no_path]", "meet_user is FAILED"),
+    ("meet_user", "timeout: 90 s", "timeout: 10 min", "'user_lost', not 'timed_out'"),
+    ("meet_user", "_id, distance: $safe_distance}", "_id, distance: 1 m}", "'follow_user' with user_id=7"),
+    ("meet_user", "$safe_distance + 0.08 m", "$safe_distance", "meet_user "),
+    ("meet_user", "on: [not_so, no_user_seen, no_picture]", "on: [not_so]", "meet_user is FAILED"),
+    ("meet_user", "policy: [until the robot stands before them]", "policy: any", "user_lost"),
+    ("meet_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker'"),
+    ("approach_user", "$user) < 0.6 m", "$user) <= 0.6 m", "approach_user is SUCCEEDED"),
     (
-        "goto_user",
-        "$before) < 0.5 m",
-        "$before) < 0.4 m",
-        "'stop before the user/**/navigate_to' was started ",
+        "approach_user",
+        "        on: [no_user_seen, no_picture]\n",
+        "        on: [no_picture]\n",
+        "no_user_seen",
     ),
+    (
+        "approach_user",
+        "        on: [no_user_seen, no_picture]\n",
+        "        on: [no_user_seen]\n",
+        "no_picture",
+    ),
+    ("approach_user", "        when: $user_id > 0\n", "", "look_for_user"),
     ("goto_user", "default: 5 s", "default: 4 s", "'look_for_user' with window=5 was not called as number "),
     ("patrol", "dock, timed_out,", "dock,", "patrol is FAILED: "),
     ("patrol", "collision_ahead, no_user_seen,", "no_user_seen,", "patrol is FAILED: "),

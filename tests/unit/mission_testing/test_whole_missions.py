@@ -9,7 +9,7 @@ from florence_bt.mission_testing.scenarios.scenario import run_scenario
 from florence_bt.mission_testing.scenarios.scenario_file import Libraries, read_scenarios
 
 SEEN = "running 8 s, then SUCCESS (user=(3 m, 2 m, 180 deg), distance=1.5 m, user_id=1)"
-SEEN_FAR_AWAY = SEEN.replace("1.5 m", "2 m")
+MET = "running 5 s, then SUCCESS (user=(3 m, 2 m, 180 deg), pose=(1 m, 1 m, 0 deg))"
 WAVE = """\
 skills:
   wave_arm:
@@ -38,37 +38,36 @@ def stage():
 
 def test_a_called_mission_is_mocked_like_a_skill(stage):
     search = stage.mock("detect_user", SEEN)
-    stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
-    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(31)
+    stage.mock("meet_user", MET)
+    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(23)
     play.assert_called("look round/**/detect_user", times=1, looks=3, window="5 s", step="45 deg")
-    play.assert_order("detect_user", "set_user_position", "approach_user", "detect_user")
+    play.assert_order("detect_user", "meet_user")
     play.assert_trace("10 s detect_user: RUNNING\n18 s detect_user: SUCCESS", "look round/**/detect_user")
     assert search.inputs[0]["settle"] == 0.3 and search.inputs[0]["look_first"] is True
 
 
 def test_each_call_of_a_mission_is_a_call_of_its_mock(stage):
-    search = stage.mock("detect_user", SEEN_FAR_AWAY)
+    stage.mock("look_for_user", SEEN)
     approach = stage.mock("approach_user", "running 5 s, then SUCCESS (pose=(1 m, 1 m, 0 deg))")
-    play = stage.run("goto_user", looks=3).assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(44)
-    play.assert_called("make sure from nearby/**/detect_user", times=1, looks=3, window="5 s", step="45 deg")
-    assert play.order[-6:] == [
-        "detect_user",
+    play = stage.run("meet_user", seen_at="(3 m, 2 m, 180 deg)", seen_id=1, distance="2 m")
+    play.assert_succeeded(pose="(1 m, 1 m, 0 deg)").assert_duration(5 + 8 + 5 + 8)
+    assert play.order[1:] == [
         "approach_user",
-        "detect_user",
+        "look_for_user",
         "set_user_position",
         "approach_user",
-        "detect_user",
+        "look_for_user",
+        "stop_tracker",
     ]
     assert [call["safe_distance"] for call in approach.inputs] == [1.2, 0.5]
-    assert [call["looks"] for call in search.inputs] == [3, 3, 1]
     play.assert_called("make sure from nearby/**/approach_user", times=1, safe_distance="1.2 m")
 
 
 def test_paths_tell_one_call_from_the_other(stage):
     stage.mock("detect_user", SEEN)
     stage.mock("look round/**/detect_user", f"running 3 s, then FAILURE no_user_seen once, then {SEEN}")
-    stage.mock("approach_user", "SUCCESS (pose=(1 m, 1 m, 0 deg))")
-    stage.run("goto_user").assert_succeeded().assert_duration(10 + 3 + 10 + 8 + 8)
+    stage.mock("meet_user", MET)
+    stage.run("goto_user").assert_succeeded().assert_duration(10 + 3 + 10 + 8 + 5)
 
 
 def test_its_failure_reaches_the_caller(stage):
@@ -124,7 +123,7 @@ given:
     stop_tracker: SUCCESS
     look_for_user: running 1 s, then FAILURE no_user_seen
     set_user_position: SUCCESS
-    approach_user: SUCCESS (pose=(1 m, 1 m, 0 deg))
+    meet_user: SUCCESS (user=(3 m, 2 m, 180 deg), pose=(1 m, 1 m, 0 deg))
 scenarios:
 """
 
@@ -140,7 +139,7 @@ def test_in_scenarios(tmp_path):
     found, libraries = read(
         tmp_path,
         f"  - name: whole\n    given: {{skills: {{detect_user: '{SEEN}'}}}}\n"
-        "    then: {status: SUCCEEDED, duration: 16 s,\n"
+        "    then: {status: SUCCEEDED, duration: 8 s,\n"
         "      called: {look round/**/detect_user: {times: 1, looks: 8}}}\n"
         "  - name: played\n"
         "    given:\n      skills: {turn: FAILURE no_scan}\n"

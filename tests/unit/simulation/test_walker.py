@@ -123,7 +123,7 @@ def test_who_waits_does_so_at_each_end(flat):
     spec = PersonSpec("ann", Pose2(2.2, 5.3), "walking", ((3.2, 5.3),), speed=0.5, wait=3.0)
     walker = Walker(spec, flat)
     xs = [pose.x for pose in walk(walker, 13.0)]
-    ends = [x for x, after in zip(xs, xs[1:], strict=False) if x == after]
+    ends = [x for x, after in itertools.pairwise(xs) if x == after]
     there, back = (sum(abs(x - end) < 0.02 for x in ends) for end in (3.2, 2.2))
     assert there == pytest.approx(3.0 / STEP_S, abs=2) and back == pytest.approx(6.0 / STEP_S, abs=4)
 
