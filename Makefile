@@ -8,7 +8,7 @@ WORKERS ?= 2
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test unit ros check format trials bench lock clean
+.PHONY: help setup demo test unit ros check format trials bench colour lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +44,9 @@ trials: setup ## run goto_user in the rig, 10 seeds for each class of person, an
 
 bench: setup ## run the benchmarks
 	$(PYTEST) benchmarks --benchmark-only $(ARGS)
+
+colour: setup ## install the network of the colour detector, 144 MB (ARGS=--photographs: what its tests look at, too)
+	$(BIN)/python tools/colour_network $(ARGS)
 
 lock: ## choose the newest versions that fit and pin them (PYTHON must be a Python 3.11)
 	$(PYTHON) tools/setup.py lock

@@ -17,9 +17,10 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import ColourImage, DepthImage, Posture
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.people.user_tracker.appearance import Histogram, colour_histogram
+from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
-from florence_bt.skills.people.user_tracker.person_network import POSTURES, STRIDE, Pixels, ask
+from florence_bt.skills.people.user_tracker.person_network import INPUT_SIZE, POSTURES, STRIDE, Pixels, ask
 
 _CELL = 0.05
 """Metres; side of the cells in which votes are counted."""
@@ -41,6 +42,7 @@ class Detection:
         posture: What the person does.
         height: Height above the floor of the highest point that is seen of them, metres; 0 when not known.
         histogram: Colours of the body, or None.
+        region: Where the picture shows them, or None when not known.
     """
 
     x: float
@@ -50,6 +52,7 @@ class Detection:
     posture: Posture = "standing"
     height: float = 0.0
     histogram: Histogram | None = None
+    region: Region | None = None
 
     def moved_by(self, robot: Pose2) -> Detection:
         """The same in the frame in which the robot has this pose."""
@@ -191,4 +194,14 @@ def _judge(
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < use.minimum_confidence or distance > use.maximum_distance:
         return None
-    return Detection(x, y, distance, confidence, posture, height)
+    return Detection(x, y, distance, confidence, posture, height, region=_region_of(votes, mine))
+
+
+def _region_of(votes: _Votes, mine: NDArray[np.int64]) -> Region:
+    """The part of the picture with all but a few of some votes."""
+    few = 100.0 - _TOP_PERCENT
+    left, right = np.percentile(votes.columns[mine], [few, _TOP_PERCENT]) / INPUT_SIZE[0]
+    top, bottom = np.percentile(votes.rows[mine], [few, _TOP_PERCENT]) / INPUT_SIZE[1]
+    return Region(
+        float(left), float(top), float(right + STRIDE / INPUT_SIZE[0]), float(bottom + STRIDE / INPUT_SIZE[1])
+    )

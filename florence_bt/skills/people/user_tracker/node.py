@@ -7,8 +7,10 @@ beside the unfiltered users.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 from florence_interfaces.action import LookForUser as LookAction
@@ -20,7 +22,7 @@ from std_srvs.srv import Trigger
 from florence_bt.core.clock import Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import NotNegative, check_limits
+from florence_bt.core.limits import Limits, NotNegative, check_limits
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage, TrackedUser
 from florence_bt.core.transforms import Transform3, TransformUnavailable
@@ -35,11 +37,14 @@ from florence_bt.ros.conversions import (
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
+from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.evidence import EvidenceSource, Opinion, opinions
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
+    ColourParameters,
     DetectorParameters,
     LookParameters,
     TrackerParameters,
@@ -60,6 +65,10 @@ class UserTrackerNodeParameters:
 
     Attributes:
         period_s: Pictures that come sooner after the last one are left out, seconds.
+        colour_detector: Whether a learned detector looks at who is proposed in the colour pictures, too. It
+            does not know simulated people.
+        colour_period_s: It is asked at most this often, seconds.
+        colour_most: Of how many candidates at a time.
         colour_age_s: A colour picture may differ this much in time from the depth picture, seconds.
         keep_pictures_s: Pictures are listened to for this long after a stop, seconds: between two looks the
             tracker is stopped for a moment, and it would take a while to find the pictures again.
@@ -70,6 +79,9 @@ class UserTrackerNodeParameters:
     """
 
     period_s: NotNegative = 0.06
+    colour_detector: bool = False
+    colour_period_s: NotNegative = 0.3
+    colour_most: Annotated[int, Limits(1)] = 4
     colour_age_s: NotNegative = 0.2
     keep_pictures_s: NotNegative = 20.0
     use_map: bool = True
@@ -86,15 +98,34 @@ class UserTrackerNode(FlorenceNode):
 
     Args:
         parameters: Overrides of the node's parameters.
+        second_source: Is asked about candidates; the colour detector when None, if it is switched on.
+
+    Raises:
+        ColourNetworkUnusable: The colour detector is switched on, and its network is damaged or not
+            installed.
     """
 
-    def __init__(self, *, parameters: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        second_source: EvidenceSource | None = None,
+    ) -> None:
         super().__init__("user_tracker_ni_node", parameters=parameters)
         self._use = self.read_parameters(UserTrackerNodeParameters)
         self._detector = self.read_parameters(DetectorParameters)
         # The first call loads the compiled loops, which takes as long as twenty pictures: not during a look.
         detect_people(EMPTY_PICTURE, Transform3.identity(), None, self._detector)
-        self._tracker = UserTracker(self.read_parameters(TrackerParameters))
+        colours = self.read_parameters(ColourParameters)
+        self._second_source = second_source or (
+            ColourDetector(colours) if self._use.colour_detector else None
+        )
+        self._worker = ThreadPoolExecutor(1, "second source")
+        self._answer: Future[list[tuple[int, Opinion]]] | None = None
+        self._asked = float("-inf")
+        self._tracker = UserTracker(
+            self.read_parameters(TrackerParameters), second_source=self._second_source is not None
+        )
         self._look = LookForUser(self.read_parameters(LookParameters))
         self._look_timer: Timer | None = None
         self._started_by_look = False
@@ -121,6 +152,7 @@ class UserTrackerNode(FlorenceNode):
     def close(self) -> None:
         """Take no more pictures."""
         self._tracker.stop()
+        self._worker.shutdown(cancel_futures=True)
 
     # ---- start and stop -------------------------------------------------------------------------------
 
@@ -230,8 +262,28 @@ class UserTrackerNode(FlorenceNode):
         tracked = self._tracker.update(depth.stamp, [each.moved_by(robot_in_odom) for each in found])
         users = tuple(user.moved_by(odom) for user in tracked)
         self._publish(users, depth.stamp)
+        if colour is not None:
+            self._ask_second_source(colour, depth.stamp)
         if self._action.active:
             self._feed_look(depth.stamp, users, robot)
+
+    def _ask_second_source(self, colour: ColourImage, stamp: float) -> None:
+        """Have the candidates of a picture looked at beside the depth pictures that follow."""
+        if self._second_source is None or self._answer is not None:
+            return
+        candidates = self._tracker.candidates(self._use.colour_most)
+        if not candidates or 0.0 <= stamp - self._asked < self._use.colour_period_s:
+            return
+        self._asked = stamp
+        self._answer = self._worker.submit(opinions, self._second_source, colour, candidates)
+        self._answer.add_done_callback(lambda answer: self.call_soon(partial(self._on_opinions, answer)))
+
+    def _on_opinions(self, answer: Future[list[tuple[int, Opinion]]]) -> None:
+        self._answer = None
+        if answer.cancelled():
+            return  # the node was closed
+        for number, opinion in answer.result():
+            self._tracker.take_opinion(number, opinion, self._last_stamp)
 
     def _publish(self, users: tuple[TrackedUser, ...], stamp: float) -> None:
         present = filter_users(users)

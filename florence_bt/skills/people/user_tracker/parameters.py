@@ -1,11 +1,11 @@
-"""The parameters of the detector, of the tracker and of the look for a person."""
+"""The parameters of the detectors, of the tracker and of the look for a person."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.limits import Limits, Positive, check_limits, check_order
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +39,42 @@ class DetectorParameters:
 
 
 @dataclass(frozen=True, slots=True)
+class ColourParameters:
+    """When the colour detector says something (docs/people.md has the trial that they come from).
+
+    Attributes:
+        colour_person: From this score on it shows a person.
+        colour_nobody: Below this score it shows nobody, when it is seen well.
+        colour_smallest: Columns or rows that somebody must have in the colour picture to be looked at.
+        colour_darkest: What is darker than this share of full brightness may be anybody.
+        colour_margin: What is seen around somebody, as a share of their height (or width) on each side.
+        colour_overlap: A person counts when their box and the proposed region have this intersection over
+            union.
+    """
+
+    colour_person: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.3
+    colour_nobody: Annotated[float, Limits(0.0, 1.0)] = 0.15
+    colour_smallest: Annotated[int, Limits(1)] = 64
+    colour_darkest: Annotated[float, Limits(0.0, 1.0)] = 0.1
+    colour_margin: Annotated[float, Limits(0.0)] = 0.2
+    colour_overlap: Annotated[float, Limits(0.0, 1.0)] = 0.3
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+        check_order(self, ("colour_nobody", "colour_person"), equal=True)
+
+
+@dataclass(frozen=True, slots=True)
 class TrackerParameters:
     """How people are followed from picture to picture.
 
     Attributes:
         confirm_hits: A person counts when seen in this many ...
         confirm_window: ... of this many pictures.
+        agreed_hits: In this many, when a second source says that it is a person.
+        opinion_s: When there is a second source, a candidate waits this long for its opinion, seconds, and
+            again after each that was against it.
+        denials: Who was called nobody this often, and never a person, is not confirmed any more.
         gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
         gate_margin: Nor is a detection further from there than this and what return_speed covers since the
@@ -74,6 +104,9 @@ class TrackerParameters:
 
     confirm_hits: Annotated[int, Limits(1)] = 3
     confirm_window: Annotated[int, Limits(1)] = 4
+    agreed_hits: Annotated[int, Limits(1)] = 2
+    opinion_s: NotNegative = 0.5
+    denials: Annotated[int, Limits(1)] = 3
     gate: Positive = 13.8
     gate_margin: Positive = 0.3
     acceleration: Positive = 1.5
@@ -99,6 +132,7 @@ class TrackerParameters:
         check_limits(self)
         check_order(
             self,
+            ("agreed_hits", "confirm_hits"),
             ("confirm_hits", "confirm_window"),
             ("coast_s", "forget_s"),
             ("match_distance", "differ_distance"),

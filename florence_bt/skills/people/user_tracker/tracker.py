@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import statistics
 from collections import deque
@@ -15,6 +16,7 @@ from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
@@ -24,10 +26,24 @@ LOST_DISTANCE = 0.0
 
 
 class _Track:
-    """One person, or what may become one."""
+    """One person, or what may become one.
 
-    def __init__(self, detection: Detection, now: float, use: TrackerParameters) -> None:
+    Args:
+        detection: How it was seen first.
+        now: When, seconds.
+        use: How people are followed.
+        number: Of the track.
+        waits_s: It waits this long for a second opinion, seconds.
+    """
+
+    def __init__(
+        self, detection: Detection, now: float, use: TrackerParameters, number: int, waits_s: float
+    ) -> None:
         self._use = use
+        self.number = number
+        self.opinions = self._denials = 0
+        self._agreed = False
+        self._wait_until = now + waits_s
         self.filter = self._filter_at(detection)
         self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
         self.device_id = 0
@@ -60,6 +76,25 @@ class _Track:
             old = self.histogram
             self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
 
+    def take_opinion(self, opinion: Opinion, now: float) -> None:
+        """Take what a second source says; once a person, always a person."""
+        self.opinions += 1
+        self._agreed = self._agreed or opinion is Opinion.PERSON
+        self._denials += opinion is Opinion.NOBODY
+        self._wait_until = now + (self._use.opinion_s if opinion is Opinion.NOBODY else 0.0)
+
+    @property
+    def denied(self) -> bool:
+        """Whether a second source has looked often enough and never seen a person."""
+        return not self._agreed and self._denials >= self._use.denials
+
+    def is_a_person(self, now: float) -> bool:
+        """Whether it was seen often enough, and no second source is against it."""
+        hits = sum(self.hits)
+        if self._agreed:
+            return hits >= self._use.agreed_hits
+        return hits >= self._use.confirm_hits and now >= self._wait_until and not self.denied
+
     def _filter_at(self, detection: Detection) -> ConstantVelocity:
         position = np.array([detection.x, detection.y])
         return ConstantVelocity(position, _sigma_of(detection, self._use), self._use.acceleration)
@@ -89,13 +124,18 @@ class UserTracker:
 
     Args:
         parameters: How people are followed.
+        second_source: Whether there is a source of evidence besides the detections: candidates wait for its
+            opinion (:meth:`candidates`, :meth:`take_opinion`). One that does not answer holds nobody up for
+            long.
 
     Source:
         REFERENCE 9 and 12.9; document, sections 4.1.2 and 4.2.
     """
 
-    def __init__(self, parameters: TrackerParameters | None = None) -> None:
+    def __init__(self, parameters: TrackerParameters | None = None, *, second_source: bool = False) -> None:
         self._use = parameters or TrackerParameters()
+        self._waits_s = self._use.opinion_s if second_source else 0.0
+        self._numbers = itertools.count()
         self._gallery = Gallery(self._use)
         self._tracks: list[_Track] = []
         self._next_device_id = 1
@@ -137,7 +177,9 @@ class UserTracker:
             if id(track) not in matched_tracks:
                 track.hits.append(False)
         self._tracks += [
-            _Track(each, now, self._use) for each in detections if id(each) not in matched_detections
+            _Track(each, now, self._use, next(self._numbers), self._waits_s)
+            for each in detections
+            if id(each) not in matched_detections
         ]
         self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
         self._identify(now)
@@ -145,8 +187,36 @@ class UserTracker:
 
     @property
     def undecided(self) -> bool:
-        """Whether the last picture showed somebody who is not confirmed yet."""
-        return any(not track.device_id and track.hits[-1] for track in self._tracks)
+        """Whether the last picture showed somebody who is not confirmed yet, and may be."""
+        return any(not track.denied for track in self._unconfirmed())
+
+    def candidates(self, most: int) -> list[Candidate]:
+        """Of whom a second source should say something: who is in the last picture and not confirmed.
+
+        Args:
+            most: How many; those of whom the least was said come first.
+        """
+        asked = sorted(self._unconfirmed(), key=lambda track: track.opinions)
+        shown = [(track.number, track.looks[-1]) for track in asked]
+        return [
+            Candidate(number, look.region, look.posture) for number, look in shown if look.region is not None
+        ][:most]
+
+    def take_opinion(self, number: int, opinion: Opinion, now: float) -> None:
+        """Take what a second source says of a candidate; one that is gone by now does not matter.
+
+        Args:
+            number: Of the candidate.
+            opinion: What it says.
+            now: The time of the last picture, seconds.
+        """
+        for track in self._tracks:
+            if track.number == number:
+                track.take_opinion(opinion, now)
+
+    def _unconfirmed(self) -> list[_Track]:
+        """Who is in the last picture without being confirmed."""
+        return [track for track in self._tracks if not track.device_id and track.hits[-1]]
 
     def _confirmed(self) -> list[_Track]:
         return sorted((track for track in self._tracks if track.device_id), key=lambda track: track.device_id)
@@ -198,7 +268,7 @@ class UserTracker:
     def _identify(self, now: float) -> None:
         """Give ids to who is confirmed now, and remember who is seen."""
         for track in self._tracks:
-            if not track.device_id and sum(track.hits) >= self._use.confirm_hits:
+            if not track.device_id and track.is_a_person(now):
                 present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
                 others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
@@ -211,7 +281,8 @@ class UserTracker:
 
     def _may_be_new(self, track: _Track) -> bool:
         """Whether a track without an id shows a person for sure."""
-        return not track.device_id and any(each.confidence >= self._use.sure for each in track.looks)
+        sure = any(each.confidence >= self._use.sure for each in track.looks)
+        return sure and not track.device_id and not track.denied
 
     def _drop_doubles(self, now: float) -> None:
         """The track of somebody who was recognised elsewhere is over."""

@@ -1,0 +1,69 @@
+"""A second opinion on who is a person, from another source than the depth picture.
+
+The depth detector proposes; a source says of each proposal that it is a person, that it is nobody, or
+nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from florence_bt.core.sensing import ColourImage, Posture
+
+
+class Opinion(Enum):
+    """What a source says of a proposal."""
+
+    PERSON = "person"
+    NOBODY = "nobody"
+    NONE = "none"
+    """It cannot tell: too dark, too small, or somebody of a kind that it misses."""
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """A part of a picture of any size; columns and rows as shares of all, 0 to 1.
+
+    Attributes:
+        left: The first column.
+        top: The first row.
+        right: Where the columns end.
+        bottom: Where the rows end.
+    """
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Who may be a person.
+
+    Attributes:
+        number: Of the track.
+        region: Where the picture shows them.
+        posture: What they do.
+    """
+
+    number: int
+    region: Region
+    posture: Posture
+
+
+class EvidenceSource(Protocol):
+    """Whoever can be asked."""
+
+    def opinion(self, picture: ColourImage, candidate: Candidate) -> Opinion:
+        """What a picture says of a candidate; may take some ten milliseconds."""
+
+
+def opinions(
+    source: EvidenceSource, picture: ColourImage, candidates: Sequence[Candidate]
+) -> list[tuple[int, Opinion]]:
+    """Numbers of candidates, with what a source says of them."""
+    return [(each.number, source.opinion(picture, each)) for each in candidates]

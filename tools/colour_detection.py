@@ -1,0 +1,123 @@
+"""How well the colour detector tells people from other things in real photographs.
+
+``make colour ARGS=--photographs``, then ``python tools/colour_detection.py --write docs/people.md``
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from florence_bt.core.errors import FlorenceError
+from florence_bt.core.sensing import CameraModel, ColourImage
+from florence_bt.skills.people.user_tracker.colour_detector import Box, ColourDetector
+from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion, Region
+from tools.colour_network.photographs import EMPTY, WITH_PEOPLE, Photograph, read
+from tools.tables import table, write_between_marks
+
+PROPOSALS = 12
+"""Regions of the shape of a person that are proposed in each empty photograph."""
+
+
+@dataclass(frozen=True, slots=True)
+class Looked:
+    """What was said of one proposal.
+
+    Attributes:
+        opinion: Of the detector.
+        seconds: How long it took, processor time.
+    """
+
+    opinion: Opinion
+    seconds: float
+
+
+def colour_image(pixels: NDArray[np.uint8]) -> ColourImage:
+    """A picture as the detector wants it."""
+    rows, columns = pixels.shape[:2]
+    return ColourImage(0.0, "", CameraModel(columns, rows, columns, columns, columns / 2, rows / 2), pixels)
+
+
+def region_of(box: Box, pixels: NDArray[np.uint8]) -> Region:
+    """A box in pixels as a region."""
+    rows, columns = pixels.shape[:2]
+    return Region(box[0] / columns, box[1] / rows, box[2] / columns, box[3] / rows)
+
+
+def proposals(pixels: NDArray[np.uint8], count: int, seed: int = 1) -> list[Region]:
+    """Regions of the shape of somebody upright, anywhere in a picture."""
+    rows, columns = pixels.shape[:2]
+    draw = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        height = rows * draw.uniform(0.4, 1.0)
+        width = min(columns, height * draw.uniform(0.3, 0.6))
+        left, top = draw.uniform(0, columns - width), draw.uniform(0, rows - height)
+        found.append(region_of((left, top, left + width, top + height), pixels))
+    return found
+
+
+def look(detector: ColourDetector, photograph: Photograph) -> list[Looked]:
+    """Propose the people of a photograph, or regions anywhere in an empty one."""
+    pixels = read(photograph)
+    regions = [region_of(box, pixels) for box in photograph.people] or proposals(pixels, PROPOSALS)
+    looked = []
+    for region in regions:
+        begin = time.process_time()
+        opinion = detector.opinion(colour_image(pixels), Candidate(0, region, "standing"))
+        looked.append(Looked(opinion, time.process_time() - begin))
+    return looked
+
+
+def row(photograph: Photograph, looked: Sequence[Looked]) -> tuple[str, ...]:
+    """A row of the table."""
+    counts = [str(sum(each.opinion is opinion for each in looked)) for opinion in Opinion]
+    people = str(len(photograph.people) or "nobody")
+    return f"{photograph.name} ({photograph.package.split('==')[0]})", people, str(len(looked)), *counts
+
+
+def report(detector: ColourDetector) -> str:
+    """All results as Markdown."""
+    results = [(each, look(detector, each)) for each in (*WITH_PEOPLE, *EMPTY)]
+    head = ("photograph", "people", "proposed", *(f"said: {each.value}" for each in Opinion))
+    times = [each.seconds for _, looked in results for each in looked]
+    return "\n\n".join(
+        (
+            table(head, [row(*each) for each in results]),
+            f"{1000 * statistics.median(times):.0f} ms of one core a proposal (median of {len(times)}).",
+        )
+    )
+
+
+def main() -> int:
+    """Look at the photographs and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+    )
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    try:
+        text = report(ColourDetector())
+    except FlorenceError as error:
+        print(error, file=sys.stderr)
+        return 1
+    print(text)
+    if given.write:
+        write_between_marks(given.write, "colour", text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
