@@ -481,7 +481,8 @@ def test_the_nearest_person_of_the_user_tracker_is_approached(scene: Scene) -> N
     handle.cancel_goal_async()
     answer = scene.result_of(handle)
     assert (answer.status, answer.result.x) == (5, pytest.approx(1.0, abs=0.15))
-    assert robot.world.twist.is_zero()
+    assert robot.commands[-1] == Twist()
+    scene.play_until(lambda: robot.world.twist.is_zero(), 1.0)
 
 
 def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> None:
