@@ -93,9 +93,10 @@ class Twist2:
         """Whether this is exactly standstill."""
         return self.linear == 0.0 and self.angular == 0.0
 
-    def slowed_to(self, speed: float) -> Twist2:
-        """The same arc, driven no faster than some speed, m/s."""
-        share = min(1.0, speed / abs(self.linear)) if self.linear else 1.0
+    def slowed_to(self, speed: float, turning: float = math.inf) -> Twist2:
+        """The same arc, driven no faster than some speed, m/s, and turning speed, rad/s."""
+        limits = ((speed, abs(self.linear)), (turning, abs(self.angular)))
+        share = min((1.0, *(most / value for most, value in limits if value)))
         return Twist2(self.linear * share, self.angular * share)
 
 

@@ -369,6 +369,12 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/SetHotspot_Request": _all(_names("label"), _PLANAR),
     "florence_interfaces/SetRoom_Request": _names("room"),
     "florence_interfaces/SetXYPhi_Request": _PLANAR,
+    "florence_interfaces/ApproachMe_Goal": _all(
+        _numbers(MAX_DISTANCE_M, "m", "x", "y"),
+        _range("desired_distance", 0.0, MAX_DISTANCE_M, "m"),
+        _numbers(MAX_ANGLE_RAD, "rad", "desired_p2r_orientation", "desired_r2p_orientation"),
+        *_SPEED_LIMITS,
+    ),
     "florence_interfaces/FollowMe_Goal": _all(
         _numbers(MAX_DISTANCE_M, "m", "x", "y"),
         _range("desired_follow_distance", 0.0, MAX_DISTANCE_M, "m"),

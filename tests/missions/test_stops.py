@@ -68,3 +68,10 @@ def test_approach_user_to_the_fourth_place(robot, tenth):
 def test_a_drive(robot, mission, inputs, seconds):
     play = stop_at(robot, mission, seconds, **inputs)
     assert play.calls("navigate_to")[0].cancelled
+
+
+@pytest.mark.parametrize("tenth", range(0, 75, 4))
+def test_approach_me(robot, tenth):
+    robot.mock("approach_person", "accepted after 500 ms, cancel takes 300 ms, running 5 s, then SUCCESS")
+    play = stop_at(robot, "approach_me", tenth / 10, x="1.5 m")
+    assert play.order[-1] == "stop_tracker"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
-from florence_interfaces.action import FollowUser
+from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
@@ -27,7 +27,8 @@ from std_msgs.msg import Bool
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.geometry import Pose2, angle_difference
-from florence_bt.core.outcome import success
+from florence_bt.core.outcome import Outcome, Result, success
+from florence_bt.core.skill import Skill
 from florence_bt.ros.conversions import (
     duration_to_ros,
     grid_from_ros,
@@ -47,7 +48,8 @@ from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster,
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
-from florence_bt.skills.navigation.navigate.node import NavigationNode
+from florence_bt.skills.navigation.navigate.declaration import APPROACH_PERSON
+from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from tests.unit.skills.map_saver import save_map
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
@@ -186,10 +188,11 @@ class Scene:
             self.play()
         pytest.fail(f"did not come true within {limit_s} s of simulated time")
 
-    def add_navigation(self) -> None:
+    def add_navigation(self, *, localised: bool = True) -> None:
         self.add(MapServerNode(parameters={"map_file": str(self.map_file), **SIMULATED}))
         initial = {"initial_x": START.x + 0.1, "initial_y": START.y, "initial_yaw": 0.05}
-        self.add(LocaliserNode(parameters={**initial, **SIMULATED}))
+        if localised:
+            self.add(LocaliserNode(parameters={**initial, **SIMULATED}))
         self.navigation = self.add(NavigationNode(parameters=SIMULATED))
         (velocity,) = (part for part in self.navigation.publishers if part.topic_name == "/cmd_vel")
         publish = velocity.publish
@@ -202,7 +205,8 @@ class Scene:
         self.ros.spin_until(lambda: self.poses.server_is_ready() and self.spins.server_is_ready())
         self.ros.spin_until(lambda: self.navigation.has_map and velocity.get_subscription_count())
         self.meet()
-        self.play_until(lambda: self.robot.frames.buffer.latest_stamp("odom"))
+        if localised:
+            self.play_until(lambda: self.robot.frames.buffer.latest_stamp("odom"))
 
     def send(self, client: ActionClient, goal: Any, **options: Any) -> Any:
         """Send a goal; the time stands still until it is answered."""
@@ -424,6 +428,61 @@ def test_a_person_is_followed_by_the_frames_of_the_user_tracker(scene: Scene) ->
     nobody = scene.result_of(scene.send(follows, FollowUser.Goal(user_id=9)))
     assert (nobody.status, nobody.result.error_code) == (6, SERVER_CODES["user_lost"])
     assert robot.world.twist.is_zero()
+
+
+def approached(scene: Scene, skill: Skill, **inputs: float) -> Result:
+    """The result of the skill ``approach_person`` of the mission server."""
+    run = skill.start(APPROACH_PERSON.complete(inputs))
+    scene.play_until(run.poll, 80.0)
+    result = run.poll()
+    assert result is not None
+    return result
+
+
+def test_a_person_is_approached_without_a_place_in_the_map(scene: Scene) -> None:
+    scene.add_navigation(localised=False)
+    skill = make_skills(scene.client)["approach_person"]
+    world = scene.robot.world
+    world.boxes.append((2.54, 2.3, 2.66, 2.5))
+    assert approached(scene, skill, x=1.6, y=0.0, p2r_orientation=math.pi / 2, distance=0.9) == success()
+    # The person sees the robot come from -x; a quarter further round is -y.
+    assert world.pose.distance_to(Pose2(2.6, 1.5)) < 0.1
+    assert abs(angle_difference(world.pose.yaw, math.pi / 2)) < 0.1
+    assert world.hits == 0
+    nobody = approached(scene, skill, x=-1.0, y=1.5)
+    assert (nobody.outcome, nobody.code) == (Outcome.FAILED, "user_lost")
+    assert "for 5 s nobody was" in nobody.reason
+    near = approached(scene, skill, x=1.0, distance=0.2)
+    assert near.code == "bad_input" and "0.5 m and more" in near.reason
+    scene.client.create_publisher(Bool, "manual_override", LATCHED).publish(Bool(data=True))
+    scene.play_until(lambda: scene.navigation._overridden)
+    refused = approached(scene, skill, x=1.0)
+    assert (refused.code, refused.reason) == ("rejected", OVERRIDDEN)
+
+
+def test_the_nearest_person_of_the_user_tracker_is_approached(scene: Scene) -> None:
+    scene.add_navigation()
+    robot, said = scene.robot, []
+    approaches = ActionClient(scene.client, ApproachMe, "approach_person")
+    scene.client.on_destroy(approaches.destroy)
+    scene.ros.spin_until(approaches.server_is_ready, what="the action")
+    people = {"user_7": Pose2(2.6, 2.4), "user_9": Pose2(3.6, 3.4)}
+
+    def near() -> bool:
+        for name, person in people.items():
+            robot.broadcaster.send("map", name, robot.world.now, person)
+        return robot.world.pose.distance_to(people["user_7"]) < 1.0
+
+    handle = scene.send(
+        approaches, ApproachMe.Goal(), feedback_callback=lambda message: said.append(message.feedback)
+    )
+    scene.play_until(near)
+    assert (said[-1].x, said[-1].y) == (pytest.approx(1.0, abs=0.15), pytest.approx(0.0, abs=0.15))
+    handle.cancel_goal_async()
+    answer = scene.result_of(handle)
+    assert (answer.status, answer.result.x) == (5, pytest.approx(1.0, abs=0.15))
+    assert robot.commands[-1] == Twist()
+    scene.play_until(lambda: robot.world.twist.is_zero(), 1.0)
 
 
 def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> None:

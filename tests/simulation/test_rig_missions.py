@@ -9,9 +9,11 @@ import pytest
 
 from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.run import MissionRequest, RunStatus
 from florence_bt.simulation.home.closeness import closeness
+from florence_bt.simulation.home.people import PersonSpec
 
 pytestmark = pytest.mark.slow
 
@@ -133,3 +135,27 @@ def test_a_person_elsewhere_than_believed_is_not_found():
     rig = make_rig(seed=4, person="bathroom", user_room="living_room")
     run = rig.run("goto_user")
     assert run.status is RunStatus.FAILED and run.code == "no_more_views"
+
+
+@pytest.mark.parametrize(("p2r", "r2p"), [(0.0, 0.0), (-90.0, 90.0)], ids=["before", "beside"])
+def test_approach_me_ends_where_the_goal_says(p2r, r2p):
+    person, start = Pose2(4.2, 5.2, math.pi), Pose2(2.4, 5.2, 0.0)
+    rig = make_rig(seed=1, person=PersonSpec("user", person, "standing"), start=start)
+    orientations = {"desired_p2r_orientation": f"{p2r} deg", "desired_r2p_orientation": f"{r2p} deg"}
+    run = rig.run("approach_me", {"x": "1.8 m", **orientations})
+    assert run.status is RunStatus.SUCCEEDED, run.reason
+    rig.clock.advance(1.0)
+    robot, angle = rig.world.robot_pose, math.pi + math.radians(p2r)
+    goal = Pose2(person.x + 0.8 * math.cos(angle), person.y + 0.8 * math.sin(angle))
+    assert robot.distance_to(goal) < 0.15
+    wanted = angle + math.pi - math.radians(r2p)
+    assert abs(angle_difference(robot.yaw, wanted)) < 0.12
+    assert rig.world.contacts == []
+    assert speed(rig) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_approach_me_without_anybody_there_fails_and_moves_nothing():
+    rig = make_rig(seed=1, person="absent", start=Pose2(2.4, 5.2, 0.0))
+    run = rig.run("approach_me", {"x": "1.5 m"})
+    assert (run.status, run.code) == (RunStatus.FAILED, "user_lost")
+    assert rig.world.robot_pose.distance_to(Pose2(2.4, 5.2)) < 0.02

@@ -1,19 +1,20 @@
-"""An action whose goals are runs of missions."""
+"""Actions whose goals are runs of missions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from florence_interfaces.action import ExecuteMission, FollowMe, FollowUser
+from florence_interfaces.action import ApproachMe, ExecuteMission, FollowMe, FollowUser
 
 from florence_bt.core.outcome import Outcome
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
-from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.node import FlorenceNode, with_reason
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
-from florence_bt.runtime.run import MissionRun, RunStatus
+from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 
 _OUTCOMES = {RunStatus.SUCCEEDED: Outcome.SUCCEEDED, RunStatus.STOPPED: Outcome.CANCELLED}
 
@@ -118,29 +119,115 @@ def execute_result(run: MissionRun | None, replaced: str) -> ExecuteMission.Resu
     return result
 
 
-class Following:
-    """What the document's action ``follow_me`` says beside the run: where the person is.
+@dataclass(frozen=True, slots=True)
+class PersonAction:
+    """An action of the document that has to do with a person: a mission of the same name does it.
 
-    Args:
-        node: Listens to the feedback of the skill ``follow_user``.
-        on_feedback: Given each feedback of the action.
-
-    Source:
-        Document, table 54.
+    Attributes:
+        name: Of the action and of the mission.
+        type: The action. Feedback and result say where the person is: x and y, robot frame, metres.
+        units: The fields of the goal, which are the inputs of the mission, and their units.
+        skill: The name of the skill's action, whose feedback says where the person is.
+        skill_type: Its type.
     """
 
-    def __init__(self, node: FlorenceNode, on_feedback: Callable[[FollowMe.Feedback], None]) -> None:
-        self._on_feedback = on_feedback
-        self._last = FollowMe.Feedback()
-        topic = "follow_user/_action/feedback"
-        node.create_subscription(FollowUser.Impl.FeedbackMessage, topic, self._take, RELIABLE)
+    name: str
+    type: Any
+    units: Mapping[str, str]
+    skill: str
+    skill_type: Any
 
-    def _take(self, message: Any) -> None:
-        self._last = FollowMe.Feedback(x=message.feedback.x, y=message.feedback.y)
-        self._on_feedback(self._last)
+    def input_texts(self, goal: Any) -> list[str]:
+        """The inputs of the mission, in the order of ``units``."""
+        return [f"{getattr(goal, name)!r} {unit}".strip() for name, unit in self.units.items()]
 
-    def result(self, run: MissionRun | None, replaced: str) -> FollowMe.Result:
-        """The result of ``follow_me``, as :func:`execute_result`."""
-        reason = run.reason if run is not None and run.why is not None else replaced or PREEMPTED
-        code = run.code if run is not None else ""
-        return FollowMe.Result(x=self._last.x, y=self._last.y, code=code, reason=reason)
+
+FOLLOW_ME = PersonAction(
+    "follow_me",
+    FollowMe,
+    {
+        "x": "m",
+        "y": "m",
+        "max_lin_speed": "m/s",
+        "max_ang_speed": "",
+        "desired_follow_distance": "m",
+    },
+    "follow_user",
+    FollowUser,
+)
+"""Source: REFERENCE 12.6; document, table 54."""
+APPROACH_ME = PersonAction(
+    "approach_me",
+    ApproachMe,
+    {
+        "x": "m",
+        "y": "m",
+        "desired_distance": "m",
+        "desired_p2r_orientation": "rad",
+        "desired_r2p_orientation": "rad",
+        "max_lin_speed": "m/s",
+        "max_ang_speed": "",
+    },
+    "approach_person",
+    ApproachMe,
+)
+"""Source: REFERENCE 12.7; document, table 66."""
+
+
+class PersonMission:
+    """Serves an action of the document by its mission, and says where the person is.
+
+    Args:
+        node: The node that serves it.
+        missions: What runs the missions.
+        edits: As of :class:`MissionAction`.
+        action: Which one.
+        start: Triggers a mission given its name, its inputs' names and texts, the caller and the policy:
+            (accepted, run id, why not).
+    """
+
+    def __init__(
+        self,
+        node: FlorenceNode,
+        missions: Executor,
+        edits: BackgroundCheck,
+        action: PersonAction,
+        start: Callable[[str, Sequence[str], Sequence[str], str, str], tuple[bool, str, str]],
+    ) -> None:
+        self._action = action
+        self._trigger = start
+        self._person = self._older = 0.0, 0.0
+        self._goals = MissionAction(
+            node, missions, edits, action.type, action.name, self._start, self._result
+        )
+        topic = f"{action.skill}/_action/feedback"
+        node.create_subscription(action.skill_type.Impl.FeedbackMessage, topic, self._on_feedback, RELIABLE)
+
+    def on_end(self, run: MissionRun) -> None:
+        """A run has ended; if it is the goal's, its client gets the result."""
+        self._goals.on_end(run)
+
+    def _start(self, goal: Any) -> tuple[bool, str, str]:
+        """Start the mission. It replaces that of an older goal, nothing else."""
+        action = self._action
+        policy = TriggerPolicy.REJECT if self._goals.run_id is None else TriggerPolicy.PREEMPT
+        answer = self._trigger(
+            action.name, list(action.units), action.input_texts(goal), f"{action.name} action", policy.value
+        )
+        if answer[0]:
+            self._older, self._person = self._person, (goal.x, goal.y)
+        return answer
+
+    def _on_feedback(self, message: Any) -> None:
+        self._person = x, y = message.feedback.x, message.feedback.y
+        self._goals.publish_feedback(self._action.type.Feedback(x=x, y=y))
+
+    def _result(self, run: MissionRun | None, replaced: str) -> Any:
+        """Where the person was last, and, where the type has fields for it, why it ended."""
+        x, y = self._older if replaced else self._person
+        result = self._action.type.Result(x=x, y=y)
+        if hasattr(result, "code"):
+            result.code = run.code if run is not None else ""
+        return with_reason(
+            result, run.reason if run is not None and run.why is not None else replaced or PREEMPTED
+        )

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from florence_interfaces.action import ExecuteMission, FollowMe
+from florence_interfaces.action import ExecuteMission
 from florence_interfaces.srv import RunMission
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -19,7 +19,13 @@ from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.background_check import BackgroundCheck
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import ReloadReport
-from florence_bt.runtime.node._mission_action import Following, MissionAction, execute_result
+from florence_bt.runtime.node._mission_action import (
+    APPROACH_ME,
+    FOLLOW_ME,
+    MissionAction,
+    PersonMission,
+    execute_result,
+)
 from florence_bt.runtime.requests import request_from_texts, same_again
 from florence_bt.runtime.run import MissionRun, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
@@ -27,22 +33,13 @@ from florence_bt.trees.language.vocabulary import IDENTIFIER
 
 SEARCH = "detect_user"
 """The mission that ``detect_user/cmd`` starts and stops. Source: REFERENCE 12.2; document, table 12."""
-FOLLOW = "follow_me"
-"""The mission of the action of that name. Source: REFERENCE 12.6; document, table 54."""
-FOLLOW_UNITS = {
-    "x": "m",
-    "y": "m",
-    "max_lin_speed": "m/s",
-    "max_ang_speed": "",
-    "desired_follow_distance": "m",
-}
-"""Its inputs, which are the fields of the goal, and their units."""
 
 
 class Triggers:
     """Serves ``florence_bt/run_mission``, ``florence_bt/missions/*`` and actions whose goals are missions.
 
-    The actions are ``florence_bt/execute_mission`` and ``follow_me`` (:mod:`._mission_action`).
+    The actions are ``florence_bt/execute_mission``, ``follow_me`` and ``approach_me``
+    (:mod:`._mission_action`).
     ``detect_user/cmd`` starts the mission of that name with true and stops the run it started with false.
 
     Args:
@@ -72,10 +69,9 @@ class Triggers:
             self._execute_mission,
             execute_result,
         )
-        following = Following(node, lambda feedback: self._follow.publish_feedback(feedback))
-        self._follow = MissionAction(
-            node, missions, edits, FollowMe, FOLLOW, self._start_follow_me, following.result
-        )
+        self._with_person = [
+            PersonMission(node, missions, edits, action, self._start) for action in (FOLLOW_ME, APPROACH_ME)
+        ]
         node.create_subscription(Bool, f"{SEARCH}/cmd", self._on_search_command, RELIABLE)
         self.sync()
 
@@ -113,7 +109,8 @@ class Triggers:
 
     def on_end(self, run: MissionRun) -> None:
         """A run has ended; the client of an action gets the result if the run is its own."""
-        for action in (self._execute, self._follow):
+        self._execute.on_end(run)
+        for action in self._with_person:
             action.on_end(run)
 
     def _on_run_mission(self, request: RunMission.Request, response: RunMission.Response) -> Deferred:
@@ -145,7 +142,7 @@ class Triggers:
             response.success, response.message = False, problem
             if not problem:
                 caller = f"missions/{mission} service"
-                response.success, run_id, message = self._start(mission, (), (), caller, "", 0)
+                response.success, run_id, message = self._start(mission, (), (), caller)
                 response.message = f"{message} (run {run_id})" if response.success else message
             answer.answer(response)
 
@@ -163,7 +160,7 @@ class Triggers:
             if problem:
                 self._node.get_logger().warning(f"{SEARCH!r} asked by {caller!r} was refused: {problem}")
                 return
-            accepted, run_id, _ = self._start(SEARCH, (), (), caller, "", 0)
+            accepted, run_id, _ = self._start(SEARCH, (), (), caller)
             if accepted:
                 self._run_of_topic = run_id
 
@@ -183,20 +180,14 @@ class Triggers:
             goal.priority,
         )
 
-    def _start_follow_me(self, goal: FollowMe.Goal) -> tuple[bool, str, str]:
-        """The fields of the goal are the inputs of the mission. It replaces an older goal, nothing else."""
-        values = [f"{getattr(goal, name)!r} {unit}".strip() for name, unit in FOLLOW_UNITS.items()]
-        policy = TriggerPolicy.REJECT if self._follow.run_id is None else TriggerPolicy.PREEMPT
-        return self._start(FOLLOW, list(FOLLOW_UNITS), values, f"{FOLLOW} action", policy.value, 0)
-
     def _start(
         self,
         mission: str,
         names: Sequence[str],
         values: Sequence[str],
         caller: str,
-        policy: str,
-        priority: int,
+        policy: str = "",
+        priority: int = 0,
     ) -> tuple[bool, str, str]:
         """Trigger a mission: (accepted, run id, message). Nothing that a caller sends raises from here."""
         try:

@@ -178,7 +178,7 @@ class Rig:
 
 
 class _BaseSkills:
-    """Everything that drives: ``navigate_to`` and ``turn`` on one navigator."""
+    """Everything that drives, on one navigator."""
 
     def __init__(self, robot: RigRobot, setting: RigSetting, clock: ManualClock) -> None:
         parameters = navigator_parameters(setting.config)
@@ -224,7 +224,25 @@ class _BaseSkills:
         self._followed = user_id
         return run
 
+    def approach(
+        self,
+        x: float,
+        y: float,
+        distance: float,
+        p2r_orientation: float,
+        r2p_orientation: float,
+        max_lin_speed: float,
+        max_ang_speed: float,
+    ) -> SkillRun:
+        run = self._component.begin("approaching the person", self._navigator.cancel)
+        orientations = p2r_orientation, r2p_orientation
+        self._navigator.start_approach(
+            self._clock.now(), (x, y), distance, orientations, max_lin_speed, max_ang_speed
+        )
+        return run
+
     def saw_users(self, users: Sequence[TrackedUser]) -> None:
+        self._navigator.saw_people(self._clock.now(), [(user.x, user.y) for user in users])
         for user in users:
             if user.user_id == self._followed:
                 self._navigator.saw_person(self._clock.now(), user.x, user.y)

@@ -33,7 +33,7 @@ def ended(name: str, outcome: Outcome, **fields: Any) -> Result:
 
 def test_every_declared_skill_is_served_once() -> None:
     assert sorted(served.skill.name for served in SERVED) == list(collect_declarations(third_party=False))
-    assert ACTIONS == ("navigate_to_pose", "spin", "follow_user", "look_for_user")
+    assert ACTIONS == ("navigate_to_pose", "spin", "follow_user", "approach_person", "look_for_user")
 
 
 @pytest.mark.parametrize("served", SERVED, ids=lambda served: served.skill.name)
@@ -60,6 +60,27 @@ def test_the_type_fits_the_table(served: Served) -> None:
             "follow_user",
             {"user_id": 7, "distance": 1, "max_lin_speed": 0, "max_ang_speed": 0.5},
             {"user_id": 7, "distance": 1.0, "max_lin_speed": 0.0, "max_ang_speed": 0.5},
+        ),
+        (
+            "approach_person",
+            {
+                "x": 2,
+                "y": -1,
+                "distance": 1,
+                "p2r_orientation": 3,
+                "r2p_orientation": 0.5,
+                "max_lin_speed": 0.2,
+                "max_ang_speed": 0,
+            },
+            {
+                "x": 2.0,
+                "y": -1.0,
+                "desired_distance": 1.0,
+                "desired_p2r_orientation": 3.0,
+                "desired_r2p_orientation": 0.5,
+                "max_lin_speed": 0.2,
+                "max_ang_speed": 0.0,
+            },
         ),
         ("get_hotspot", {"label": "kitchen"}, {"label": "kitchen"}),
         ("set_user_position", {"user": POSE}, {"x": 1.0, "y": 2.0, "phi": 0.5}),
@@ -146,6 +167,11 @@ def test_ends_of_actions_become_results() -> None:
     person = {"distance": 2.0, "user_id": 7, "posture": "lying", "height": 0.3}
     lost = ended("follow_user", Outcome.FAILED, error_code=10000, error_msg="out of sight")
     assert (lost.code, lost.reason) == ("user_lost", "out of sight")
+    chair = ended("approach_person", Outcome.FAILED, code="blocked", text="a chair")
+    assert chair == failure("blocked", "a chair")
+    assert ended("approach_person", Outcome.FAILED, code="", text="").code == "rejected"
+    assert ended("approach_person", Outcome.SUCCEEDED, code="", text="") == success()
+    assert ended("approach_person", Outcome.CANCELLED, code="", text="").outcome is Outcome.CANCELLED
     seen = ended("look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **person)
     assert seen == success(user=POSE, **person)
     nobody = ended("look_for_user", Outcome.FAILED, found=False, error_code=2, error_msg="")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
+from florence_bt.core.geometry import STANDSTILL, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
@@ -51,7 +51,7 @@ class ContactRecovery:
         self._p = parameters
         self._since: float | None = None
         self._backing: BackUp | None = None
-        self._place: tuple[Pose2, Pose2] | None = None
+        self._touched: RobotState | None = None
         self.last = BaseStop()
         self.back_offs = 0
 
@@ -70,11 +70,11 @@ class ContactRecovery:
             if not command.is_zero():
                 return command
             self._backing = None
-        if self._place is not None and not state.stop.holds_forward:
-            odom_pose, map_pose = self._place
-            self._place = None
-            self._costmaps.local_costmap.add_contact(odom_pose, state.now)
-            self._costmaps.global_costmap.add_contact(map_pose, state.now)
+        if self._touched is not None and not state.stop.holds_forward:
+            there, self._touched = self._touched, None
+            self._costmaps.local_costmap.add_contact(there.pose, state.now)
+            if there.localised:
+                self._costmaps.global_costmap.add_contact(there.map_pose, state.now)
         return None
 
     def _watch(self, state: RobotState) -> Result | None:
@@ -87,7 +87,7 @@ class ContactRecovery:
                 return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
             self._since = state.now
             self.back_offs += 1
-            self._place, self.last = (state.pose, state.map_pose), stop
+            self._touched, self.last = state, stop
             self._backing = BackUp(state, self._p, _BACK_OFF_TIME_S)
         if state.now - self._since > _GET_OFF_TIME_S:
             return stop.failure(f"{stop.text}, and backing off did not help")

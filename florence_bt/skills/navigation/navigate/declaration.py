@@ -9,12 +9,14 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.serving import ServedAction, ServedPublication
 from florence_bt.skills.navigation.navigate.results import (
+    APPROACH_FAILURES,
     FOLLOW_FAILURES,
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
     SERVER_CODES,
     SPIN_CODES_BY_NUMBER,
     TURN_FAILURES,
+    result_from_approach,
     result_from_follow,
     result_from_navigate,
     result_from_spin,
@@ -22,6 +24,27 @@ from florence_bt.skills.navigation.navigate.results import (
 
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
+
+APPROACH_FAILURE = "approach_person/failure"
+"""``florence_interfaces/StopReason``: why the last goal of ``approach_person`` failed. Its type, the
+document's, has no field for that."""
+
+_SPEED_LIMITS = {
+    "max_lin_speed": Port(
+        Kind.SPEED,
+        "How fast to drive at most; 0 means as fast as it may.",
+        default=0.0,
+        minimum=0.0,
+        maximum=2.0,
+    ),
+    "max_ang_speed": Port(
+        Kind.NUMBER,
+        "How fast to turn at most, rad/s; 0 means 1 rad/s.",
+        default=0.0,
+        minimum=0.0,
+        maximum=3.0,
+    ),
+}
 
 NAVIGATE_TO = SkillDeclaration(
     name="navigate_to",
@@ -61,25 +84,43 @@ FOLLOW_USER = SkillDeclaration(
         "distance": Port(
             Kind.LENGTH, "How far to stay behind; 0 means 1 m.", default=0.0, minimum=0.0, maximum=3.0
         ),
-        "max_lin_speed": Port(
-            Kind.SPEED,
-            "How fast to drive at most; 0 means as fast as it may.",
-            default=0.0,
-            minimum=0.0,
-            maximum=2.0,
-        ),
-        "max_ang_speed": Port(
-            Kind.NUMBER,
-            "How fast to turn at most, rad/s; 0 means 1 rad/s.",
-            default=0.0,
-            minimum=0.0,
-            maximum=3.0,
-        ),
+        **_SPEED_LIMITS,
     },
     failures=FOLLOW_FAILURES,
     resources=frozenset({"base"}),
     deadline_s=3600.0,
     server_codes={SERVER_CODES[code]: code for code in FOLLOW_FAILURES},
+)
+
+_AT_THE_PERSON = ("distance", "p2r_orientation", "r2p_orientation")
+
+
+def _orientation(meaning: str) -> Port:
+    return Port(Kind.ANGLE, meaning, default=0.0, minimum=-2.0 * math.pi, maximum=2.0 * math.pi)
+
+
+APPROACH_PERSON = SkillDeclaration(
+    name="approach_person",
+    summary="Drive by odometry alone to a place at a person who stands, and turn there",
+    inputs={
+        "x": Port(Kind.LENGTH, "Where the person is, in front of the robot.", default=0.0),
+        "y": Port(Kind.LENGTH, "The same, to its left; both 0: the nearest person in sight.", default=0.0),
+        "distance": Port(
+            Kind.LENGTH,
+            "How far from the person to stand, 0.5 m or more; 0 means 0.8 m.",
+            default=0.0,
+            minimum=0.0,
+            maximum=3.0,
+        ),
+        "p2r_orientation": _orientation(
+            "Where to stand as the person sees it: 0 is where the robot comes from, 90 deg counter-clockwise."
+        ),
+        "r2p_orientation": _orientation("Where the person is in the end as the robot sees it: 0 is ahead."),
+        **_SPEED_LIMITS,
+    },
+    failures=APPROACH_FAILURES,
+    resources=frozenset({"base"}),
+    deadline_s=90.0,
 )
 
 SET_SPEED_LIMIT = SkillDeclaration(
@@ -128,12 +169,26 @@ SERVED = (
         name="follow_user",
         request=lambda inputs: {
             "user_id": inputs["user_id"],
-            **{name: float(inputs[name]) for name in ("distance", "max_lin_speed", "max_ang_speed")},
+            **{name: float(inputs[name]) for name in ("distance", *_SPEED_LIMITS)},
         },
         result=lambda message, outcome: result_from_follow(outcome, message.error_code, message.error_msg),
         feedback=lambda message: message.text,
         component="base",
         perform=lambda base, inputs: base.follow(**inputs),
+    ),
+    ServedAction(
+        skill=APPROACH_PERSON,
+        interface="florence_interfaces/action/ApproachMe",
+        name="approach_person",
+        request=lambda inputs: {
+            **{f"desired_{name}": float(inputs[name]) for name in _AT_THE_PERSON},
+            **{name: float(inputs[name]) for name in ("x", "y", *_SPEED_LIMITS)},
+        },
+        failure_topic=APPROACH_FAILURE,
+        result=lambda why, outcome: result_from_approach(outcome, why.code, why.text),
+        feedback=lambda message: "approaching the person",
+        component="base",
+        perform=lambda base, inputs: base.approach(**inputs),
     ),
     ServedPublication(
         skill=SET_SPEED_LIMIT,

@@ -17,6 +17,7 @@ from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
@@ -27,12 +28,9 @@ _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
 _ARRIVED_M = 0.4
 """The robot is where the person vanished when it is so near to the place."""
-_NEAREST_M, _BEFORE_RAD = 0.5, 1.0
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
-_CAMERA_GAP_S = 0.3
-"""When the camera has not seen the person for so long, the laser goes on."""
 _LEGS_ALONE_S = 6.0
 """And no longer than this."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
@@ -91,7 +89,7 @@ class Follow:
 
     Attributes:
         path: The path that is followed, shape (n, 2) in the map frame, or None.
-        person: Where the person was last, and where they went, in the odometry frame; None before.
+        person: Where the person was last, in the odometry frame; None before.
 
     Source:
         REFERENCE 12.6; document, section 4.1.
@@ -143,7 +141,7 @@ class Follow:
         """
         target = self._target
         self._unknown = self._unmapped.unknown(points, map_from_odom)
-        if target.seen is None or target.recognised is None or stamp - target.recognised < _CAMERA_GAP_S:
+        if target.seen is None or target.recognised is None or target.is_recognised(stamp):
             return
         if stamp - target.recognised > _LEGS_ALONE_S or stamp - target.seen > self._use.follow_coast:
             return
@@ -153,13 +151,9 @@ class Follow:
             target.saw(stamp, *legs)
 
     @property
-    def person(self) -> Pose2 | None:
-        """Where the person was last, and the direction they went in."""
-        if self._target.seen is None:
-            return None
-        x, y = self._target.at(self._target.seen, 0.0)
-        vx, vy = self._target.velocity
-        return Pose2(x, y, math.atan2(vy, vx))
+    def person(self) -> Place | None:
+        """Where the person was last, metres; None before."""
+        return None if self._target.seen is None else self._target.at(self._target.seen, 0.0)
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         """One cycle: the velocity, the feedback, and the result when the person is lost."""
@@ -192,12 +186,9 @@ class Follow:
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
         """Never drive towards somebody who is this near."""
         seen = self._target.seen
-        if command.linear <= 0.0 or seen is None or state.now - seen > _LEGS_ALONE_S:
+        if seen is None or state.now - seen > _LEGS_ALONE_S:
             return command
-        x, y = self._target.at(state.now, self._use.follow_coast)
-        near = math.dist((x, y), (state.pose.x, state.pose.y)) < _NEAREST_M
-        before = abs(state.pose.bearing_to(x, y)) < _BEFORE_RAD
-        return Twist2(0.0, command.angular) if near and before else command
+        return keep_off(state.pose, self._target.at(state.now, self._use.follow_coast), command)
 
     def _follow(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         seen = self._target.seen
@@ -378,9 +369,8 @@ class Follow:
         )
         self._trouble = control.blocked
         self._held = bool(control.blocked)
-        command = control.command.slowed_to(self._goal.max_linear)
-        share = min(1.0, self._goal.max_angular / max(abs(command.angular), 1e-9))
-        return Twist2(share * command.linear, share * command.angular), control.remaining
+        command = control.command.slowed_to(self._goal.max_linear, self._goal.max_angular)
+        return command, control.remaining
 
     def _plan(self, state: RobotState, person: tuple[float, float]) -> None:
         here, costmap = state.map_pose, self._costmaps.global_costmap

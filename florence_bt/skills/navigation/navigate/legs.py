@@ -11,7 +11,7 @@ from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
-_REACH_M = 0.4
+REACH_M = 0.4
 """Legs are this near to where they are expected (REFERENCE 12.7)."""
 _WIDEST_M = 0.6
 """What is wider is not a pair of legs (REFERENCE 12.7)."""
@@ -63,11 +63,11 @@ def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, 
     """Where somebody is whose legs are expected at a place, or None.
 
     Args:
-        points: What the map does not know, shape (n, 2), metres.
+        points: What may be legs, shape (n, 2), metres.
         robot: The robot, in the same frame.
         expected: Where the person should be.
     """
-    near = points[np.hypot(points[:, 0] - expected[0], points[:, 1] - expected[1]) <= _REACH_M]
+    near = points[np.hypot(points[:, 0] - expected[0], points[:, 1] - expected[1]) <= REACH_M]
     if len(near) < _FEWEST_POINTS or np.ptp(near, axis=0).max() > _WIDEST_M:
         return None
     x, y = near.mean(axis=0)
@@ -78,12 +78,26 @@ def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, 
 
 def all_legs(points: NDArray[np.float64]) -> list[Place]:
     """Everything that may be a leg or two: the middles, metres. Points as of :func:`legs_near`."""
+    return [(float(group[:, 0].mean()), float(group[:, 1].mean())) for group in _narrow_clusters(points)]
+
+
+def narrow_things(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The points of a scan that may be of legs: those of clusters that are narrow enough.
+
+    Args:
+        points: Where the beams end, in the order of the scan, shape (n, 2), metres.
+
+    Returns:
+        Shape (m, 2), m <= n.
+    """
+    return np.concatenate([np.empty((0, 2)), *_narrow_clusters(points)])
+
+
+def _narrow_clusters(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     if not len(points):
         return []
     gaps = np.hypot(*np.diff(points, axis=0).T) > _GAP_M
     groups = np.split(points, np.flatnonzero(gaps) + 1)
     return [
-        (float(group[:, 0].mean()), float(group[:, 1].mean()))
-        for group in groups
-        if len(group) >= _FEWEST_POINTS and np.ptp(group, axis=0).max() <= _WIDEST_M
+        group for group in groups if len(group) >= _FEWEST_POINTS and np.ptp(group, axis=0).max() <= _WIDEST_M
     ]

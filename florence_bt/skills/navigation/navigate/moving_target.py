@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+_CAMERA_GAP_S = 0.3
+"""When the camera has not seen the person for so long, the laser goes on."""
+
 
 class MovingTarget:
     """Where the person is and how they walk, in the odometry frame.
@@ -29,6 +32,10 @@ class MovingTarget:
         self.saw(stamp, x, y)
         self.recognised = self.seen
         self._recognised_at = self._place, self._velocity
+
+    def is_recognised(self, now: float) -> bool:
+        """Whether the camera has seen the person just now."""
+        return self.recognised is not None and now - self.recognised < _CAMERA_GAP_S
 
     def doubt(self) -> None:
         """What the laser has followed since the camera saw them is somebody or something else."""

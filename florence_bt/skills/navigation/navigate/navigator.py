@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,14 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.follow import Follow, FollowGoal
+from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
@@ -88,7 +92,7 @@ def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | Non
 
 
 class Navigator:
-    """Drives to poses, turns in place and follows people, one goal at a time.
+    """Drives to poses, turns in place, follows and approaches people, one goal at a time.
 
     Feed it every scan with :meth:`add_scan`, start a goal, then call :meth:`step` at the controller's
     frequency and send what it commands, until it gives a result.
@@ -111,7 +115,7 @@ class Navigator:
         self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls)
         cycle = self._p.cycle
         self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
-        self._goal: Drive | Spin | Follow | None = None
+        self._goal: Drive | Spin | Follow | Approach | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
         self._feedback = Feedback()
@@ -134,9 +138,9 @@ class Navigator:
         return self._goal.travelled if isinstance(self._goal, Spin) else 0.0
 
     @property
-    def person(self) -> Pose2 | None:
-        """Where the person who is followed was last, and their direction, in the odometry frame."""
-        return self._goal.person if isinstance(self._goal, Follow) else None
+    def person(self) -> Place | None:
+        """Where the person who is followed or approached was last, in the odometry frame, metres."""
+        return self._goal.person if isinstance(self._goal, (Follow, Approach)) else None
 
     # What is around.
 
@@ -163,15 +167,23 @@ class Navigator:
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
         in_base = rays_of(scan, sensor_in_base)
-        if isinstance(self._goal, Follow) and source == LASER and map_from_odom is not None:
-            ends = moved_rays(in_base, odom_pose).ends
-            self._goal.saw_scan(scan.stamp, ends, odom_pose, map_from_odom)
+        if source == LASER:
+            self._show_scan(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
         ):
             if robot is not None:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot)
+
+    def _show_scan(
+        self, stamp: float, ends: NDArray[np.float64], odom_pose: Pose2, map_from_odom: Pose2 | None
+    ) -> None:
+        """Let a goal that has to do with a person see the laser's scan."""
+        if isinstance(self._goal, Follow) and map_from_odom is not None:
+            self._goal.saw_scan(stamp, ends, odom_pose, map_from_odom)
+        elif isinstance(self._goal, Approach):
+            self._goal.saw_scan(stamp, ends, odom_pose)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""
@@ -227,10 +239,8 @@ class Navigator:
             max_angular: rad/s; 0 takes the parameter's.
         """
         self._begin(now)
-        numbers = (distance, max_linear, max_angular)
-        if not all(math.isfinite(number) and number >= 0.0 for number in numbers):
-            reason = f"cannot follow at {distance} m with {max_linear} m/s and {max_angular} rad/s"
-            self._end = failure("bad_input", reason, server_code=SERVER_CODES["bad_input"])
+        if not _are_not_negative(distance, max_linear, max_angular):
+            self._refuse(f"cannot follow at {distance} m with {max_linear} m/s and {max_angular} rad/s")
             return
         use = self._p.follow
         goal = FollowGoal(
@@ -244,6 +254,58 @@ class Navigator:
         """The person who is followed was seen: time in seconds, place in the odometry frame in metres."""
         if isinstance(self._goal, Follow):
             self._goal.saw(stamp, x, y)
+
+    def start_approach(
+        self,
+        now: float,
+        person: Place,
+        distance: float = 0.0,
+        orientations: tuple[float, float] = (0.0, 0.0),
+        max_linear: float = 0.0,
+        max_angular: float = 0.0,
+    ) -> None:
+        """Drive to a place at a person and turn there, by odometry alone; replaces what is active.
+
+        Args:
+            now: Seconds.
+            person: Where the person is, in the robot's frame, metres; 0, 0: the nearest that the camera sees.
+            distance: From the person, metres, not below 0.5; 0 takes the parameter's.
+            orientations: p2r and r2p of :class:`ApproachGoal`, radians.
+            max_linear: m/s; 0 takes the parameter's.
+            max_angular: rad/s; 0 takes the parameter's.
+        """
+        self._begin(now)
+        if not all(map(math.isfinite, (*person, *orientations))):
+            self._refuse(f"cannot approach somebody at {person} m with the orientations {orientations} rad")
+        elif not _are_not_negative(distance, max_linear, max_angular):
+            self._refuse(f"cannot stand {distance} m away with {max_linear} m/s and {max_angular} rad/s")
+        elif 0.0 < distance < NEAREST_M:
+            self._refuse(
+                f"{distance:g} m is too near to a person (would have worked: {NEAREST_M} m and more)"
+            )
+        else:
+            use = self._p.approach
+            goal = ApproachGoal(
+                *person,
+                distance or use.approach_me_distance,
+                *orientations,
+                max_linear or use.approach_me_max_lin_speed,
+                max_angular or use.approach_me_max_ang_speed,
+            )
+            self._goal = Approach(goal, self._costmaps, self._p, now)
+
+    def saw_people(self, stamp: float, people: Sequence[Place]) -> None:
+        """The camera saw people; one of them may be who is approached.
+
+        Args:
+            stamp: Seconds.
+            people: Where they are, in the odometry frame, metres.
+        """
+        if isinstance(self._goal, Approach):
+            self._goal.saw(stamp, people)
+
+    def _refuse(self, reason: str) -> None:
+        self._end = failure("bad_input", reason, server_code=SERVER_CODES["bad_input"])
 
     def cancel(self) -> None:
         """End the goal; the next step stops the robot and reports it. Without a goal nothing happens."""
@@ -290,9 +352,8 @@ class Navigator:
             return self._finish(self._end)
         if self.base_stop.holds_all:
             return self._finish(self.base_stop.failure())
-        missing = self._fresh.missing(
-            now, odometry, map_from_odom, needs_map=not isinstance(self._goal, Spin)
-        )
+        needs_map = not isinstance(self._goal, (Spin, Approach))
+        missing = self._fresh.missing(now, odometry, map_from_odom, needs_map=needs_map)
         if missing is not None:
             return self._wait(now, *missing)
         self._missing_since = None
@@ -311,7 +372,9 @@ class Navigator:
         self.local_costmap.roll_to(pose)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
-        return RobotState(now, pose, odometry.twist, map_from_odom or Pose2(), clearance, self.base_stop)
+        place = map_from_odom or Pose2()
+        localised = map_from_odom is not None
+        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, localised)
 
     def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
         goal = self._goal
@@ -342,3 +405,7 @@ class Navigator:
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
         self._feedback = Feedback(old.distance_remaining, 0.0, old.recoveries, text)
         return CycleResult(STANDSTILL, self._feedback, result)
+
+
+def _are_not_negative(*numbers: float) -> bool:
+    return all(math.isfinite(number) and number >= 0.0 for number in numbers)

@@ -1,4 +1,4 @@
-"""The node ``navigate``: actions ``navigate_to_pose``, ``spin`` and ``follow_user``, costmaps, ``cmd_vel``.
+"""The node ``navigate``: drives, turns, follows and approaches (four actions), costmaps, ``cmd_vel``.
 
 A pose on ``goal_pose`` (RViz) is sent on to the own action, as in Nav2: so every drive can be listed and
 cancelled as a goal.
@@ -9,12 +9,13 @@ Source: document, sections 3.3 and 3.4; REFERENCE 7.2, 7.3 and 7.9.
 from __future__ import annotations
 
 import math
+import re
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from florence_interfaces.action import FollowUser
+from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
@@ -29,7 +30,7 @@ from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.clock import Timer, call_every
 from florence_bt.core.geometry import STANDSTILL, Pose2
-from florence_bt.core.outcome import Result, failure
+from florence_bt.core.outcome import Outcome, Result, failure
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
@@ -47,12 +48,13 @@ from florence_bt.ros.conversions import (
     stamp_from_ros,
     twist_to_ros,
 )
+from florence_bt.ros.failure_topic import FailurePublisher
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
-from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
+from florence_bt.skills.navigation.navigate.declaration import APPROACH_FAILURE, SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import (
@@ -66,6 +68,7 @@ from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
+_USER_FRAME = re.compile(r"user_\d+")
 OVERRIDDEN = "the manual override is on; release it first: florence release"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 SendGoal = NavigateToPose.Impl.SendGoalService
@@ -146,6 +149,10 @@ class NavigationNode(FlorenceNode):
             on_cancel=self._on_cancel,
             bad_goal_code=SERVER_CODES["bad_input"],
         )
+        self._approaches = SingleGoalServer(
+            self, ApproachMe, "approach_person", on_goal=self._on_approach_goal, on_cancel=self._on_cancel
+        )
+        self._approach_failure = FailurePublisher(self, APPROACH_FAILURE)
         self._followed = ""
         self._person = 0.0, 0.0
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
@@ -314,6 +321,40 @@ class NavigationNode(FlorenceNode):
         self._start_cycle()
         return None
 
+    def _on_approach_goal(self, request: ApproachMe.Goal) -> str | None:
+        refusal = self._why_not()
+        if refusal is not None or self._navigator is None:
+            self._approach_failure.publish("rejected", refusal or NO_MAP)
+            return refusal
+        self._replace_owner(self._approaches)
+        self._person = person = float(request.x), float(request.y)
+        self._navigator.start_approach(
+            self.timebase.now(),
+            person,
+            float(request.desired_distance),
+            (float(request.desired_p2r_orientation), float(request.desired_r2p_orientation)),
+            float(request.max_lin_speed),
+            float(request.max_ang_speed),
+        )
+        self._start_cycle()
+        return None
+
+    def _see_people(self, navigator: Navigator) -> None:
+        """Tell where people were seen at last: the newest frames of the user tracker say it."""
+        buffer = self._frames.buffer
+        users = [name for name in buffer.frames() if _USER_FRAME.fullmatch(name)]
+        stamps = {name: buffer.latest_stamp(name) or -math.inf for name in users}
+        newest = max(stamps.values(), default=-math.inf)
+        try:
+            seen = [
+                buffer.lookup_pose(self._p.odom_frame, name, newest)
+                for name, stamp in stamps.items()
+                if stamp == newest
+            ]
+        except TransformUnavailable:
+            return  # they overtook the pose of the robot
+        navigator.saw_people(newest, [(place.x, place.y) for place in seen])
+
     def _see_person(self, navigator: Navigator) -> None:
         """Tell where the person who is followed was seen: the frames of the user tracker say it."""
         buffer = self._frames.buffer
@@ -390,6 +431,8 @@ class NavigationNode(FlorenceNode):
             return
         if self._owner is self._follows:
             self._see_person(navigator)
+        elif self._owner is self._approaches:
+            self._see_people(navigator)
         step = navigator.step(self.timebase.now(), self._queue.odometry, self._map_from_odom())
         if step.command is not None:
             self._velocity.publish(twist_to_ros(step.command))
@@ -402,10 +445,11 @@ class NavigationNode(FlorenceNode):
 
     def _publish_feedback(self, navigator: Navigator, step: CycleResult) -> None:
         now = self.timebase.now()
-        if self._owner is self._follows:
-            # In every cycle (document, section 4.1).
+        if self._owner is self._follows or self._owner is self._approaches:
+            # In every cycle (document, sections 4.1 and 4.3).
             self._person = x, y = self._person_in_base(navigator)
             self._follows.publish_feedback(FollowUser.Feedback(x=x, y=y, text=step.feedback.text))
+            self._approaches.publish_feedback(ApproachMe.Feedback(x=x, y=y))
             return
         if self._owner is None or now < self._next_feedback:
             return
@@ -427,11 +471,11 @@ class NavigationNode(FlorenceNode):
         self._poses.publish_feedback(message)
 
     def _person_in_base(self, navigator: Navigator) -> tuple[float, float]:
-        """Where the person who is followed was last, in the robot's frame, metres; 0, 0 when never seen."""
+        """Where the person was last, in the robot's frame, metres; as before while nobody knows."""
         odometry, person = self._queue.odometry, navigator.person
         if odometry is None or person is None:
-            return 0.0, 0.0
-        return odometry.pose.inverse().apply(person.x, person.y)
+            return self._person
+        return odometry.pose.inverse().apply(*person)
 
     def _report(self, result: Result) -> None:
         owner, self._owner = self._owner, None
@@ -451,6 +495,11 @@ class NavigationNode(FlorenceNode):
             x, y = self._person
             code = navigate_error_code(result)
             message = FollowUser.Result(x=x, y=y, error_code=code, error_msg=result.reason)
+        elif server is self._approaches:
+            x, y = self._person
+            message = ApproachMe.Result(x=x, y=y)
+            if result.outcome is Outcome.FAILED:
+                self._approach_failure.publish(result.code, result.reason)
         else:
             elapsed = duration_to_ros(self.timebase.now() - self._started)
             message = Spin.Result(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
-from florence_bt.core.limits import NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
@@ -127,6 +127,33 @@ class FollowParameters:
 
 
 @dataclass(frozen=True, slots=True)
+class ApproachParameters:
+    """How to approach somebody. The first three are the defaults of a goal that says 0.
+
+    Attributes:
+        approach_me_distance: Where to stand, between the middles, in metres.
+        approach_me_max_lin_speed: m/s; never more than what the controller allows.
+        approach_me_max_ang_speed: rad/s; the same.
+        approach_me_laser_gain: The person is moved by this share of the way to where the laser sees legs.
+        approach_me_patience: When for so many seconds nobody is where the person should be: lost.
+        approach_me_limit: Seconds until it gives up.
+
+    Source:
+        REFERENCE 12.7; document, section 4.3.
+    """
+
+    approach_me_distance: Positive = 0.8
+    approach_me_max_lin_speed: Positive = 0.5
+    approach_me_max_ang_speed: Positive = 1.0
+    approach_me_laser_gain: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.3
+    approach_me_patience: Positive = 5.0
+    approach_me_limit: Positive = 60.0
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+
+
+@dataclass(frozen=True, slots=True)
 class NavigatorParameters:
     """All parameters of navigation."""
 
@@ -137,6 +164,7 @@ class NavigatorParameters:
     recovery: RecoveryParameters = field(default_factory=RecoveryParameters)
     turn: SpinParameters = field(default_factory=SpinParameters)
     follow: FollowParameters = field(default_factory=FollowParameters)
+    approach: ApproachParameters = field(default_factory=ApproachParameters)
 
     @staticmethod
     def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:
@@ -149,4 +177,5 @@ class NavigatorParameters:
             recovery=read(RecoveryParameters),
             turn=read(SpinParameters),
             follow=read(FollowParameters),
+            approach=read(ApproachParameters),
         )

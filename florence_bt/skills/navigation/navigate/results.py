@@ -56,6 +56,17 @@ FOLLOW_FAILURES = {
 }
 """The codes of ``follow_user``."""
 
+APPROACH_FAILURES = {
+    "user_lost": "nobody is, or nobody is any more, where the person should be",
+    "blocked": "something stands in the way, and did not go away",
+    "no_progress": NAVIGATE_FAILURES["no_progress"],
+    "no_pose": "the odometry is silent",
+    "no_scan": NAVIGATE_FAILURES["no_scan"],
+    **TOUCH_FAILURES,
+    **HELD_FAILURES,
+}
+"""The codes of ``approach_person``."""
+
 STOP_CODES = {code: 10001 + place for place, code in enumerate((*HELD_FAILURES, *TOUCH_FAILURES))}
 """Our code -> error_code of both actions; Nav2 has none for them and leaves numbers from 10000 on free."""
 
@@ -133,6 +144,15 @@ def result_from_follow(outcome: Outcome, error_code: int, error_msg: str) -> Res
     """Our result for the answer of a FollowUser server."""
     codes = {SERVER_CODES[code]: code for code in FOLLOW_FAILURES}
     return _result(outcome, error_code, error_msg, codes, "blocked", "following")
+
+
+def result_from_approach(outcome: Outcome, code: str, reason: str) -> Result:
+    """Our result for the end of an approach; code and reason are empty when the server gave none."""
+    if outcome is Outcome.SUCCEEDED:
+        return success()
+    if outcome is Outcome.CANCELLED:
+        return cancelled(reason or "cancelled on request")
+    return failure(code or "rejected", reason or "the server gave no reason; its log may say more")
 
 
 def result_from_spin(outcome: Outcome, error_code: int, error_msg: str) -> Result:

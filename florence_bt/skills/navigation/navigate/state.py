@@ -69,9 +69,10 @@ class RobotState:
         now: Seconds.
         pose: base_footprint in the odometry frame.
         twist: Its velocity.
-        map_from_odom: The place of the odometry frame in the map.
+        map_from_odom: The place of the odometry frame in the map; identity while it is not known.
         clearance: What is around it.
         stop: What holds the base.
+        localised: Whether the place in the map is known.
     """
 
     now: float
@@ -80,6 +81,7 @@ class RobotState:
     map_from_odom: Pose2
     clearance: Clearance
     stop: BaseStop
+    localised: bool = True
 
     @property
     def map_pose(self) -> Pose2:
