@@ -24,7 +24,7 @@ from florence_bt.app.demo.rigs import make_rig
 from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
-from florence_bt.simulation.home.closeness import Closeness, closeness
+from florence_bt.simulation.home.closeness import POLITE_DISTANCE_M, Closeness, closeness
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.ground_truth import BestCase, best_case
 from florence_bt.simulation.home.person import PersonSpec
@@ -86,13 +86,11 @@ class Trial:
     @property
     def polite(self) -> bool:
         """The mission succeeded, and the robot stands at the polite distance and looks at the person."""
-        return (
-            self.status is RunStatus.SUCCEEDED
-            and self.end is not None
-            and self.best_case is not None
-            and self.best_case.distance is not None
-            and self.end.polite_at(self.best_case.distance)
-        )
+        if self.status is not RunStatus.SUCCEEDED or self.end is None:
+            return False
+        nearest = self.best_case.distance if self.best_case is not None else None
+        # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
+        return self.end.polite_at(POLITE_DISTANCE_M if nearest is None else nearest)
 
     @property
     def good(self) -> bool:
