@@ -66,6 +66,8 @@ from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
+_USER_FRAME = "user_"
+"""The frame of a person is this and their persistent id."""
 OVERRIDDEN = "the manual override is on; release it first: florence release"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 SendGoal = NavigateToPose.Impl.SendGoalService
@@ -146,7 +148,6 @@ class NavigationNode(FlorenceNode):
             on_cancel=self._on_cancel,
             bad_goal_code=SERVER_CODES["bad_input"],
         )
-        self._followed = ""
         self._person = 0.0, 0.0
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
@@ -304,9 +305,10 @@ class NavigationNode(FlorenceNode):
         if refusal is not None or self._navigator is None:
             return refusal
         self._replace_owner(self._follows)
-        self._followed, self._person = f"user_{request.user_id}", (0.0, 0.0)
+        self._person = 0.0, 0.0
         self._navigator.start_follow(
             self.timebase.now(),
+            request.user_id,
             float(request.distance),
             float(request.max_lin_speed),
             float(request.max_ang_speed),
@@ -314,17 +316,18 @@ class NavigationNode(FlorenceNode):
         self._start_cycle()
         return None
 
-    def _see_person(self, navigator: Navigator) -> None:
-        """Tell where the person who is followed was seen: the frames of the user tracker say it."""
+    def _see_people(self, navigator: Navigator) -> None:
+        """Tell where people were seen: the frames of the user tracker say it."""
         buffer = self._frames.buffer
-        stamp = buffer.latest_stamp(self._followed)
-        if stamp is None:
-            return
-        try:
-            place = buffer.lookup_pose(self._p.odom_frame, self._followed, stamp)
-        except TransformUnavailable:
-            return  # it overtook the pose of the robot
-        navigator.saw_person(stamp, place.x, place.y)
+        for frame in buffer.frames():
+            user_id, stamp = frame.removeprefix(_USER_FRAME), buffer.latest_stamp(frame)
+            if user_id == frame or not user_id.isdecimal() or stamp is None:
+                continue
+            try:
+                place = buffer.lookup_pose(self._p.odom_frame, frame, stamp)
+            except TransformUnavailable:
+                continue  # it overtook the pose of the robot, or is old
+            navigator.saw_person(stamp, int(user_id), place.x, place.y)
 
     def _goal_in_map(self, message: PoseStamped) -> Pose2 | Result:
         """The goal in the map frame, or why it is none."""
@@ -388,8 +391,7 @@ class NavigationNode(FlorenceNode):
         navigator = self._navigator
         if navigator is None:
             return
-        if self._owner is self._follows:
-            self._see_person(navigator)
+        self._see_people(navigator)
         step = navigator.step(self.timebase.now(), self._queue.odometry, self._map_from_odom())
         if step.command is not None:
             self._velocity.publish(twist_to_ros(step.command))

@@ -10,6 +10,7 @@ from typing import Any
 from florence_bt.core.limits import NotNegative, Positive, check_limits, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
+from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
 from florence_bt.skills.navigation.navigate.spin import SpinParameters
 
@@ -137,6 +138,7 @@ class NavigatorParameters:
     recovery: RecoveryParameters = field(default_factory=RecoveryParameters)
     turn: SpinParameters = field(default_factory=SpinParameters)
     follow: FollowParameters = field(default_factory=FollowParameters)
+    people: PeopleParameters = field(default_factory=PeopleParameters)
 
     @staticmethod
     def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:
@@ -149,4 +151,5 @@ class NavigatorParameters:
             recovery=read(RecoveryParameters),
             turn=read(SpinParameters),
             follow=read(FollowParameters),
+            people=read(PeopleParameters),
         )
