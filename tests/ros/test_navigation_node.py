@@ -485,6 +485,21 @@ def test_the_nearest_person_of_the_user_tracker_is_approached(scene: Scene) -> N
     scene.play_until(lambda: robot.world.twist.is_zero(), 1.0)
 
 
+def test_a_drive_minds_whom_the_user_tracker_sees(scene: Scene) -> None:
+    scene.add_navigation()
+    robot, began = scene.robot, scene.robot.world.now
+
+    def stood() -> bool:
+        robot.broadcaster.send("map", "user_4", robot.world.now, robot.world.pose @ Pose2(0.3, 0.0))
+        return robot.world.now > began + 2.0
+
+    scene.send(scene.poses, to(Pose2(3.0, 2.4)))
+    scene.play_until(stood)
+    assert robot.world.twist.linear == 0.0
+    assert robot.world.pose.distance_to(START) < 0.2
+    scene.play_until(lambda: robot.world.twist.linear > 0.2)
+
+
 def test_a_drive_of_the_topic_is_a_goal_that_the_override_ends(scene: Scene) -> None:
     scene.add_navigation()
     goals = OpenGoals(scene.client, ["navigate_to_pose"])

@@ -187,7 +187,6 @@ class _BaseSkills:
         self._robot = robot
         self._clock = clock
         self._frames = setting.frames
-        self._followed = 0
         call_every(clock, 1.0 / parameters.cycle.controller_frequency, self._step)
 
     @property
@@ -220,8 +219,7 @@ class _BaseSkills:
 
     def follow(self, user_id: int, distance: float, max_lin_speed: float, max_ang_speed: float) -> SkillRun:
         run = self._component.begin("following", self._navigator.cancel)
-        self._navigator.start_follow(self._clock.now(), distance, max_lin_speed, max_ang_speed)
-        self._followed = user_id
+        self._navigator.start_follow(self._clock.now(), user_id, distance, max_lin_speed, max_ang_speed)
         return run
 
     def approach(
@@ -244,8 +242,7 @@ class _BaseSkills:
     def saw_users(self, users: Sequence[TrackedUser]) -> None:
         self._navigator.saw_people(self._clock.now(), [(user.x, user.y) for user in users])
         for user in users:
-            if user.user_id == self._followed:
-                self._navigator.saw_person(self._clock.now(), user.x, user.y)
+            self._navigator.saw_person(self._clock.now(), user.user_id, user.x, user.y)
 
     def _step(self) -> None:
         if not self._navigator.active:

@@ -18,6 +18,7 @@ from florence_bt.skills.navigation.navigate.controller import Control, Controlle
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
 from florence_bt.skills.navigation.navigate.drive import ProgressWatch
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
+from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin, SpinParameters
 from florence_bt.skills.navigation.navigate.state import RobotState
@@ -51,7 +52,7 @@ def control(
     controller = Controller(ControllerParameters(), COSTMAP)
     controller.set_plan(path_to(goal), goal)
     costmap = costmap or local()
-    return controller.control(pose, twist, costmap, Pose2(), Clearance(costmap, pose, None, None))
+    return controller.control(pose, twist, costmap, Pose2(), Clearance(costmap, pose, None, None), People())
 
 
 def test_it_drives_along_a_straight_path() -> None:
@@ -73,7 +74,7 @@ def test_it_steers_towards_a_path_beside_it() -> None:
     controller.set_plan(np.linspace([0.0, 0.2], [2.0, 0.2], 80), Pose2(2.0, 0.2))
     costmap = local()
     answer = controller.control(
-        Pose2(), STANDSTILL, costmap, Pose2(), Clearance(costmap, Pose2(), None, None)
+        Pose2(), STANDSTILL, costmap, Pose2(), Clearance(costmap, Pose2(), None, None), People()
     )
     assert answer.command.angular > 0.05
 
@@ -85,7 +86,12 @@ def test_the_path_is_taken_to_the_odometry_frame() -> None:
     # The map is turned by 90 degrees against the odometry: the path leads to y there.
     costmap, pose = local(), Pose2(0.0, 0.0, math.pi / 2)
     answer = controller.control(
-        pose, STANDSTILL, costmap, Pose2(0.0, 0.0, math.pi / 2), Clearance(costmap, pose, None, None)
+        pose,
+        STANDSTILL,
+        costmap,
+        Pose2(0.0, 0.0, math.pi / 2),
+        Clearance(costmap, pose, None, None),
+        People(),
     )
     assert answer.command.linear > 0.3
     assert abs(answer.command.angular) < 0.1

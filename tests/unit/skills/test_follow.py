@@ -23,6 +23,7 @@ from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
 Point = tuple[float, float]
 FIRST_ROOM: Point = (2.2, 2.4)
+LEADER = 7
 
 
 def along(points: list[Point], speed: float) -> Callable[[float], Point]:
@@ -64,13 +65,13 @@ class Walk:
     ) -> Result | None:
         trip, world = self.trip, self.trip.world
         start = world.now
-        trip.navigator.start_follow(start, distance, speed, turn)
+        trip.navigator.start_follow(start, LEADER, distance, speed, turn)
         while world.now < start + seconds:
             x, y = self.place(world.now - start)
             world.boxes = [*self.boxes, (x - 0.12, y - 0.12, x + 0.12, y + 0.12)]
             if round((world.now - start) * 10) % 2 == 0 and self.sees((x, y)):
                 in_odom = world.odom @ world.pose.inverse() @ Pose2(x, y)
-                trip.navigator.saw_person(world.now, in_odom.x, in_odom.y)
+                trip.navigator.saw_person(world.now, LEADER, in_odom.x, in_odom.y)
             result = trip.cycle()
             self.distances.append(math.dist((world.pose.x, world.pose.y), (x, y)))
             self.speeds.append(world.command.linear)
@@ -181,12 +182,12 @@ def test_out_of_sight_the_limits_of_the_goal_hold_too() -> None:
 def test_somebody_who_comes_back_into_view_is_followed_on() -> None:
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (3.6, 2.4)], 0.3))
     trip = walk.trip
-    trip.navigator.start_follow(0.0, 0.0, 0.0, 0.0)
+    trip.navigator.start_follow(0.0, LEADER, 0.0, 0.0, 0.0)
     for tenth in range(120):
         person = walk.place(tenth * 0.1)
         if not 30 < tenth < 50:
             in_odom = trip.world.odom @ trip.world.pose.inverse() @ Pose2(*person)
-            trip.navigator.saw_person(trip.world.now, in_odom.x, in_odom.y)
+            trip.navigator.saw_person(trip.world.now, LEADER, in_odom.x, in_odom.y)
         assert trip.cycle() is None
     assert "going to where the person was seen last" in trip.texts
     assert trip.texts[-1] == "following"
@@ -212,7 +213,7 @@ def test_distance_and_speed_of_the_goal() -> None:
 @pytest.mark.parametrize("bad", [(-1.0, 0.0, 0.0), (0.0, math.nan, 0.0), (0.0, 0.0, math.inf)])
 def test_bad_goals_move_nothing(bad: tuple[float, float, float]) -> None:
     trip = Trip(Pose2(1.0, 1.0))
-    trip.navigator.start_follow(0.0, *bad)
+    trip.navigator.start_follow(0.0, LEADER, *bad)
     result = trip.cycle()
     assert result is not None
     assert result.code == "bad_input"
@@ -223,14 +224,14 @@ def test_a_bumper_is_backed_off_from_and_the_following_goes_on() -> None:
     trip = walk.trip
     walk.go(1.0)
     trip.navigator.base_stop = BaseStop("bumper", "the left bumper is pressed")
-    trip.navigator.saw_person(trip.world.now, *(trip.world.odom @ Pose2(2.0, 0.0)).apply(0.0, 0.0))
+    trip.navigator.saw_person(trip.world.now, LEADER, *(trip.world.odom @ Pose2(2.0, 0.0)).apply(0.0, 0.0))
     assert trip.cycle() is None
     assert trip.world.command.linear < 0.0
     assert "backing off" in trip.texts[-1]
     trip.navigator.base_stop = BaseStop()
     for _ in range(40):
         trip.navigator.saw_person(
-            trip.world.now, *(trip.world.odom @ trip.world.pose.inverse()).apply(3.2, 2.4)
+            trip.world.now, LEADER, *(trip.world.odom @ trip.world.pose.inverse()).apply(3.2, 2.4)
         )
         assert trip.cycle() is None
     assert trip.texts[-1].startswith("following")

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL, Cells, footprint_cost
 
-COLLIDES, UNREACHABLE = -1.0, -2.0
+COLLIDES, UNREACHABLE, MEETS = -1.0, -2.0, -3.0
+_PEOPLE_STEP_S = 0.1
+"""So often a motion is compared with where people will be."""
 
 
 @njit(cache=True)
@@ -41,6 +43,47 @@ def distance_at(grid: NDArray[np.float64], u: float, v: float, unreached: float)
 
 
 @njit(cache=True)
+def _is_too_near(
+    people: NDArray[np.float64], seconds: float, x: float, y: float, start_x: float, start_y: float
+) -> bool:
+    """Whether the robot is too near to somebody after some seconds, and nearer than if it had not moved."""
+    for k in range(len(people)):
+        person_x = people[k, 0] + people[k, 2] * seconds
+        person_y = people[k, 1] + people[k, 3] * seconds
+        distance = math.hypot(person_x - x, person_y - y)
+        if distance < people[k, 4] and distance < math.hypot(person_x - start_x, person_y - start_y):
+            return True
+    return False
+
+
+@njit(cache=True)
+def meets_somebody(
+    people: NDArray[np.float64], pose: NDArray[np.float64], twist: NDArray[np.float64], seconds: float
+) -> bool:
+    """Whether driving on with a velocity leads too near to somebody who walks on.
+
+    Args:
+        people: Shape (n, 5): x, y, vx, vy of each person, and how near the robot may come, metres.
+        pose: x, y, yaw of the robot.
+        twist: Its linear and angular velocity.
+        seconds: How far to look ahead.
+    """
+    x, y, yaw = pose
+    steps = max(1, math.ceil(seconds / _PEOPLE_STEP_S))
+    dt = seconds / steps
+    for step in range(1, steps + 1):
+        heading = yaw + 0.5 * twist[1] * dt
+        x, y, yaw = (
+            x + twist[0] * math.cos(heading) * dt,
+            y + twist[0] * math.sin(heading) * dt,
+            yaw + twist[1] * dt,
+        )
+        if _is_too_near(people, step * dt, x, y, pose[0], pose[1]):
+            return True
+    return False
+
+
+@njit(cache=True)
 def roll_out(
     cells: Cells,
     frame: NDArray[np.float64],
@@ -53,6 +96,7 @@ def roll_out(
     goal_grid: NDArray[np.float64],
     biases: NDArray[np.float64],
     unreached: float,
+    people: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Simulate commands and rate where they lead.
 
@@ -68,9 +112,11 @@ def roll_out(
         goal_grid: Distance from the local goal at each cell.
         biases: path_distance_bias, goal_distance_bias, occdist_scale.
         unreached: Distances from here on mean "not reached".
+        people: Shape (n, 5), as for :func:`meets_somebody`.
 
     Returns:
-        Shape (n,): the cost, smaller is better; :data:`COLLIDES` or :data:`UNREACHABLE` for unusable ones.
+        Shape (n,): the cost, smaller is better; :data:`COLLIDES`, :data:`UNREACHABLE` or :data:`MEETS` for
+        unusable ones.
 
     Source:
         REFERENCE 7.6.
@@ -83,9 +129,11 @@ def roll_out(
         length = max(abs(wanted_linear), abs(linear)) * limits[2] / limits[3]
         turn = max(abs(wanted_angular), abs(angular)) * limits[2] / limits[4]
         steps = max(1, int(max(length, turn) + 0.5))
+        if len(people):
+            steps = max(steps, math.ceil(limits[2] / _PEOPLE_STEP_S))
         dt = limits[2] / steps
         rating, worst = 0.0, 0
-        for _ in range(steps):
+        for step in range(1, steps + 1):
             linear = _towards(linear, wanted_linear, limits[0] * dt)
             angular = _towards(angular, wanted_angular, limits[1] * dt)
             heading = yaw + 0.5 * angular * dt
@@ -109,8 +157,11 @@ def roll_out(
                     break
                 cost = max(cost, under)
             worst = max(worst, cost)
-        if rating == COLLIDES:
-            ratings[i] = COLLIDES
+            if _is_too_near(people, step * dt, x, y, state[0], state[1]):
+                rating = MEETS
+                break
+        if rating < 0.0:
+            ratings[i] = rating
             continue
         u, v = (x - frame[0]) / frame[2], (y - frame[1]) / frame[2]
         from_path, from_goal = (

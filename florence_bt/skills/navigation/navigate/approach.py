@@ -156,7 +156,12 @@ class Approach:
         way, self._side = way_round((state.pose.x, state.pose.y), (goal.x, goal.y), person, self._side)
         self._controller.set_plan(way, goal)
         control = self._controller.control(
-            state.pose, state.twist, self._local_costmap, Pose2(), state.clearance
+            state.pose,
+            state.twist,
+            self._local_costmap,
+            Pose2(),
+            state.clearance,
+            state.people.around_goal(goal),
         )
         feedback = self._feedback(control.text or f"waiting: {control.blocked}", control.remaining)
         if control.reached:

@@ -30,12 +30,12 @@ class BackUp:
         self._deadline = state.now + time_allowance
 
     def step(self, state: RobotState) -> Twist2:
-        """The velocity of this moment; standstill when it is over or something is behind the robot."""
+        """The velocity of this moment; standstill when it is over or something or somebody is behind."""
         left = self._p.back_up_distance - self._start.distance_to(state.pose)
         over = left <= 0.01 or state.now > self._deadline
         if over or not state.clearance.is_free(-min(left + 0.05, 0.15), 0.0):
             return STANDSTILL
-        return Twist2(-self._p.back_up_speed, 0.0)
+        return state.people.slowed(state.pose, Twist2(-self._p.back_up_speed, 0.0))
 
 
 class ContactRecovery:

@@ -7,7 +7,7 @@ path leads off sharply), approach the goal in a straight line, and turn to the g
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
-from florence_bt.skills.navigation.navigate._rollout_kernels import roll_out
+from florence_bt.skills.navigation.navigate._rollout_kernels import MEETS, roll_out
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, cost_at_distance
+from florence_bt.skills.navigation.navigate.people import SOMEBODY_IN_THE_WAY, People
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +145,13 @@ class Controller:
         self._points, self._goal = points, goal
 
     def control(
-        self, pose: Pose2, twist: Twist2, costmap: Costmap, odom_from_map: Pose2, clearance: Clearance
+        self,
+        pose: Pose2,
+        twist: Twist2,
+        costmap: Costmap,
+        odom_from_map: Pose2,
+        clearance: Clearance,
+        people: People,
     ) -> Control:
         """Choose a velocity.
 
@@ -154,7 +161,23 @@ class Controller:
             costmap: The local costmap, in the odometry frame.
             odom_from_map: Takes the path to the odometry frame.
             clearance: What is around the robot.
+            people: Whom to mind.
         """
+        answer = self._choose(pose, twist, costmap, odom_from_map, clearance, people)
+        command = people.slowed(pose, answer.command)
+        if command.is_zero() and not answer.command.is_zero():
+            return Control(STANDSTILL, answer.remaining, blocked=SOMEBODY_IN_THE_WAY)
+        return answer if command == answer.command else replace(answer, command=command)
+
+    def _choose(
+        self,
+        pose: Pose2,
+        twist: Twist2,
+        costmap: Costmap,
+        odom_from_map: Pose2,
+        clearance: Clearance,
+        people: People,
+    ) -> Control:
         goal = odom_from_map @ self._goal
         path = self._path_ahead(pose, odom_from_map)
         distance = pose.distance_to(goal)
@@ -165,7 +188,7 @@ class Controller:
             approach = self._approach(pose, goal, distance, clearance)
             if approach is not None:
                 return approach
-        return self._follow(pose, twist, path, remaining, costmap, clearance)
+        return self._follow(pose, twist, path, remaining, costmap, clearance, people)
 
     def _path_ahead(self, pose: Pose2, odom_from_map: Pose2) -> NDArray[np.float64]:
         """The path from the point nearest to the robot on, in the odometry frame, shape (n, 2)."""
@@ -257,16 +280,19 @@ class Controller:
         remaining: float,
         costmap: Costmap,
         clearance: Clearance,
+        people: People,
     ) -> Control:
         turn = self._turn_to_path(pose, path, clearance)
         if turn is not None:
             return Control(turn, remaining, text="turning towards the path")
         commands = self._samples(twist, remaining)
-        ratings = self._rate(commands, pose, twist, path, costmap)
+        ratings = self._rate(commands, pose, twist, path, costmap, people)
         good = ratings >= 0.0
         if good.any():
             best = commands[int(np.argmin(np.where(good, ratings, np.inf)))]
             return Control(Twist2(float(best[0]), float(best[1])), remaining, text="following the path")
+        if (ratings == MEETS).any():
+            return Control(STANDSTILL, remaining, blocked=SOMEBODY_IN_THE_WAY)
         # Nothing leads forward: turn on the spot towards the path, if that is possible.
         heading = self._path_bearing(pose, path)
         turn = self._turn(heading, clearance) if abs(heading) > 0.2 else None
@@ -311,6 +337,7 @@ class Controller:
         twist: Twist2,
         path: NDArray[np.float64],
         costmap: Costmap,
+        people: People,
     ) -> NDArray[np.float64]:
         p = self._p
         path_grid, goal_grid = self._distance_grids(pose, path, costmap)
@@ -327,6 +354,7 @@ class Controller:
             goal_grid,
             np.array([p.path_distance_bias, p.goal_distance_bias, p.occdist_scale]),
             UNVISITED / NEUTRAL,
+            people.rows,
         )
         return ratings
 

@@ -15,6 +15,7 @@ from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate import _cell_kernels as _cells
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
+from florence_bt.skills.navigation.navigate.proxemics import add_proxemics
 from florence_bt.skills.robot_description.footprint import FLORENCE_FOOTPRINT, Footprint, corners_from_flat
 
 FREE_COST = 0
@@ -35,9 +36,13 @@ class CostmapParameters:
         track_unknown_space: Whether unknown cells of the map stay unknown; otherwise they count as free.
         local_size: Side of the local costmap in metres.
         local_resolution: Metres per cell of the local costmap.
+        proxemic_amplitude: The cost at a person in the global costmap; 0 switches the layer of people off.
+        proxemic_covariance: Of the Gaussian in which it falls beside and behind them, in m^2.
+        proxemic_factor: How much greater that is before them, for each m/s.
 
     Source:
-        REFERENCE 7.4; document, section 3.3.2.
+        REFERENCE 7.4; document, section 3.3.2. Names and values of the last three are those of
+        social_navigation_layers::ProxemicLayer.
     """
 
     footprint: tuple[float, ...] = FLORENCE_FOOTPRINT
@@ -50,6 +55,9 @@ class CostmapParameters:
     track_unknown_space: bool = True
     local_size: Positive = 5.0
     local_resolution: Positive = 0.05
+    proxemic_amplitude: Annotated[float, Limits(0.0, INSCRIBED - 1)] = 77.0
+    proxemic_covariance: Positive = 0.25
+    proxemic_factor: NotNegative = 5.0
 
     def __post_init__(self) -> None:
         self.make_footprint()
@@ -136,7 +144,7 @@ def moved_points(points: NDArray[np.float64], motion: Pose2) -> NDArray[np.float
 
 
 class Costmap:
-    """A static layer, one obstacle layer per sensor, and the inflated sum of them.
+    """A static layer, one obstacle layer per sensor, the inflated sum of them, and a layer of people.
 
     What one sensor has marked is cleared only by the same sensor: the laser passes under a table top that
     the camera sees. A rolling costmap keeps the robot near its middle.
@@ -155,6 +163,7 @@ class Costmap:
         self._layers: dict[str, Cells] = {}
         self._master: Cells | None = None
         self._last_contact = -math.inf
+        self._people = np.empty((0, 4))
         if static is None:
             self.resolution = parameters.local_resolution
             side = math.ceil(parameters.local_size / self.resolution)
@@ -189,14 +198,32 @@ class Costmap:
 
     @property
     def master(self) -> Cells:
-        """The costs of all layers together, inflated, shape (rows, columns)."""
+        """The costs of all layers together, shape (rows, columns)."""
         if self._master is None:
             master = self._static.copy()
             for marks in self._layers.values():
                 master[marks == LETHAL] = LETHAL
             _cells.inflate(master, self._reach, self._table)
+            use, frame = self._parameters, (self.origin_x, self.origin_y, self.resolution)
+            add_proxemics(
+                master,
+                frame,
+                self._people,
+                use.proxemic_amplitude,
+                use.proxemic_covariance,
+                use.proxemic_factor,
+            )
             self._master = master
         return self._master
+
+    def set_people(self, people: NDArray[np.float64]) -> None:
+        """Where people are now: a way past them costs more, but none is closed.
+
+        Args:
+            people: Shape (n, 4): x, y in metres, vx, vy in m/s, in the frame of this costmap.
+        """
+        if len(people) or len(self._people):
+            self._people, self._master = people, None
 
     def static_master(self) -> Cells:
         """The costs of the static layer alone, inflated."""

@@ -194,7 +194,12 @@ class Drive:
     def _follow(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         odom_from_map = state.map_from_odom.inverse()
         control = self._controller.control(
-            state.pose, state.twist, self._costmaps.local_costmap, odom_from_map, state.clearance
+            state.pose,
+            state.twist,
+            self._costmaps.local_costmap,
+            odom_from_map,
+            state.clearance,
+            state.people.around_goal(odom_from_map @ self._goal),
         )
         feedback = self._feedback(state, control.remaining, control.text or f"waiting: {control.blocked}")
         if control.reached:

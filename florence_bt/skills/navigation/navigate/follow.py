@@ -14,7 +14,7 @@ from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
-from florence_bt.skills.navigation.navigate.legs import Place, Unmapped, all_legs, legs_near
+from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S, Place, all_legs, go_on_with_legs
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
@@ -31,8 +31,6 @@ _ARRIVED_M = 0.4
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
-_LEGS_ALONE_S = 6.0
-"""And no longer than this."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
 _DOUBT_S = 1.5
@@ -67,14 +65,16 @@ _BLOCKED_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class FollowGoal:
-    """How to follow.
+    """Whom to follow, and how.
 
     Attributes:
+        user_id: The persistent id of the person.
         distance: How far to stay behind, in metres.
         max_linear: m/s.
         max_angular: rad/s.
     """
 
+    user_id: int
     distance: float
     max_linear: float
     max_angular: float
@@ -88,6 +88,7 @@ class Follow:
     of sight, it drives to where the person vanished.
 
     Attributes:
+        user_id: The persistent id of the person.
         path: The path that is followed, shape (n, 2) in the map frame, or None.
         person: Where the person was last, in the odometry frame; None before.
 
@@ -99,6 +100,7 @@ class Follow:
         self, goal: FollowGoal, costmaps: Costmaps, parameters: NavigatorParameters, now: float
     ) -> None:
         self._goal = goal
+        self.user_id = goal.user_id
         self._costmaps = costmaps
         self._p = parameters
         self._use = parameters.follow
@@ -108,7 +110,6 @@ class Follow:
         self._started = self._free_since = now
         self._next_plan = now
         self._trail: deque[Place] = deque(maxlen=_TRAIL_POINTS)
-        self._unmapped = Unmapped(costmaps)
         self._unknown = np.empty((0, 2))
         self._trouble = ""
         self._faced = False
@@ -130,25 +131,16 @@ class Follow:
         """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
         self._target.recognise(stamp, x, y)
 
-    def saw_scan(self, stamp: float, points: NDArray[np.float64], robot: Pose2, map_from_odom: Pose2) -> None:
+    def saw_scan(self, stamp: float, unknown: NDArray[np.float64], robot: Pose2) -> None:
         """Go on with the legs in a scan while the camera does not see the person.
 
         Args:
             stamp: Seconds.
-            points: Where the beams end, shape (n, 2), in the odometry frame, metres.
+            unknown: Where beams end at nothing of the map, shape (n, 2), in the odometry frame, metres.
             robot: The robot in the odometry frame at that time.
-            map_from_odom: The place of the odometry frame in the map.
         """
-        target = self._target
-        self._unknown = self._unmapped.unknown(points, map_from_odom)
-        if target.seen is None or target.recognised is None or target.is_recognised(stamp):
-            return
-        if stamp - target.recognised > _LEGS_ALONE_S or stamp - target.seen > self._use.follow_coast:
-            return
-        expected = target.at(stamp, self._use.follow_coast)
-        legs = legs_near(self._unknown, robot, expected)
-        if legs is not None:
-            target.saw(stamp, *legs)
+        self._unknown = unknown
+        go_on_with_legs(self._target, stamp, unknown, robot, self._use.follow_coast)
 
     @property
     def person(self) -> Place | None:
@@ -164,14 +156,14 @@ class Follow:
             return contact, self._feedback(self._contact.text), None
         self._remember_way(state)
         if state.now < self._backs_until:
-            command = self._back_off(state)
+            command = state.people.slowed(state.pose, self._back_off(state))
             if not command.is_zero():
                 self._moved = state.now
                 return command, self._feedback("backing out"), None
             self._backs_until = -math.inf
         self._held = False
         command, feedback, result = self._follow(state)
-        command = self._off_the_person(state, command)
+        command = state.people.slowed(state.pose, self._off_the_person(state, command))
         if not command.is_zero():
             self._moved = state.now
         if not self._held or not command.is_zero():
@@ -186,7 +178,7 @@ class Follow:
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
         """Never drive towards somebody who is this near."""
         seen = self._target.seen
-        if seen is None or state.now - seen > _LEGS_ALONE_S:
+        if seen is None or state.now - seen > LEGS_ALONE_S:
             return command
         return keep_off(state.pose, self._target.at(state.now, self._use.follow_coast), command)
 
@@ -366,6 +358,7 @@ class Follow:
             self._costmaps.local_costmap,
             state.map_from_odom.inverse(),
             state.clearance,
+            state.people,
         )
         self._trouble = control.blocked
         self._held = bool(control.blocked)

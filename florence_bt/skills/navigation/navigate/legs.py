@@ -9,6 +9,7 @@ from scipy.ndimage import binary_dilation
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
+from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 REACH_M = 0.4
@@ -21,6 +22,10 @@ _BODY_M = 0.06
 _GAP_M = 0.15
 """Points of a scan that are further apart belong to different things."""
 _MAP_MARGIN_CELLS = 2
+_CAMERA_GAP_S = 0.3
+"""When the camera has not seen somebody for so long, the laser goes on."""
+LEGS_ALONE_S = 6.0
+"""And no longer than this."""
 
 Place = tuple[float, float]
 
@@ -74,6 +79,27 @@ def legs_near(points: NDArray[np.float64], robot: Pose2, expected: tuple[float, 
     away = max(float(np.hypot(x - robot.x, y - robot.y)), _BODY_M)
     behind = 1.0 + _BODY_M / away
     return float(robot.x + (x - robot.x) * behind), float(robot.y + (y - robot.y) * behind)
+
+
+def go_on_with_legs(
+    target: MovingTarget, stamp: float, points: NDArray[np.float64], robot: Pose2, coast: float
+) -> None:
+    """Take the legs of somebody whom the camera has seen, and does not see any more.
+
+    Args:
+        target: The person; unchanged when no legs are where they should be.
+        stamp: Of the scan, seconds.
+        points: What the map does not know, shape (n, 2), odometry frame, metres.
+        robot: The robot in that frame at that time.
+        coast: Who was not seen for so many seconds may be anywhere.
+    """
+    if target.seen is None or target.recognised is None or stamp - target.recognised < _CAMERA_GAP_S:
+        return
+    if stamp - target.recognised > LEGS_ALONE_S or stamp - target.seen > coast:
+        return
+    legs = legs_near(points, robot, target.at(stamp, coast))
+    if legs is not None:
+        target.saw(stamp, *legs)
 
 
 def all_legs(points: NDArray[np.float64]) -> list[Place]:

@@ -45,7 +45,7 @@ class MovingTarget:
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen; what is not newer, or not finite, is left out."""
         place = np.array([x, y])
-        if not np.isfinite(place).all() or (self.seen is not None and stamp <= self.seen):
+        if not np.isfinite([stamp, x, y]).all() or (self.seen is not None and stamp <= self.seen):
             return
         if self.seen is not None:
             passed = stamp - self.seen

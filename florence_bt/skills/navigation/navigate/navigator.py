@@ -18,8 +18,9 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.follow import Follow, FollowGoal
-from florence_bt.skills.navigation.navigate.legs import Place
+from florence_bt.skills.navigation.navigate.legs import Place, Unmapped
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
@@ -94,8 +95,8 @@ def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | Non
 class Navigator:
     """Drives to poses, turns in place, follows and approaches people, one goal at a time.
 
-    Feed it every scan with :meth:`add_scan`, start a goal, then call :meth:`step` at the controller's
-    frequency and send what it commands, until it gives a result.
+    Feed it every scan with :meth:`add_scan` and every person with :meth:`saw_person`, start a goal, then call
+    :meth:`step` at the controller's frequency and send what it commands, until it gives a result.
 
     Attributes:
         global_costmap: In the map frame.
@@ -115,6 +116,8 @@ class Navigator:
         self._costmaps = Costmaps(self.global_costmap, self.local_costmap, static, self._walls)
         cycle = self._p.cycle
         self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
+        self._unmapped = Unmapped(self._costmaps)
+        self._people = PeopleTracks(self._p.people)
         self._goal: Drive | Spin | Follow | Approach | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
@@ -168,7 +171,7 @@ class Navigator:
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
         in_base = rays_of(scan, sensor_in_base)
         if source == LASER:
-            self._show_scan(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
+            self._look_for_legs(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
         for costmap, robot in (
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
@@ -176,14 +179,18 @@ class Navigator:
             if robot is not None:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot)
 
-    def _show_scan(
+    def _look_for_legs(
         self, stamp: float, ends: NDArray[np.float64], odom_pose: Pose2, map_from_odom: Pose2 | None
     ) -> None:
-        """Let a goal that has to do with a person see the laser's scan."""
-        if isinstance(self._goal, Follow) and map_from_odom is not None:
-            self._goal.saw_scan(stamp, ends, odom_pose, map_from_odom)
-        elif isinstance(self._goal, Approach):
+        """Go on with people by their legs."""
+        if isinstance(self._goal, Approach):
             self._goal.saw_scan(stamp, ends, odom_pose)
+        if map_from_odom is None or not (self._people or isinstance(self._goal, Follow)):
+            return
+        unknown = self._unmapped.unknown(ends, map_from_odom)
+        self._people.saw_scan(stamp, unknown, odom_pose)
+        if isinstance(self._goal, Follow):
+            self._goal.saw_scan(stamp, unknown, odom_pose)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""
@@ -229,11 +236,14 @@ class Navigator:
         else:
             self._goal = Spin(angle, self._p.turn, now, time_allowance)
 
-    def start_follow(self, now: float, distance: float, max_linear: float, max_angular: float) -> None:
-        """Follow the person whom :meth:`saw_person` tells about; replaces what is active.
+    def start_follow(
+        self, now: float, user_id: int, distance: float, max_linear: float, max_angular: float
+    ) -> None:
+        """Follow one of the people whom :meth:`saw_person` tells about; replaces what is active.
 
         Args:
             now: Seconds.
+            user_id: The persistent id of the person.
             distance: How far to stay behind, metres; 0 takes the parameter's.
             max_linear: m/s; 0 takes the parameter's.
             max_angular: rad/s; 0 takes the parameter's.
@@ -244,15 +254,24 @@ class Navigator:
             return
         use = self._p.follow
         goal = FollowGoal(
+            user_id,
             distance or use.follow_distance,
             max_linear or use.follow_max_lin_speed,
             max_angular or use.follow_max_ang_speed,
         )
         self._goal = Follow(goal, self._costmaps, self._p, now)
 
-    def saw_person(self, stamp: float, x: float, y: float) -> None:
-        """The person who is followed was seen: time in seconds, place in the odometry frame in metres."""
-        if isinstance(self._goal, Follow):
+    def saw_person(self, stamp: float, user_id: int, x: float, y: float) -> None:
+        """Somebody was seen; what is not newer than before, or not finite, is left out.
+
+        Args:
+            stamp: Seconds.
+            user_id: Their persistent id.
+            x: Metres, in the odometry frame.
+            y: Metres.
+        """
+        self._people.saw(stamp, user_id, x, y)
+        if isinstance(self._goal, Follow) and self._goal.user_id == user_id:
             self._goal.saw(stamp, x, y)
 
     def start_approach(
@@ -372,9 +391,11 @@ class Navigator:
         self.local_costmap.roll_to(pose)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
-        place = map_from_odom or Pose2()
-        localised = map_from_odom is not None
-        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, localised)
+        people = self._people.people(now, self._goal.user_id if isinstance(self._goal, Follow) else None)
+        if map_from_odom is not None:
+            self.global_costmap.set_people(people.in_map(map_from_odom))
+        place, localised = map_from_odom or Pose2(), map_from_odom is not None
+        return RobotState(now, pose, odometry.twist, place, clearance, self.base_stop, people, localised)
 
     def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
         goal = self._goal

@@ -9,7 +9,6 @@ Source: document, sections 3.3 and 3.4; REFERENCE 7.2, 7.3 and 7.9.
 from __future__ import annotations
 
 import math
-import re
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -55,6 +54,7 @@ from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 from florence_bt.skills.navigation.navigate.declaration import APPROACH_FAILURE, SPEED_LIMIT
+from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import (
@@ -68,7 +68,8 @@ from florence_bt.skills.navigation.navigate.state import CycleResult
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
-_USER_FRAME = re.compile(r"user_\d+")
+_USER_FRAME = "user_"
+"""The frame of a person is this and their persistent id."""
 OVERRIDDEN = "the manual override is on; release it first: florence release"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 SendGoal = NavigateToPose.Impl.SendGoalService
@@ -153,7 +154,6 @@ class NavigationNode(FlorenceNode):
             self, ApproachMe, "approach_person", on_goal=self._on_approach_goal, on_cancel=self._on_cancel
         )
         self._approach_failure = FailurePublisher(self, APPROACH_FAILURE)
-        self._followed = ""
         self._person = 0.0, 0.0
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
@@ -311,9 +311,10 @@ class NavigationNode(FlorenceNode):
         if refusal is not None or self._navigator is None:
             return refusal
         self._replace_owner(self._follows)
-        self._followed, self._person = f"user_{request.user_id}", (0.0, 0.0)
+        self._person = 0.0, 0.0
         self._navigator.start_follow(
             self.timebase.now(),
+            request.user_id,
             float(request.distance),
             float(request.max_lin_speed),
             float(request.max_ang_speed),
@@ -340,32 +341,21 @@ class NavigationNode(FlorenceNode):
         return None
 
     def _see_people(self, navigator: Navigator) -> None:
-        """Tell where people were seen at last: the newest frames of the user tracker say it."""
+        """Tell where people were seen: the frames of the user tracker say it."""
         buffer = self._frames.buffer
-        users = [name for name in buffer.frames() if _USER_FRAME.fullmatch(name)]
-        stamps = {name: buffer.latest_stamp(name) or -math.inf for name in users}
-        newest = max(stamps.values(), default=-math.inf)
-        try:
-            seen = [
-                buffer.lookup_pose(self._p.odom_frame, name, newest)
-                for name, stamp in stamps.items()
-                if stamp == newest
-            ]
-        except TransformUnavailable:
-            return  # they overtook the pose of the robot
-        navigator.saw_people(newest, [(place.x, place.y) for place in seen])
-
-    def _see_person(self, navigator: Navigator) -> None:
-        """Tell where the person who is followed was seen: the frames of the user tracker say it."""
-        buffer = self._frames.buffer
-        stamp = buffer.latest_stamp(self._followed)
-        if stamp is None:
-            return
-        try:
-            place = buffer.lookup_pose(self._p.odom_frame, self._followed, stamp)
-        except TransformUnavailable:
-            return  # it overtook the pose of the robot
-        navigator.saw_person(stamp, place.x, place.y)
+        seen: list[tuple[float, Place]] = []
+        for frame in buffer.frames():
+            user_id, stamp = frame.removeprefix(_USER_FRAME), buffer.latest_stamp(frame)
+            if user_id == frame or not user_id.isdecimal() or stamp is None:
+                continue
+            try:
+                place = buffer.lookup_pose(self._p.odom_frame, frame, stamp)
+            except TransformUnavailable:
+                continue  # it overtook the pose of the robot, or is old
+            navigator.saw_person(stamp, int(user_id), place.x, place.y)
+            seen.append((stamp, (place.x, place.y)))
+        newest = max((stamp for stamp, _ in seen), default=-math.inf)
+        navigator.saw_people(newest, [place for stamp, place in seen if stamp == newest])
 
     def _goal_in_map(self, message: PoseStamped) -> Pose2 | Result:
         """The goal in the map frame, or why it is none."""
@@ -429,10 +419,7 @@ class NavigationNode(FlorenceNode):
         navigator = self._navigator
         if navigator is None:
             return
-        if self._owner is self._follows:
-            self._see_person(navigator)
-        elif self._owner is self._approaches:
-            self._see_people(navigator)
+        self._see_people(navigator)
         step = navigator.step(self.timebase.now(), self._queue.odometry, self._map_from_odom())
         if step.command is not None:
             self._velocity.publish(twist_to_ros(step.command))

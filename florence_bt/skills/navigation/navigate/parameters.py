@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
+from florence_bt.skills.navigation.navigate.people import PeopleParameters
 from florence_bt.skills.navigation.navigate.planner import PlannerParameters
 from florence_bt.skills.navigation.navigate.spin import SpinParameters
 
@@ -165,6 +166,7 @@ class NavigatorParameters:
     turn: SpinParameters = field(default_factory=SpinParameters)
     follow: FollowParameters = field(default_factory=FollowParameters)
     approach: ApproachParameters = field(default_factory=ApproachParameters)
+    people: PeopleParameters = field(default_factory=PeopleParameters)
 
     @staticmethod
     def read(read: Callable[[type[Any]], Any]) -> NavigatorParameters:
@@ -178,4 +180,5 @@ class NavigatorParameters:
             turn=read(SpinParameters),
             follow=read(FollowParameters),
             approach=read(ApproachParameters),
+            people=read(PeopleParameters),
         )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from florence_bt.core.geometry import Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate._cell_kernels import Cells
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.people import People
 from florence_bt.skills.navigation.navigate.results import BaseStop
 
 
@@ -72,6 +73,7 @@ class RobotState:
         map_from_odom: The place of the odometry frame in the map; identity while it is not known.
         clearance: What is around it.
         stop: What holds the base.
+        people: Whom it has to mind; not the person who is followed.
         localised: Whether the place in the map is known.
     """
 
@@ -81,6 +83,7 @@ class RobotState:
     map_from_odom: Pose2
     clearance: Clearance
     stop: BaseStop
+    people: People = field(default_factory=People)
     localised: bool = True
 
     @property

@@ -1,0 +1,63 @@
+"""Where each person was seen, and how they walk: sights of the tracker, and legs in the laser's scans."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate.legs import go_on_with_legs
+from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
+from florence_bt.skills.navigation.navigate.people import People, PeopleParameters
+
+_STANDING_MPS, _FASTEST_MPS = 0.2, 2.0
+"""Who seems to walk slower may stand; nobody in a home walks faster."""
+
+
+class PeopleTracks:
+    """Everybody whom the tracker has seen lately. All places are in the odometry frame.
+
+    Args:
+        parameters: How long to remember them.
+    """
+
+    def __init__(self, parameters: PeopleParameters) -> None:
+        self._p = parameters
+        self._targets: dict[int, MovingTarget] = {}
+
+    def __len__(self) -> int:
+        return len(self._targets)
+
+    def saw(self, stamp: float, user_id: int, x: float, y: float) -> None:
+        """The tracker saw somebody; what is not newer, or not finite, is left out."""
+        target = self._targets.setdefault(user_id, MovingTarget(self._p.people_velocity_time))
+        target.recognise(stamp, x, y)
+
+    def saw_scan(self, stamp: float, unknown: NDArray[np.float64], robot: Pose2) -> None:
+        """Go on with the legs of those whom the camera does not see any more; see :func:`go_on_with_legs`."""
+        for target in self._targets.values():
+            go_on_with_legs(target, stamp, unknown, robot, self._p.people_keep_time)
+
+    def people(self, now: float, without: int | None = None) -> People:
+        """Where people are now.
+
+        Args:
+            now: Seconds.
+            without: The id of somebody to leave out.
+        """
+        self._targets = {who: target for who, target in self._targets.items() if self._is_fresh(target, now)}
+        rows = [self._row(target, now) for who, target in self._targets.items() if who != without]
+        return People(np.array(rows).reshape(-1, 5), self._p)
+
+    def _is_fresh(self, target: MovingTarget, now: float) -> bool:
+        return target.seen is not None and abs(now - target.seen) <= self._p.people_keep_time
+
+    def _row(self, target: MovingTarget, now: float) -> tuple[float, ...]:
+        assert target.seen is not None
+        (x, y), speed = target.at(now, 0.0), math.hypot(*target.velocity)
+        share = min(1.0, _FASTEST_MPS / speed) if speed >= _STANDING_MPS else 0.0
+        vx, vy = (share * part for part in target.velocity)
+        age = max(0.0, now - target.seen)
+        return x + vx * age, y + vy * age, vx, vy, self._p.people_distance
