@@ -218,6 +218,14 @@ def test_who_was_not_seen_for_long_is_forgotten() -> None:
     assert len(tracks.people(5.0).rows) == 1
 
 
+def test_who_is_left_out_is_so_under_another_id_too() -> None:
+    tracks = PeopleTracks(PeopleParameters())
+    tracks.saw(1.0, 8, 1.2, 2.0)
+    tracks.saw(1.0, 9, 1.5, 2.0)
+    assert tracks.people(1.0, SOMEBODY, (1.0, 2.0)).rows[:, 0].tolist() == [1.5]
+    assert len(tracks.people(1.0, SOMEBODY).rows) == 2
+
+
 def test_sights_become_a_velocity_that_people_have() -> None:
     tracks = PeopleTracks(PeopleParameters())
     for count in range(12):

@@ -391,7 +391,8 @@ class Navigator:
         self.local_costmap.roll_to(pose)
         map_pose = None if map_from_odom is None else map_from_odom @ pose
         clearance = Clearance(self.local_costmap, pose, self._walls, map_pose)
-        people = self._people.people(now, self._goal.user_id if isinstance(self._goal, Follow) else None)
+        followed = (self._goal.user_id, self._goal.person) if isinstance(self._goal, Follow) else ()
+        people = self._people.people(now, *followed)
         if map_from_odom is not None:
             self.global_costmap.set_people(people.in_map(map_from_odom))
         place, localised = map_from_odom or Pose2(), map_from_odom is not None

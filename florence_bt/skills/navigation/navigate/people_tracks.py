@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2
-from florence_bt.skills.navigation.navigate.legs import go_on_with_legs
+from florence_bt.skills.navigation.navigate.legs import Place, go_on_with_legs
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.people import People, PeopleParameters
 
 _STANDING_MPS, _FASTEST_MPS = 0.2, 2.0
 """Who seems to walk slower may stand; nobody in a home walks faster."""
+_SAME_M = 0.3
+"""Two people are not so near to each other."""
 
 
 class PeopleTracks:
@@ -40,15 +42,18 @@ class PeopleTracks:
         for target in self._targets.values():
             go_on_with_legs(target, stamp, unknown, robot, self._p.people_keep_time)
 
-    def people(self, now: float, without: int | None = None) -> People:
+    def people(self, now: float, without: int | None = None, place: Place | None = None) -> People:
         """Where people are now.
 
         Args:
             now: Seconds.
             without: The id of somebody to leave out.
+            place: Where they are: the tracker may have given them another id.
         """
         self._targets = {who: target for who, target in self._targets.items() if self._is_fresh(target, now)}
         rows = [self._row(target, now) for who, target in self._targets.items() if who != without]
+        if place is not None:
+            rows = [row for row in rows if math.dist(row[:2], place) > _SAME_M]
         return People(np.array(rows).reshape(-1, 5), self._p)
 
     def _is_fresh(self, target: MovingTarget, now: float) -> bool:
