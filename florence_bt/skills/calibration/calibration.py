@@ -79,7 +79,10 @@ CLOSE = 0.5
 TRIES = 5
 """How often the robot turns back to a wall that it stopped at and then does not see."""
 LARGEST_ERROR = math.pi / 2
-"""A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous."""
+"""A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous. Nor is the wall
+looked for further away."""
+SWEEPS = 5.0
+"""How far the robot turns to find the wall again, in largest errors: to one side, to the other, and back."""
 
 
 class State(enum.Enum):
@@ -192,13 +195,13 @@ class Calibration:
 
     def _align(self, now: float) -> Twist2:
         assert self._since is not None
-        # Two turns are enough to see every wall that there is; half a turn too many would be counted as none.
-        furthest = 2.0 * math.tau if self.state is State.ALIGN else LARGEST_ERROR
+        # Two turns are enough to see every wall that there is.
+        furthest = 2.0 * math.tau if self.state is State.ALIGN else SWEEPS * LARGEST_ERROR
         limit = furthest / self._parameters.align_speed + self._parameters.patience
         wall = self.readings.newest.get(Source.WALL)
         fresh = wall is not None and not self.readings.no_wall and now - wall.stamp <= FRESH_S
-        left = self._left_to_turn()
-        if left is not None and abs(left) > CLOSE:
+        left = self._whole() - self.readings.turned
+        if self.state is State.RETURN and abs(left) > self._largest_error():
             self._direction = math.copysign(1.0, left)
         elif wall is not None and fresh:
             if abs(wall.angle) <= self._parameters.initial_wall_angle:
@@ -215,13 +218,13 @@ class Calibration:
             )
         return Twist2(0.0, self._direction * self._parameters.align_speed)
 
-    def _left_to_turn(self) -> float | None:
-        """How far the wall still is after a turn, by an odometry that is known well enough; else None.
+    def _largest_error(self) -> float:
+        """How far from where the odometry puts the wall it may be.
 
-        Without this the next wall round the corner would be taken for the one that the turn began with.
+        Further away the next wall round the corner would be taken for the one that the turn began with, or
+        half a turn too many for none.
         """
-        known = bool(self.turns or self.readings.scales)
-        return self._whole() - self.readings.turned if known and self.state is State.RETURN else None
+        return CLOSE if self.turns or self.readings.scales else LARGEST_ERROR
 
     def _sync(self, now: float) -> Twist2:
         assert self._since is not None

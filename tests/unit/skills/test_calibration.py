@@ -143,6 +143,19 @@ def test_a_base_that_stops_late_turns_back_to_the_wall():
     assert factors.gyro == pytest.approx(1.0 / 0.854, rel=5e-3)
 
 
+@pytest.mark.parametrize("missed", [6.0, 12.0])
+def test_a_wall_that_was_missed_on_the_way_back_is_looked_for_on_both_sides(missed):
+    robot, calibration, turned_at = TurningRobot(0.985, 0.854), Calibration(), None
+    while calibration.result is None and robot.now < 600.0:
+        robot.tell(calibration.readings)
+        robot.move(calibration.step(robot.now))
+        if turned_at is None and calibration.state is State.RETURN:
+            turned_at = robot.now
+        robot.wall = turned_at is None or robot.now > turned_at + missed
+    assert calibration.factors is not None, calibration.result
+    assert calibration.factors.odometry == pytest.approx(1.0 / 0.985, rel=5e-3)
+
+
 def test_without_gyro():
     robot = TurningRobot(odometry=0.9)
     robot.silent = {Source.GYRO}
