@@ -79,8 +79,8 @@ CLOSE = 0.5
 TRIES = 5
 """How often the robot turns back to a wall that it stopped at and then does not see."""
 LARGEST_ERROR = math.pi / 2
-"""A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous. Nor is the wall
-looked for further away."""
+"""A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous. Nor is the
+wall looked for further away."""
 SWEEPS = 5.0
 """How far the robot turns to find the wall again, in largest errors: to one side, to the other, and back."""
 
