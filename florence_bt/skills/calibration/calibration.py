@@ -73,9 +73,9 @@ NO_WALL, NO_SENSOR, NO_TURN, BAD_TURN = "no_wall", "no_sensor", "no_turn", "bad_
 STEP_PERIOD_S = 0.05
 """How often to call :meth:`Calibration.step` (REFERENCE 3.3, step 2a: 20 Hz)."""
 FRESH_S = 0.5
-"""An older scan says nothing about where the robot looks now: it waits for the next one before it turns on."""
+"""An older scan says nothing about where the robot looks now: it turns on with the next one."""
 ALIGN_GAIN, SLOWEST_RADPS = 0.5, 0.05
-"""1/s and rad/s: the robot turns slower the less is left, so that a late scan does not take it past the wall."""
+"""1/s and rad/s: the less is left, the slower it turns, and a late scan does not take it past the wall."""
 CLOSE = 0.5
 """Radians: where the odometry puts the wall it is to be found within this."""
 TRIES = 5
