@@ -72,14 +72,19 @@ class CalibrationParameters:
 NO_WALL, NO_SENSOR, NO_TURN, BAD_TURN = "no_wall", "no_sensor", "no_turn", "bad_turn"
 STEP_PERIOD_S = 0.05
 """How often to call :meth:`Calibration.step` (REFERENCE 3.3, step 2a: 20 Hz)."""
-FRESH_S = 1.0
-"""An older scan says nothing about where the robot looks now."""
+FRESH_S = 0.5
+"""An older scan says nothing about where the robot looks now: it turns on with the next one."""
+ALIGN_GAIN, SLOWEST_RADPS = 0.5, 0.05
+"""1/s and rad/s: the less is left, the slower it turns, and a late scan does not take it past the wall."""
 CLOSE = 0.5
 """Radians: where the odometry puts the wall it is to be found within this."""
 TRIES = 5
 """How often the robot turns back to a wall that it stopped at and then does not see."""
 LARGEST_ERROR = math.pi / 2
-"""A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous."""
+"""A source further from a whole turn than this is broken: beyond half a turn the sum is ambiguous. Nor is the
+wall looked for further away."""
+SWEEPS = 5.0
+"""How far the robot turns to find the wall again, in largest errors: to one side, to the other, and back."""
 
 
 class State(enum.Enum):
@@ -131,6 +136,7 @@ class Calibration:
         with_gyro = (Source.GYRO,) if self._parameters.has_gyro else ()
         self._sources = (Source.WALL, Source.ODOMETRY, *with_gyro)
         self._since: float | None = None
+        self._entered = self._stepped = self._passed = 0.0
         self._rest: _Mark | None = None
         self._before: Mapping[Source, Direction] = {}
         self._drift: float | None = None
@@ -155,7 +161,8 @@ class Calibration:
             The velocity for the base; standstill once there is a result.
         """
         if self._since is None:
-            self._since = now
+            self._since = self._entered = self._stepped = now
+        self._passed, self._stepped = now - self._stepped, now
         match self.state:
             case State.REST:
                 return self._measure_rest(now)
@@ -192,18 +199,21 @@ class Calibration:
 
     def _align(self, now: float) -> Twist2:
         assert self._since is not None
-        # Two turns are enough to see every wall that there is; half a turn too many would be counted as none.
-        furthest = 2.0 * math.tau if self.state is State.ALIGN else LARGEST_ERROR
+        # Two turns are enough to see every wall that there is.
+        furthest = 2.0 * math.tau if self.state is State.ALIGN else SWEEPS * LARGEST_ERROR
         limit = furthest / self._parameters.align_speed + self._parameters.patience
-        wall = self.readings.newest.get(Source.WALL)
-        fresh = wall is not None and not self.readings.no_wall and now - wall.stamp <= FRESH_S
-        left = self._left_to_turn()
-        if left is not None and abs(left) > CLOSE:
+        if now - self.readings.scanned > FRESH_S:
+            return self._wait_for_scan(now)
+        speed = self._parameters.align_speed
+        left = self._whole() - self.readings.turned
+        if self.state is State.RETURN and abs(left) > self._largest_error():
             self._direction = math.copysign(1.0, left)
-        elif wall is not None and fresh:
-            if abs(wall.angle) <= self._parameters.initial_wall_angle:
+        elif not self.readings.no_wall:
+            angle = self.readings.newest[Source.WALL].angle
+            if abs(angle) <= self._parameters.initial_wall_angle:
                 return self._go(State.SYNC_BEFORE if self.state is State.ALIGN else State.SYNC_AFTER, now)
-            self._direction = -1.0 if wall.angle > 0.0 else 1.0
+            self._direction = -1.0 if angle > 0.0 else 1.0
+            speed = min(speed, max(SLOWEST_RADPS, ALIGN_GAIN * abs(angle)))
         elif self._direction == 0.0:
             self._direction = 1.0
         if now - self._since > limit:
@@ -213,15 +223,23 @@ class Calibration:
                     NO_WALL, f"no straight wall found: {why}; put the robot before a bare wall, 1 to 2 m away"
                 )
             )
-        return Twist2(0.0, self._direction * self._parameters.align_speed)
+        return Twist2(0.0, self._direction * speed)
 
-    def _left_to_turn(self) -> float | None:
-        """How far the wall still is after a turn, by an odometry that is known well enough; else None.
+    def _wait_for_scan(self, now: float) -> Twist2:
+        """Stand still, which does not count as turning."""
+        assert self._since is not None
+        if now - max(self._entered, self.readings.scanned) > self._parameters.patience:
+            return self._no_sensor((Source.WALL,))
+        self._since += self._passed
+        return STANDSTILL
 
-        Without this the next wall round the corner would be taken for the one that the turn began with.
+    def _largest_error(self) -> float:
+        """How far from where the odometry puts the wall it may be.
+
+        Further away the next wall round the corner would be taken for the one that the turn began with, or
+        half a turn too many for none.
         """
-        known = bool(self.turns or self.readings.scales)
-        return self._whole() - self.readings.turned if known and self.state is State.RETURN else None
+        return CLOSE if self.turns or self.readings.scales else LARGEST_ERROR
 
     def _sync(self, now: float) -> Twist2:
         assert self._since is not None
@@ -289,13 +307,16 @@ class Calibration:
     def _silent(self, sources: tuple[Source, ...]) -> Twist2:
         if sources == (Source.WALL,) and self.readings.no_wall:
             return self._end(failure(NO_WALL, f"the wall is out of sight: {self.readings.no_wall}"))
+        return self._no_sensor(sources)
+
+    def _no_sensor(self, sources: tuple[Source, ...]) -> Twist2:
         names = " and ".join(source.value for source in sources)
         return self._end(
             failure(NO_SENSOR, f"nothing came from the {names} for {self._parameters.patience:g} s")
         )
 
     def _go(self, state: State, now: float) -> Twist2:
-        self.state, self._since = state, now
+        self.state, self._since, self._entered = state, now, now
         return STANDSTILL
 
     def _end(self, result: Result) -> Twist2:

@@ -40,12 +40,14 @@ class Readings:
         newest: By source, scaled; the angle counts on from the first one.
         turned: Summed signed turn of the odometry since :meth:`begin_turn`, radians.
         no_wall: Why the last scan showed no wall; empty when it did.
+        scanned: The time of the last scan, whatever it showed, seconds.
     """
 
     scales: Mapping[Source, float] = field(default_factory=dict)
     newest: dict[Source, Direction] = field(default_factory=dict)
     turned: float = 0.0
     no_wall: str = "no scan has come"
+    scanned: float = -math.inf
     _raw: dict[Source, float] = field(default_factory=dict)
 
     def take(self, source: Source, stamp: float, angle: float) -> None:
@@ -54,7 +56,7 @@ class Readings:
         if not math.isfinite(angle) or (before is not None and stamp <= before.stamp):
             return
         if source is Source.WALL:
-            self.no_wall = ""
+            self.no_wall, self.scanned = "", stamp
         if before is None or source is Source.WALL:
             self.newest[source] = Direction(stamp, angle)
         else:
@@ -63,6 +65,10 @@ class Readings:
             if source is Source.ODOMETRY:
                 self.turned += turn
         self._raw[source] = angle
+
+    def take_no_wall(self, stamp: float, why: str) -> None:
+        """Note a scan that shows no wall."""
+        self.no_wall, self.scanned = why, stamp
 
     def begin_turn(self) -> None:
         """Count the turn from here."""

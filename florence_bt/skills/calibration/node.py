@@ -91,7 +91,7 @@ class CalibrationNode(FlorenceNode):
         wall = find_wall(scan, self._wall)
         readings = self.rounds.current.readings
         if isinstance(wall, str):
-            readings.no_wall = wall
+            readings.take_no_wall(scan.stamp, wall)
         else:
             readings.take(Source.WALL, scan.stamp, wall.angle)
 

@@ -79,8 +79,19 @@ def test_bad_parameters(wrong):
 class TurningRobot:
     """A robot before a wall: truth, wrong odometry, wrong gyro; sees the wall within half a radian."""
 
-    def __init__(self, odometry=1.0, gyro=1.0, drift=0.0, heading=0.0, stuck=False, wall=True, delay_steps=0):
+    def __init__(
+        self,
+        odometry=1.0,
+        gyro=1.0,
+        drift=0.0,
+        heading=0.0,
+        stuck=False,
+        wall=True,
+        delay_steps=0,
+        late_scans=0,
+    ):
         self.commands = deque([0.0] * delay_steps)
+        self.scans = deque([(-1.0, math.pi)] * late_scans)
         self.now = 0.0
         self.rate = 0.0
         self.true = heading
@@ -108,11 +119,14 @@ class TurningRobot:
             readings.take(Source.ODOMETRY, self.now, normalize_angle(self.odometry))
         if Source.GYRO not in self.silent:
             readings.take(Source.GYRO, self.now, normalize_angle(self.gyro))
-        heading = normalize_angle(self.true)
+        if Source.WALL in self.silent:
+            return
+        self.scans.append((self.now, normalize_angle(self.true)))
+        stamp, heading = self.scans.popleft()
         if self.wall and abs(heading) < 0.5:
-            readings.take(Source.WALL, self.now, heading)
+            readings.take(Source.WALL, stamp, heading)
         else:
-            readings.no_wall = "only 0 beams straight ahead hit something"
+            readings.take_no_wall(stamp, "only 0 beams straight ahead hit something")
 
 
 def run(robot: TurningRobot, parameters=None, limit=600.0) -> Calibration:
@@ -143,6 +157,19 @@ def test_a_base_that_stops_late_turns_back_to_the_wall():
     assert factors.gyro == pytest.approx(1.0 / 0.854, rel=5e-3)
 
 
+@pytest.mark.parametrize("missed", [6.0, 12.0])
+def test_a_wall_that_was_missed_on_the_way_back_is_looked_for_on_both_sides(missed):
+    robot, calibration, turned_at = TurningRobot(0.985, 0.854), Calibration(), None
+    while calibration.result is None and robot.now < 600.0:
+        robot.tell(calibration.readings)
+        robot.move(calibration.step(robot.now))
+        if turned_at is None and calibration.state is State.RETURN:
+            turned_at = robot.now
+        robot.wall = turned_at is None or robot.now > turned_at + missed
+    assert calibration.factors is not None, calibration.result
+    assert calibration.factors.odometry == pytest.approx(1.0 / 0.985, rel=5e-3)
+
+
 def test_without_gyro():
     robot = TurningRobot(odometry=0.9)
     robot.silent = {Source.GYRO}
@@ -165,7 +192,32 @@ def test_what_cannot_be_calibrated_ends_with_a_reason(robot, code, words):
     assert result.code == code and words in result.reason
 
 
-@pytest.mark.parametrize("source", [Source.ODOMETRY, Source.GYRO])
+def test_late_scans_and_late_commands_do_not_take_it_past_the_wall():
+    robot = TurningRobot(0.985, 0.854, heading=-0.6, delay_steps=16, late_scans=8)
+    factors = run(robot).factors
+    assert factors is not None
+    assert factors.odometry == pytest.approx(1.0 / 0.985, rel=5e-3)
+
+
+def test_it_does_not_turn_on_without_a_fresh_scan():
+    robot, calibration = TurningRobot(heading=0.45), Calibration()
+    while robot.true > 0.4 and robot.now < 60.0:
+        robot.tell(calibration.readings)
+        robot.move(calibration.step(robot.now))
+    robot.silent, blind_at = {Source.WALL}, robot.now
+    while robot.now < blind_at + 4.0:
+        robot.tell(calibration.readings)
+        command = calibration.step(robot.now)
+        assert command.is_zero() or robot.now < blind_at + 0.5 + STEP_PERIOD_S
+        robot.move(command)
+    robot.silent = set()
+    while calibration.result is None and robot.now < 600.0:
+        robot.tell(calibration.readings)
+        robot.move(calibration.step(robot.now))
+    assert calibration.factors is not None
+
+
+@pytest.mark.parametrize("source", list(Source))
 def test_a_silent_sensor_is_named(source):
     robot = TurningRobot()
     robot.silent = {source}
