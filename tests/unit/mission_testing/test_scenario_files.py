@@ -170,13 +170,15 @@ def test_scripts_of_several_steps(play):
             - expect:
                 tree: |
                   [>] approach_user
-                      [>] approach the person (sequence)
-                          [+] get robot pose
-                          [>] retry up to 6 times
-                              [>] propose and drive (sequence)
-                                  [+] propose approach pose
-                                  [>] within 40 s
-                                      [>] navigate to -- off we go
+                      [>] parallel
+                          [>] approach the person (sequence)
+                              [+] get robot pose
+                              [>] retry up to 6 times
+                                  [>] propose and drive (sequence)
+                                      [+] propose approach pose
+                                      [>] within 40 s
+                                          [>] navigate to -- off we go
+                          [+] when $user_id > 0 -- skipped: $user_id > 0 does not hold (user_id is 0)
           then:
             status: SUCCEEDED
             called: {propose_approach_pose: 3, navigate_to: 2}
