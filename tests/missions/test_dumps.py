@@ -57,7 +57,7 @@ def test_a_running_mission(robot):
             [ ] run meet_user
                 [ ] sequence (finally)
                     [ ] sequence
-                        [ ] set user
+                        [ ] set user, id
                         [ ] start tracker
                         [ ] retry up to 2 times
                             [ ] if $attempt == 1
