@@ -1,6 +1,7 @@
-"""How well people are found in single depth pictures of generated homes.
+"""How well people are found in single depth pictures, of generated homes or recorded and labelled at home.
 
 ``python tools/detection.py --homes 60 --write docs/people.md``
+``python tools/detection.py --recorded kitchen sofa``
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from florence_bt.core.errors import FlorenceError
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.generate import generated_flat
 from florence_bt.simulation.home.person import PersonSpec
@@ -24,6 +26,7 @@ from florence_bt.skills.people.user_tracker.detector import Detection, detect_pe
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.person_network import POSTURES
 from tools.person_network.pictures import Picture, pictures_of_home, posture_of
+from tools.recorded_pictures import Truth, recorded_pictures
 from tools.tables import table, write_between_marks
 
 FIRST_SEED = 3000
@@ -70,23 +73,31 @@ class Judged:
     wrong: int
 
 
-def judge(picture: Picture, found: Sequence[Detection]) -> Judged:
+def truth_of(picture: Picture) -> Truth:
+    """Who is where in a picture of a simulated home, in its robot frame."""
+    robot = picture.robot.inverse()
+    people = [(spec, robot.apply(spec.pose.x, spec.pose.y)) for spec in picture.people]
+    shown = [
+        int((picture.owner == index).sum()) / whole if whole >= SMALLEST_PIXELS else None
+        for index, whole in enumerate(picture.whole)
+    ]
+    return Truth(picture.optical_in_base.translation, people, shown)
+
+
+def judge(truth: Truth, found: Sequence[Detection]) -> Judged:
     """Compare what was found with who was there."""
     left = list(found)
     people = []
-    camera = picture.robot.apply(*picture.optical_in_base.translation[:2])
-    for index, spec in enumerate(picture.people):
+    for (spec, at), shown in zip(truth.people, truth.shown, strict=True):
         limit = LYING_MATCH_M if spec.posture == "lying" else MATCH_M
-        at = picture.robot.inverse().apply(spec.pose.x, spec.pose.y)
         near = [(math.dist(at, (each.x, each.y)), number) for number, each in enumerate(left)]
         error, number = min(near, default=(math.inf, -1))
         matched = left.pop(number) if error <= limit else None
-        whole, pixels = picture.whole[index], int((picture.owner == index).sum())
-        if whole < SMALLEST_PIXELS:
+        if shown is None:
             continue
         right = matched is not None and matched.posture == POSTURES[posture_of(spec)]
-        distance = math.dist(camera, (spec.pose.x, spec.pose.y))
-        people.append(Seen(kind_of(spec), distance, pixels / whole, error if matched else None, right))
+        distance = math.dist(truth.camera[:2], at)
+        people.append(Seen(kind_of(spec), distance, shown, error if matched else None, right))
     return Judged(tuple(people), len(left))
 
 
@@ -108,9 +119,22 @@ def judge_home(seed: int, count: int, *, empty: bool) -> list[Judged]:
     known = KnownObstacles(laser_map(generated_flat(seed)))
     pictures = pictures_of_home(seed, count, scenes=SCENES, width=320, bent=False, empty=empty)
     return [
-        judge(each, detect_people(each.depth, each.optical_in_base, known=known, robot=each.robot))
+        judge(truth_of(each), detect_people(each.depth, each.optical_in_base, known=known, robot=each.robot))
         for each in pictures
     ]
+
+
+def judge_recording(folder: Path) -> tuple[list[Judged], list[Judged]]:
+    """The pictures of a recording with people, and those without.
+
+    Raises:
+        FlorenceError: The folder is no recording, or its labels cannot be used.
+    """
+    full: list[Judged] = []
+    empty: list[Judged] = []
+    for depth, mount, truth in recorded_pictures(folder):
+        (full if truth.people else empty).append(judge(truth, detect_people(depth, mount)))
+    return full, empty
 
 
 def recall(people: Iterable[Seen]) -> str:
@@ -137,16 +161,36 @@ def report(full: Sequence[Judged], empty: Sequence[Judged]) -> str:
     right = [each.posture_right for each in people if each.error is not None]
     head = ("", *(f"{a:g} to {b:g} m" for a, b in DISTANCES))
     wrong = sum(judged.wrong for judged in full)
-    return "\n\n".join(
-        (
-            table(head, rows(people)),
-            f"Of {len(full)} pictures of homes with people {wrong} detections were nobody; of {len(empty)} "
-            f"pictures of homes without people {sum(judged.wrong for judged in empty)}. "
-            f"Position: {100 * statistics.median(errors):.0f} cm off (median), "
-            f"{100 * errors[int(0.95 * len(errors))]:.0f} cm (95 %). "
-            f"The posture was right for {100 * sum(right) / len(right):.0f} %.",
-        )
+    text = (
+        f"Of {len(full)} pictures with people {wrong} detections were nobody; of {len(empty)} pictures "
+        f"without people {sum(judged.wrong for judged in empty)}."
     )
+    if errors:
+        text += (
+            f" Position: {100 * statistics.median(errors):.0f} cm off (median), "
+            f"{100 * errors[int(0.95 * len(errors))]:.0f} cm (95 %). "
+            f"The posture was right for {100 * sum(right) / len(right):.0f} %."
+        )
+    return f"{table(head, rows(people))}\n\n{text}"
+
+
+def of_recordings(folders: Sequence[Path]) -> str:
+    """The report on recordings."""
+    judged = [judge_recording(folder) for folder in folders]
+    return report(
+        [each for full, _ in judged for each in full], [each for _, empty in judged for each in empty]
+    )
+
+
+def of_homes(given: argparse.Namespace) -> str:
+    """The report on generated homes."""
+    seeds = range(given.first, given.first + given.homes)
+    with ProcessPoolExecutor(given.jobs) as pool:
+        full = pool.map(partial(judge_home, count=given.pictures, empty=False), seeds)
+        empty = pool.map(
+            partial(judge_home, count=given.pictures, empty=True), seeds[: round(EMPTY_SHARE * given.homes)]
+        )
+        return report([each for home in full for each in home], [each for home in empty for each in home])
 
 
 def main() -> int:
@@ -157,16 +201,21 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="first seed of a home")
     parser.add_argument("--jobs", type=int, default=2, help="homes at a time, each on a core")
     parser.add_argument(
+        "--recorded",
+        type=Path,
+        nargs="+",
+        metavar="FOLDER",
+        help="recordings of `florence kinect record` with a labels.yaml, instead of homes",
+    )
+    parser.add_argument(
         "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
     )
     given = parser.parse_args()
-    seeds = range(given.first, given.first + given.homes)
-    with ProcessPoolExecutor(given.jobs) as pool:
-        full = pool.map(partial(judge_home, count=given.pictures, empty=False), seeds)
-        empty = pool.map(
-            partial(judge_home, count=given.pictures, empty=True), seeds[: round(EMPTY_SHARE * given.homes)]
-        )
-        text = report([each for home in full for each in home], [each for home in empty for each in home])
+    try:
+        text = of_recordings(given.recorded) if given.recorded else of_homes(given)
+    except FlorenceError as error:
+        print(error, file=sys.stderr)
+        return 2
     print(text)
     if given.write:
         write_between_marks(given.write, "detection", text)

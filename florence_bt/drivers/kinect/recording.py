@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError, DeviceLost, FrameError
 from florence_bt.drivers.kinect.camera import View
-from florence_bt.drivers.kinect.frames import DepthFrame, Frame, VideoFrame
+from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame, Frame, VideoFrame
 
 INDEX = "INDEX.txt"
 NOTES = "florence.json"
@@ -126,8 +127,35 @@ def recorded_view(folder: Path) -> View:
         raise DeviceLost(f"{folder / NOTES} is damaged ({error}): delete it or record again") from error
 
 
-def check_recording(folder: Path) -> None:
+def recorded_depth(folder: Path) -> Iterator[tuple[float, DepthFrame]]:
+    """The depth pictures of a recording in order, each with its moment in seconds after the first.
+
+    Raises:
+        DeviceLost: The folder is no recording, or damaged; names the file.
+    """
+    view = recorded_view(folder)
+    first = None
+    for name in check_recording(folder):
+        if not name.startswith("d-"):
+            continue
+        try:
+            moment, ticks = (float(part) for part in name.removesuffix(".pgm").split("-")[1:])
+        except ValueError as error:
+            raise DeviceLost(f"the recording {folder} is damaged: {name!r} has no moment") from error
+        first = moment if first is None else first
+        values = (folder / name).read_bytes().partition(b"\n")[2][: 2 * WIDTH * HEIGHT]
+        raw = np.frombuffer(values, "<u2")
+        yield (
+            moment - first,
+            DepthFrame(WIDTH, HEIGHT, ticks / TICKS_PER_SECOND, raw, DepthEncoding.RAW, view),
+        )
+
+
+def check_recording(folder: Path) -> list[str]:
     """Make sure that fakenect can play a folder: it trusts the files and reads beyond the end of short ones.
+
+    Returns:
+        The names of the files in order.
 
     Raises:
         DeviceLost: It cannot; names the file.
@@ -142,6 +170,7 @@ def check_recording(folder: Path) -> None:
         raise DeviceLost(f"the recording {folder} holds no depth picture")
     for name in names:
         _check_file(folder, name)
+    return names
 
 
 def _check_file(folder: Path, name: str) -> None:

@@ -15,6 +15,7 @@ from florence_bt.drivers.kinect.recording import (
     NOTES,
     RecordingWriter,
     check_recording,
+    recorded_depth,
     recorded_view,
 )
 
@@ -45,6 +46,25 @@ def test_names_heads_and_contents(tmp_path: Path) -> None:
     assert (folder / names[2]).read_bytes() == struct.pack("<hhhbxi", -1, 819, 2, -62, 4)
     check_recording(folder)
     assert recorded_view(folder) is View.SHARED
+
+
+def test_the_depth_pictures_come_back_with_their_moments(tmp_path: Path) -> None:
+    with RecordingWriter(tmp_path) as writer:
+        for number in range(3):
+            writer.add(
+                DepthFrame(320, 240, 100.0 + number, pack_11_bit(RAW + np.uint16(number) & 2047)), 12.5
+            )
+            writer.add(VideoFrame(640, 480, 100.5, bytes(640 * 480 * 3)), 12.5 + 0.25 * number)
+        writer.add(DepthFrame(320, 240, 0.0, pack_11_bit(RAW)), 13.5)
+    moments, frames = zip(*recorded_depth(tmp_path), strict=True)
+    assert moments == (0.0, 0.0, 0.0, 1.0)
+    assert [frame.view for frame in frames] == [View.SHARED] * 4
+    np.testing.assert_array_equal(frames[1].raw()[::2, ::2], RAW + 1 & 2047)
+    np.testing.assert_array_equal(frames[3].raw()[1::2, 1::2], RAW)
+    (tmp_path / "d-good.pgm").write_bytes(b"P5 640 480 65535\n" + bytes(640 * 480 * 2))
+    (tmp_path / INDEX).write_text("d-good.pgm\n")
+    with pytest.raises(DeviceLost, match=r"d-good\.pgm"):
+        list(recorded_depth(tmp_path))
 
 
 def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from florence_bt.core.geometry import Pose2
+from florence_bt.drivers.kinect.codec import raw_from_metres
+from florence_bt.drivers.kinect.frames import DepthEncoding, DepthFrame
+from florence_bt.drivers.kinect.recording import RecordingWriter
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.detector import Detection, detect_people
 from florence_bt.skills.people.user_tracker.person_network import POSTURES, Pixels
-from tools.detection import Judged, Seen, judge, kind_of, recall, report
+from tools.detection import Judged, Seen, judge, judge_recording, kind_of, main, recall, report, truth_of
 from tools.person_network.pictures import FIRST_SEED, Picture, example_of, pictures_of_home
 from tools.person_network.plain_rooms import plain_pictures
+from tools.recorded_pictures import LABELS
 
 
 def with_people(pictures: list[Picture]) -> list[Picture]:
@@ -80,13 +86,13 @@ def picture_of(spec: PersonSpec, home: list[Picture]) -> Picture:
 
 def test_a_detection_nearby_is_the_person_and_another_one_is_nobody(home: list[Picture]) -> None:
     picture = picture_of(SOMEBODY, home)
-    judged = judge(picture, [Detection(2.0, 0.3, 2.0), Detection(2.0, 1.0, 2.2)])
+    judged = judge(truth_of(picture), [Detection(2.0, 0.3, 2.0), Detection(2.0, 1.0, 2.2)])
     (seen,) = judged.people
     assert (seen.kind, seen.error, seen.posture_right) == ("standing", pytest.approx(0.3), True)
     assert seen.shown == pytest.approx(0.8)
     assert judged.wrong == 1
-    assert judge(picture, []).people[0].error is None
-    far = judge(picture, [Detection(2.0, 0.6, 2.0, posture="sitting")])
+    assert judge(truth_of(picture), []).people[0].error is None
+    far = judge(truth_of(picture), [Detection(2.0, 0.6, 2.0, posture="sitting")])
     assert (far.people[0].error, far.wrong) == (None, 1)
 
 
@@ -113,9 +119,68 @@ def test_the_report_has_recall_by_distance_and_hiding() -> None:
     text = report([Judged((seen, missed), 0), Judged((hidden,), 2)], [Judged((), 1)])
     assert "| standing, in full view |  | 50 % of 2 |  |  |" in text
     assert "| standing, 40 to 60 % hidden |  |  | 100 % of 1 |  |" in text
-    assert (
-        "Of 2 pictures of homes with people 2 detections were nobody; of 1 pictures of homes without people 1"
-        in text
-    )
+    assert "Of 2 pictures with people 2 detections were nobody; of 1 pictures without people 1." in text
     assert "5 cm off (median)" in text and "right for 100 %" in text
     assert set(POSTURES) == {"standing", "sitting", "lying"}
+
+
+def record(folder: Path, pictures: Sequence[Picture]) -> None:
+    """Write pictures as the Kinect of a user would record them, one a second."""
+    with RecordingWriter(folder) as writer:
+        for second, picture in enumerate(pictures):
+            raw = raw_from_metres(picture.depth.depth)
+            writer.add(DepthFrame(320, 240, 0.0, raw, DepthEncoding.RAW), 100.0 + second)
+
+
+def label(folder: Path, text: str) -> None:
+    (folder / LABELS).write_text(text)
+
+
+def test_a_labelled_recording_gives_the_same_table(tmp_path: Path) -> None:
+    pictures = list(pictures_of_home(FIRST_SEED - 4, 8, bent=False, width=320, situations=("standing",)))
+    record(tmp_path, pictures)
+    labels = ["scenes:"]
+    for second, picture in enumerate(pictures):
+        labels.append(f"  - {{from: {second}, to: {second + 0.5}, people: [")
+        for (spec, (x, y)), shown in zip(truth_of(picture).people, truth_of(picture).shown, strict=True):
+            if shown is not None:
+                labels.append(f"      {{x: {x}, y: {y}, shown: {min(shown, 1.0)}, height: {spec.height}}},")
+        labels.append("    ]}")
+    label(tmp_path, "\n".join(labels))
+    full, empty = judge_recording(tmp_path)
+    assert len(full) + len(empty) == len(pictures)
+    recorded = [seen for judged in (*full, *empty) for seen in judged.people]
+    expected = [
+        seen
+        for picture in pictures
+        for seen in judge(truth_of(picture), detect_people(picture.depth, picture.optical_in_base)).people
+    ]
+    assert sum(seen.error is not None for seen in expected) >= 2
+    assert [seen.error is not None for seen in recorded] == [seen.error is not None for seen in expected]
+    for one, other in zip(recorded, expected, strict=True):
+        assert (one.kind, one.shown) == (other.kind, pytest.approx(min(other.shown, 1.0)))
+        assert one.distance == pytest.approx(other.distance, abs=0.02)
+
+
+def test_what_cannot_be_used_of_labels_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty_home = list(pictures_of_home(FIRST_SEED - 4, 4, bent=False, width=320, empty=True))
+    record(tmp_path, empty_home)
+    monkeypatch.setattr("sys.argv", ["detection.py", "--recorded", str(tmp_path)])
+    for text, said in (
+        ("scenes: []", "scenes"),
+        ("scenes:\n  - {from: 2, to: 1, people: []}", "labels.yaml:2"),
+        ("scenes:\n  - {from: 0, to: 1, people: []}\n  - {from: 9, to: 10, people: []}", "labels.yaml:3"),
+        ("scenes:\n  - {from: 0, to: 1, people: [{x: 1, y: 0, doing: sleeping}]}", "sitting"),
+        ("scenes:\n  - {from: 0, to: 1, people: [{x: 1 m, y: 0}]}", "valid number"),
+    ):
+        label(tmp_path, text)
+        assert main() == 2
+        assert said in capsys.readouterr().err
+    (tmp_path / LABELS).unlink()
+    assert main() == 2
+    assert LABELS in capsys.readouterr().err
+    label(tmp_path, "scenes:\n  - {from: 0, to: 2.5, people: []}")
+    assert main() == 0
+    assert "of 3 pictures without people" in capsys.readouterr().out
