@@ -227,6 +227,17 @@ def transform_from_ros(message: TransformStamped) -> tuple[str, str, float, Tran
     )
 
 
+def planar_transform_from_ros(message: TransformStamped) -> tuple[str, str, float, Pose2]:
+    """Parent, child, moment and the part in the plane of a transform that was checked: much faster."""
+    t, header = message.transform.translation, message.header
+    return (
+        frame_from_ros(header.frame_id),
+        frame_from_ros(message.child_frame_id),
+        stamp_from_ros(header.stamp),
+        Pose2(t.x, t.y, yaw_from_quaternion(message.transform.rotation)),
+    )
+
+
 def _covariance(values: Sequence[float]) -> list[float]:
     if len(values) != 36:
         raise FrameError(f"a covariance has 36 numbers, not {len(values)}")

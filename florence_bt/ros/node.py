@@ -108,12 +108,17 @@ class FlorenceNode(Node):
         qos_profile: QoSProfile | int,
         *,
         judge_stamps: bool = True,
+        newest_only: bool = False,
         **options: Any,
     ) -> Subscription:
         """A subscription of rclpy whose callback gets only messages that pass the check of their type.
 
         A stamp must be near the present time of the node, except on a latched topic, whose last message may
         be old, and with ``judge_stamps=False``, where the stamps are of another clock than the node's.
+
+        The events executor works in the order of what comes in, and drops nothing: a process with more work
+        than time falls behind without end. ``newest_only`` is for costly callbacks on pictures and scans:
+        after each, messages are left out until everything that came in meanwhile was served.
         """
         latched = (
             isinstance(qos_profile, QoSProfile) and qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
@@ -124,9 +129,21 @@ class FlorenceNode(Node):
             else lambda stamp: self.ros_timebase.now_near(stamp, MAX_STAMP_OFFSET_S)
         )
 
+        behind = False
+
+        def caught_up() -> None:
+            nonlocal behind
+            behind = False
+
         # Wrapped, so that rclpy sees whether the callback also takes the information about the message.
         @functools.wraps(callback)
         def receive(message: Any, *information: Any) -> None:
+            nonlocal behind
+            if behind:
+                return
+            if newest_only and self.executor is not None:
+                behind = True
+                self.executor.create_task(caught_up)
             problem = problem_with(message, now)
             if problem is None:
                 self.attempt(callback, message, *information)

@@ -9,7 +9,12 @@ from tf2_msgs.msg import TFMessage
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import Transform3, TransformBuffer
-from florence_bt.ros.conversions import stamp_from_ros, transform_from_ros, transform_to_ros
+from florence_bt.ros.conversions import (
+    planar_transform_from_ros,
+    stamp_from_ros,
+    transform_from_ros,
+    transform_to_ros,
+)
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import TF, TF_LISTENER, TF_STATIC, TF_STATIC_LISTENER
 
@@ -48,8 +53,8 @@ class TransformListener:
             self._node.destroy_subscription(subscription)
 
     def _on_moving(self, message: TFMessage) -> None:
-        for parent, child, stamp, transform in map(transform_from_ros, message.transforms):
-            self.buffer.set_moving(parent, child, stamp, transform.to_pose2())
+        for parent, child, stamp, pose in map(planar_transform_from_ros, message.transforms):
+            self.buffer.set_moving(parent, child, stamp, pose)
 
     def _on_static(self, message: TFMessage) -> None:
         for parent, child, _, transform in map(transform_from_ros, message.transforms):

@@ -37,6 +37,7 @@ from florence_bt.skills.people.approach_user.node import UNCHECKED, ApproachNode
 from florence_bt.skills.people.user_tracker import node as tracker_node
 from florence_bt.skills.people.user_tracker.colour_detector import ColourNetworkUnusable
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, NO_PICTURE, NO_USER_SEEN
+from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 
@@ -202,6 +203,34 @@ def test_a_picture_waits_for_the_pose_it_was_taken_at(
     ros.spin_until(
         lambda: robot.users and robot.users[-1].num_users_tracked == 1, what="a user with late frames"
     )
+
+
+def test_a_service_does_not_wait_behind_pictures(
+    ros: Any, robot: Robot, tracker: UserTrackerNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot.depth = person_picture(2.0)
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(lambda: robot.users, what="a picture that was looked at")
+    stop = robot.create_client(Trigger, "user_tracker_ni_node/Stop")
+    ros.spin_until(stop.service_is_ready, what="the service")
+    robot.depth = None
+    ros.spin_for(1.0)
+    served: list[str] = []
+
+    def detect(*_: object, **__: object) -> list[Detection]:
+        served.append("a picture")
+        return []
+
+    monkeypatch.setattr(tracker_node, "detect_people", detect)
+    now = robot.timebase.now()
+    for number in range(5):  # as many as wait at most
+        stamp = now - 0.5 + 0.1 * number
+        robot.pictures.publish(depth_to_ros(DepthImage(stamp, FRAME, CAMERA, person_picture(2.0))))
+    answer = stop.call_async(Trigger.Request())
+    answer.add_done_callback(lambda _: served.append("the service"))
+    ros.spin_until(answer.done, what="the answer")
+    ros.spin_until(lambda: "the service" in served, what="the callback of the answer")
+    assert served == ["a picture", "the service"]
 
 
 def test_a_look_at_nobody_fails_in_time_and_leaves_the_tracker_as_it_was(

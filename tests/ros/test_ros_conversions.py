@@ -122,6 +122,20 @@ def test_transforms_in_the_plane(pose: Pose2) -> None:
     assert same_pose(back.to_pose2(), pose)
 
 
+@given(metres, metres, metres, angles, angles, angles)
+def test_the_part_in_the_plane_of_any_transform(
+    x: float, y: float, z: float, roll: float, pitch: float, yaw: float
+) -> None:
+    message = c.transform_to_ros(
+        "odom", "/laser", 1.5, Transform3.from_xyz_rpy((x, y, z), (roll, pitch, yaw))
+    )
+    *names, pose = c.planar_transform_from_ros(message)
+    *expected, transform = c.transform_from_ros(message)
+    assert names == expected
+    if math.hypot(*transform.rotation[:2, 0]) > 1e-6:  # else the x axis points up or down, and has no heading
+        assert same_pose(pose, transform.to_pose2())
+
+
 @pytest.mark.parametrize("bad", [{"w": 0.0}, {"x": math.nan}])
 def test_a_transform_that_is_none(bad: dict[str, float]) -> None:
     message = TransformStamped(child_frame_id="laser")

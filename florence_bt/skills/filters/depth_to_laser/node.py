@@ -36,7 +36,7 @@ class FakeLaserNode(FlorenceNode):
         self._camera: CameraModel | None = None
         self._publisher = self.create_publisher(LaserScanMsg, "kinect_scan", SENSOR)
         self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR)
-        self.create_subscription(Image, "camera/depth/image", self._on_picture, SENSOR)
+        self.create_subscription(Image, "camera/depth/image", self._on_picture, SENSOR, newest_only=True)
 
     def _on_camera(self, message: CameraInfo) -> None:
         try:

@@ -92,7 +92,7 @@ class LocaliserNode(FlorenceNode):
         self._pose_publisher = self.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED)
         self._cloud_publisher = self.create_publisher(PoseArray, "particle_cloud", RELIABLE)
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
-        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR)
+        self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, RELIABLE)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)

@@ -122,7 +122,9 @@ class NavigationNode(FlorenceNode):
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
         for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
-            self.create_subscription(LaserScanMsg, topic, self._scan_callback(source), SENSOR)
+            self.create_subscription(
+                LaserScanMsg, topic, self._scan_callback(source), SENSOR, newest_only=True
+            )
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(Float64, SPEED_LIMIT, self._on_speed_limit, RELIABLE)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)

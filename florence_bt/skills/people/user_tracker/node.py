@@ -132,7 +132,7 @@ class UserTrackerNode(FlorenceNode):
         self._pictures: list[Any] = []
         self._forget_timer: Timer | None = None
         self._depth_camera: CameraModel | None = None
-        self._colour: ColourImage | None = None
+        self._colour: Image | None = None
         self._known: KnownObstacles | None = None
         self._last_stamp = float("-inf")
         self._waiting: Image | None = None
@@ -175,7 +175,9 @@ class UserTrackerNode(FlorenceNode):
         if not self._pictures:
             self._pictures = [
                 self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR),
-                self.create_subscription(Image, "camera/depth/image", self._on_depth, SENSOR),
+                self.create_subscription(
+                    Image, "camera/depth/image", self._on_depth, SENSOR, newest_only=True
+                ),
                 self.create_subscription(Image, "camera/rgb/image_color", self._on_colour, SENSOR),
             ]
 
@@ -207,13 +209,8 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"the camera info is left out: {error}")
 
     def _on_colour(self, message: Image) -> None:
-        if not self._tracker.running or self._depth_camera is None:
-            return
-        try:
-            # Only the pixels count here; the camera model of the depth picture stands in for its own.
-            self._colour = colour_from_ros(message, self._depth_camera)
-        except FlorenceError as error:
-            self._warn(f"a colour picture is left out: {error}")
+        if self._tracker.running:
+            self._colour = message
 
     def _on_depth(self, message: Image) -> None:
         # A picture may still be on its way when the tracker stops.
@@ -249,15 +246,29 @@ class UserTrackerNode(FlorenceNode):
             self._warn(f"a depth picture is left out: {error}")
         self._last_stamp = stamp
 
+    def _colour_near(self, stamp: float) -> ColourImage | None:
+        """The latest colour picture, if it is of about this moment."""
+        assert self._depth_camera is not None
+        if (
+            self._colour is None
+            or abs(stamp_from_ros(self._colour.header.stamp) - stamp) > self._use.colour_age_s
+        ):
+            return None
+        try:
+            # Only the pixels count here; the camera model of the depth picture stands in for its own.
+            return colour_from_ros(self._colour, self._depth_camera)
+        except FlorenceError as error:
+            self._colour = None
+            self._warn(f"a colour picture is left out: {error}")
+            return None
+
     def _take_picture(self, depth: DepthImage) -> None:
         use, buffer = self._use, self._tf.buffer
         optical_in_base = buffer.lookup(use.base_frame, depth.frame_id, depth.stamp)
         robot_in_odom = buffer.lookup_pose(use.odom_frame, use.base_frame, depth.stamp)
         odom = buffer.lookup_pose(use.map_frame, use.odom_frame, depth.stamp)
         robot = odom @ robot_in_odom
-        colour = self._colour
-        if colour is not None and abs(colour.stamp - depth.stamp) > use.colour_age_s:
-            colour = None
+        colour = self._colour_near(depth.stamp)
         found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
         tracked = self._tracker.update(depth.stamp, [each.moved_by(robot_in_odom) for each in found])
         users = tuple(user.moved_by(odom) for user in tracked)
