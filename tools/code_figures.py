@@ -7,10 +7,10 @@ other module alone imports it.
 
 from __future__ import annotations
 
+import argparse
 import ast
 import io
 import statistics
-import sys
 import tokenize
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -55,7 +55,9 @@ def imported(path: Path, root: Path, tree: ast.Module) -> set[str]:
 
 def main() -> None:
     """Print the figures of a package."""
-    root = Path(sys.argv[1] if len(sys.argv) > 1 else "florence_bt").resolve()
+    parser = argparse.ArgumentParser(description="Print what a package consists of.")
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("florence_bt"), help="of the package")
+    root = parser.parse_args().folder.resolve()
     per_package: Counter[str] = Counter()
     modules: Counter[str] = Counter()
     functions: list[int] = []

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -88,4 +88,7 @@ def _limits(port: Port) -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(skills_page(collect_declarations(third_party=False)), encoding="utf-8")
+    parser = argparse.ArgumentParser(description="Write the page of all skills.")
+    parser.add_argument("page", type=Path, help="where to, e.g. docs/skills.md")
+    page = parser.parse_args().page
+    page.write_text(skills_page(collect_declarations(third_party=False)), encoding="utf-8")

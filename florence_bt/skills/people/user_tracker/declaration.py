@@ -50,6 +50,7 @@ LOOK_FOR_USER = SkillDeclaration(
         "no_user_seen": "nobody was in front of the camera during the whole window",
         "no_picture": "the camera gave too few usable pictures to know whether somebody is there",
     },
+    resources=frozenset({"camera"}),
     deadline_s=20.0,
     server_codes={NO_USER_SEEN: "no_user_seen", NO_PICTURE: "no_picture"},
 )
