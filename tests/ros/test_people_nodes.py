@@ -21,8 +21,9 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import Marker, MarkerArray
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.geometry import Pose2
@@ -178,6 +179,27 @@ def test_a_look_finds_the_person_in_the_map_frame(ros: Any, robot: Robot, tracke
     ros.spin_until(lambda: robot.detected, what="detected_user")
     assert robot.detected[0].command
     assert robot.detected[0].user_position_y == pytest.approx(result.result.y)
+
+
+def test_who_lies_on_the_floor_is_told_and_shown(
+    ros: Any, robot: Robot, tracker: UserTrackerNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lying: list[bool] = []
+    shown: list[MarkerArray] = []
+    robot.create_subscription(Bool, "user_lying", lambda message: lying.append(message.data), RELIABLE)
+    robot.create_subscription(MarkerArray, "user_markers", shown.append, RELIABLE)
+    robot.depth = person_picture(2.0)
+    call(ros, robot, Trigger, "user_tracker_ni_node/Start", Trigger.Request())
+    ros.spin_until(lambda: shown and len(shown[-1].markers) == 3, what="the markers of who stands")
+    assert shown[-1].markers[2].text == "1 standing" and True not in lying
+    fallen = Detection(2.0, 0.0, 2.0, posture="lying", height=0.3)
+    monkeypatch.setattr(tracker_node, "detect_people", lambda *_, **__: [fallen])
+    ros.spin_until(lambda: lying and lying[-1], what="the news that somebody lies on the floor")
+    ros.spin_until(lambda: "lying" in shown[-1].markers[2].text, what="the markers of who lies")
+    old, body, _ = shown[-1].markers
+    assert (old.action, body.header.frame_id, body.type) == (Marker.DELETEALL, "map", Marker.CYLINDER)
+    assert (body.pose.position.x, body.pose.position.y) == pytest.approx((1.0, 4.0), abs=0.1)
+    assert body.scale.z < 1.8 and body.color.r > body.color.b
 
 
 def test_a_correction_of_the_robots_place_ends_no_track(

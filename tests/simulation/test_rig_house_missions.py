@@ -67,12 +67,14 @@ def test_a_reminder_is_said_in_front_of_the_user_until_it_is_confirmed():
 )
 def test_a_night_check_is_slow_and_raises_help_for_who_lies_on_the_floor(pose, surface, code):
     rig = make_rig(seed=2, person=PersonSpec("user", pose, "lying", surface=surface))
-    helped, places = [], []
+    helped, places, lying = [], [], []
+    rig.topics["user_lying"].subscribe(lambda message: lying.append(message.data))
     rig.topics["help"].subscribe(lambda message: helped.append(message.data))
     call_every(rig.clock, 0.5, lambda: places.append(rig.world.robot_pose))
     run = rig.run("night_check")
     assert run.code == code, run.reason
     assert helped == ([] if code == "ok" else ["The user is lying on the floor: living_room."])
+    assert (True in lying) == (code == "user_lying")
     assert 0.1 < fastest(places) < 0.17
     rig.run("goto_room", {"room": "hall"})
     assert fastest(places) > 0.3, "the limit was taken back"

@@ -39,7 +39,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
+from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -111,7 +111,7 @@ class Rig:
         self.locator.map = setting.grid
         self._base = _BaseSkills(self.robot, setting, self.clock)
         self._people = _PeopleSkills(self.robot, setting, self.clock)
-        self._people.on_users = self._base.saw_users
+        self._people.on_users = self._saw_users
         self.topics: dict[str, RigTopic] = {}
         skills = rig_skills(
             {
@@ -169,6 +169,10 @@ class Rig:
             while not run.status.final:
                 self.clock.run_next()
         return run
+
+    def _saw_users(self, users: Sequence[TrackedUser]) -> None:
+        self._base.saw_users(filter_users(users))
+        self.topics["user_lying"].publish(data=on_the_floor(users))
 
     def _publish_battery(self) -> None:
         self.topics["battery_state"].publish(percentage=self.charge_fraction)
@@ -298,7 +302,7 @@ class _PeopleSkills:
             users = [user.moved_by(self._robot.map_from_odom) for user in tracked]
             if self._looking:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
-            self.on_users(filter_users(tracked))
+            self.on_users(tracked)
         self._end_look_when_over()
 
     def start_tracker(self) -> Result:

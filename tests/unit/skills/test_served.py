@@ -160,6 +160,13 @@ def test_the_battery_is_above_a_part_of_its_charge() -> None:
             served.judge({"charge": 0.2}, SimpleNamespace(percentage=unknown))
 
 
+def test_who_lies_on_the_floor_is_a_condition() -> None:
+    served = BY_NAME["user_lying"]
+    assert isinstance(served, ServedCondition)
+    assert served.judge({}, SimpleNamespace(data=True)) == success()
+    assert served.judge({}, SimpleNamespace(data=False)).code == "nobody_lies"
+
+
 def test_ends_of_actions_become_results() -> None:
     error = {"error_code": 106, "error_msg": "a chair"}
     assert ended("navigate_to", Outcome.FAILED, **error) == failure("blocked", "a chair", server_code=106)

@@ -7,7 +7,8 @@ from typing import Any
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
-from florence_bt.core.serving import ServedAction, ServedService
+from florence_bt.core.serving import ServedAction, ServedCondition, ServedService
+from florence_bt.core.skill import Inputs
 
 NO_USER_SEEN, NO_PICTURE = 1, 2
 """Error codes of the action ``look_for_user`` for the failures of these names."""
@@ -54,6 +55,19 @@ LOOK_FOR_USER = SkillDeclaration(
     deadline_s=20.0,
     server_codes={NO_USER_SEEN: "no_user_seen", NO_PICTURE: "no_picture"},
 )
+
+USER_LYING = SkillDeclaration(
+    name="user_lying",
+    summary="Check whether somebody whom the user tracker sees lies on the floor",
+    failures={"nobody_lies": "nobody is seen to lie on the floor"},
+    deadline_s=5.0,
+    instant=True,
+    wakes=True,
+)
+
+
+def _lies(inputs: Inputs, message: Any) -> Result:
+    return success() if message.data else failure("nobody_lies", "nobody is seen to lie on the floor")
 
 
 def _switched(message: Any) -> Result:
@@ -105,5 +119,8 @@ SERVED = (
         feedback=lambda message: f"looking, {message.users_seen} people seen so far",
         component="people",
         perform=lambda people, inputs: people.look(**inputs),
+    ),
+    ServedCondition(
+        skill=USER_LYING, interface="std_msgs/msg/Bool", name="user_lying", judge=_lies, max_age_s=2.0
     ),
 )

@@ -17,7 +17,9 @@ from florence_interfaces.action import LookForUser as LookAction
 from florence_interfaces.msg import DetectedUser, TrackedUsers
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from florence_bt.core.clock import Timer
 from florence_bt.core.errors import FlorenceError
@@ -43,13 +45,14 @@ from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.evidence import EvidenceSource, Opinion, opinions
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
+from florence_bt.skills.people.user_tracker.markers import markers_of
 from florence_bt.skills.people.user_tracker.parameters import (
     ColourParameters,
     DetectorParameters,
     LookParameters,
     TrackerParameters,
 )
-from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
+from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 
 WARNING_PERIOD_S = 5.0
 EMPTY_PICTURE = DepthImage(
@@ -140,6 +143,8 @@ class UserTrackerNode(FlorenceNode):
         self._frames = TransformBroadcaster(self)
         self._users_topic = self.create_publisher(TrackedUsers, "tracked_users", RELIABLE)
         self._filtered_topic = self.create_publisher(TrackedUsers, "filtered_tracked_users", RELIABLE)
+        self._lying_topic = self.create_publisher(Bool, "user_lying", RELIABLE)
+        self._markers_topic = self.create_publisher(MarkerArray, "user_markers", RELIABLE)
         self._detected_topic = self.create_publisher(DetectedUser, "detected_user", RELIABLE)
         if self._use.use_map:
             self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
@@ -300,6 +305,9 @@ class UserTrackerNode(FlorenceNode):
         present = filter_users(users)
         self._users_topic.publish(_users_to_ros(users))
         self._filtered_topic.publish(_users_to_ros(present))
+        self._lying_topic.publish(Bool(data=on_the_floor(users)))
+        if self._markers_topic.get_subscription_count() > 0:
+            self._markers_topic.publish(markers_of(present, self._use.map_frame, stamp))
         for user in present:
             self._frames.send(self._use.map_frame, f"user_{user.user_id}", stamp, Pose2(user.x, user.y))
 

@@ -6,7 +6,7 @@ import itertools
 import math
 import statistics
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -310,6 +310,18 @@ def _cheapest(
         for row, column in zip(rows, columns, strict=True)
         if np.isfinite(cost[row, column])
     ]
+
+
+FLOOR_HEIGHT = 0.5
+"""Metres; who lies on the floor is nowhere higher than this, and who lies on a bed or a sofa is."""
+
+
+def on_the_floor(users: Iterable[TrackedUser]) -> bool:
+    """Whether one of some people, of those who are seen, lies on the floor."""
+    return any(
+        user.posture == "lying" and user.height < FLOOR_HEIGHT and user.distance > LOST_DISTANCE
+        for user in users
+    )
 
 
 ZERO_RADIUS = 0.5
