@@ -1,4 +1,5 @@
 """What people see of a mission: dumps and reasons."""
+# ruff: noqa: E501
 
 import pytest
 
@@ -63,27 +64,31 @@ def test_a_running_mission(robot):
                             [ ] if $attempt == 1
                                 [ ] approach who stays where they are (sequence)
                                     [ ] when $distance > 1.6 m
-                                        [ ] make sure from nearby (sequence)
-                                            [ ] try run approach_user
-                                                [ ] run approach_user
-                                                    [ ] within $limit
-                                                        [ ] parallel
-                                                            [ ] approach the person (sequence)
-                                                                [ ] get robot pose
-                                                                [ ] retry up to 6 times
-                                                                    [ ] propose and drive (sequence)
-                                                                        [ ] propose approach pose
-                                                                        [ ] within 40 s
-                                                                            [ ] navigate to
-                                                            [ ] when $user_id > 0
-                                                                [ ] watch whether they walk on
-                                                                    [ ] repeat 200 times
-                                                                        [ ] sequence
-                                                                            [ ] look for user
-                                                                            [ ] distance($now, $user) < 0.6 m
-                                            [ ] retry up to 3 times
-                                                [ ] look for user
-                                            [ ] distance($user, $seen_at) < 1 m
+                                        [ ] make sure from nearby
+                                            [ ] sequence
+                                                [ ] set aim, aim_id
+                                                [ ] try run approach_user
+                                                    [ ] run approach_user
+                                                        [ ] within $limit
+                                                            [ ] parallel
+                                                                [ ] approach the person (sequence)
+                                                                    [ ] get robot pose
+                                                                    [ ] retry up to 6 times
+                                                                        [ ] propose and drive (sequence)
+                                                                            [ ] propose approach pose
+                                                                            [ ] within 40 s
+                                                                                [ ] navigate to
+                                                                [ ] when $user_id > 0
+                                                                    [ ] watch whether they walk on
+                                                                        [ ] repeat 200 times
+                                                                            [ ] sequence
+                                                                                [ ] look for user
+                                                                                [ ] distance($now, $user) < 0.6 m
+                                                [ ] look from nearby
+                                                    [ ] look for user
+                                                [ ] if distance($user, $aim) >= 1 m and $id != $aim_id
+                                                    [ ] fail
+                                                [ ] distance($user, $aim) < 1 m
                                     [ ] try set user position
                                         [ ] set user position
                                     [ ] run approach_user
@@ -111,19 +116,20 @@ def test_a_running_mission(robot):
                                         [ ] follow user
                                         [ ] until the robot stands before them
                                             [ ] sequence
-                                                [ ] look for user
                                                 [ ] get robot pose
-                                                [ ] distance($user, $pose) < $safe_distance + 0.08 m
+                                                [ ] look for user
+                                                [ ] get robot pose (2)
+                                                [ ] near enough
                     [ ] stop tracker"""
     )
 
 
 def test_a_search_from_nearby(robot):
-    robot.mock("make sure from nearby/*/look_for_user", "running 5 s, then FAILURE no_user_seen")
+    robot.mock("look from nearby/look_for_user", "running 5 s, then FAILURE no_user_seen")
     play = robot.start("goto_user")
-    robot.run_until("make sure from nearby/*/look_for_user")
+    robot.run_until("look from nearby/look_for_user")
     assert "[+] find the user (selector)\n" in play.tree
-    assert "[+] distance($user, $seen_at)" not in play.tree
+    assert "[+] distance($user, $aim)" not in play.tree
     assert "[-] watch whether they walk on\n" in play.tree
 
 

@@ -32,6 +32,7 @@ from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.doubted_places import view_of
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
@@ -298,7 +299,11 @@ class _PeopleSkills:
             found = detect_people(
                 depth, self._optical_in_base, colour, self._detector, known=self._known, robot=robot
             )
-            tracked = self._tracker.update(now, [each.moved_by(robot_in_odom) for each in found])
+            tracked = self._tracker.update(
+                now,
+                [each.moved_by(robot_in_odom) for each in found],
+                view_of(depth, self._optical_in_base, robot_in_odom),
+            )
             users = [user.moved_by(self._robot.map_from_odom) for user in tracked]
             if self._looking:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)

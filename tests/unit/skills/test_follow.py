@@ -288,3 +288,13 @@ def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.Mo
     assert walk.go(6.0) is None
     assert "stepping aside" in walk.trip.texts
     assert min(walk.distances) > 0.45
+
+
+@pytest.mark.parametrize("x", [1.88, 1.92])
+def test_it_stays_before_somebody_when_something_keeps_it_a_hand_away(x: float) -> None:
+    walk = Walk(Pose2(0.9, 2.4), lambda seconds: (2.2, 2.4), (*WALLS, (x, 2.2, x + 0.03, 2.6)))
+    walk.sees = lambda person: abs(walk.trip.world.pose.bearing_to(*person)) < 0.5  # type: ignore[method-assign]
+    assert walk.go(25.0, distance=0.5) is None
+    assert "backing out" not in walk.trip.texts
+    assert max(walk.distances[-100:]) < 0.7
+    assert walk.trip.world.hits == 0

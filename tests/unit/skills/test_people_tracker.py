@@ -535,6 +535,7 @@ def test_the_declarations_are_whole() -> None:
         "start_tracker",
         "stop_tracker",
         "look_for_user",
+        "user_lying",
     ]
     assert LOOK_FOR_USER.complete({}) == {"window": 5.0, "user_id": 0, "x": 0.0, "y": 0.0}
     assert LOOK_FOR_USER.problems_with({"window": 100.0})

@@ -53,6 +53,8 @@ _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 much further away than it follows."""
 _STUCK_S, _BACK_OUT_S = 1.0, 3.0
 """When no wanted motion is free for so long, the robot backs out for so long at most."""
+_NEARLY_M = 0.2
+"""What keeps the robot so much further away than wanted is no trouble: a shoe, or a pillow."""
 _PLAN_PERIOD_S = 0.5
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
@@ -219,6 +221,10 @@ class Follow:
         # As near as wanted along the path; or on a detour a person who is near would get out of view.
         if speed <= 0.0 or (near and remaining > distance + _DETOUR_M):
             return self._turn_towards(state, bearing), self._feedback("following"), None
+        if command.is_zero() and distance <= self._goal.distance + _NEARLY_M:
+            command, self._free_since = self._turn_towards(state, bearing), state.now
+            self._held = False
+            return command, self._feedback("following"), None
         if not command.is_zero():
             self._free_since = state.now
         elif state.now - self._free_since > _BLOCKED_S:

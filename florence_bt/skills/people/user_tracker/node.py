@@ -42,6 +42,7 @@ from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
+from florence_bt.skills.people.user_tracker.doubted_places import view_of
 from florence_bt.skills.people.user_tracker.evidence import EvidenceSource, Opinion, opinions
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
@@ -275,7 +276,11 @@ class UserTrackerNode(FlorenceNode):
         robot = odom @ robot_in_odom
         colour = self._colour_near(depth.stamp)
         found = detect_people(depth, optical_in_base, colour, self._detector, known=self._known, robot=robot)
-        tracked = self._tracker.update(depth.stamp, [each.moved_by(robot_in_odom) for each in found])
+        tracked = self._tracker.update(
+            depth.stamp,
+            [each.moved_by(robot_in_odom) for each in found],
+            view_of(depth, optical_in_base, robot_in_odom),
+        )
         users = tuple(user.moved_by(odom) for user in tracked)
         self._publish(users, depth.stamp)
         if colour is not None:

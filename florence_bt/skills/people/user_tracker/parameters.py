@@ -100,6 +100,12 @@ class TrackerParameters:
         known_pictures: Who was seen in fewer pictures is recognised only when nobody else fits.
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
+        doubt_nearest: From this far away, metres, ...
+        doubt_farthest: ... to this far, a person in full view is recognised for sure.
+        doubt_pictures: Where a person was seen from further away, and this many pictures from so near show
+            something else, nobody counts who is seen there from further away.
+        doubt_radius: The place is so large, metres.
+        doubt_s: For so long, seconds.
     """
 
     confirm_hits: Annotated[int, Limits(1)] = 3
@@ -127,6 +133,11 @@ class TrackerParameters:
     known_pictures: Annotated[int, Limits(1)] = 15
     remembered_people: Annotated[int, Limits(1)] = 20
     remember_s: Positive = 3600.0
+    doubt_nearest: Positive = 1.0
+    doubt_farthest: Positive = 1.9
+    doubt_pictures: Annotated[int, Limits(1)] = 15
+    doubt_radius: Positive = 0.4
+    doubt_s: Positive = 180.0
 
     def __post_init__(self) -> None:
         check_limits(self)
@@ -136,6 +147,7 @@ class TrackerParameters:
             ("confirm_hits", "confirm_window"),
             ("coast_s", "forget_s"),
             ("match_distance", "differ_distance"),
+            ("doubt_nearest", "doubt_farthest"),
             equal=True,
         )
 

@@ -16,6 +16,7 @@ from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.doubted_places import DoubtedPlaces, View
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
@@ -137,13 +138,16 @@ class UserTracker:
         self._waits_s = self._use.opinion_s if second_source else 0.0
         self._numbers = itertools.count()
         self._gallery = Gallery(self._use)
+        self._doubted = DoubtedPlaces(self._use)
         self._tracks: list[_Track] = []
         self._next_device_id = 1
         self.running = False
         """Whether pictures are wanted."""
 
     def start(self, now: float) -> None:
-        """Begin with no people and device ids from 1. The colours of people known before are kept."""
+        """Begin with no people and device ids from 1. The colours of people known before are kept, and the
+        places where none was.
+        """
         self.stop()
         self.running = True
 
@@ -153,12 +157,15 @@ class UserTracker:
         self._tracks = []
         self._next_device_id = 1
 
-    def update(self, now: float, detections: Sequence[Detection]) -> tuple[TrackedUser, ...]:
+    def update(
+        self, now: float, detections: Sequence[Detection], view: View | None = None
+    ) -> tuple[TrackedUser, ...]:
         """Take what a picture shows.
 
         Args:
             now: The time of the picture, seconds.
             detections: The people in it, in the frame of the tracker.
+            view: From where it was taken; without it no place is doubted.
 
         Returns:
             The confirmed people by device id, in the same frame; lost ones with the distance 0. Nobody when
@@ -182,13 +189,15 @@ class UserTracker:
             if id(each) not in matched_detections
         ]
         self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
+        if view is not None:
+            self._doubted.looked(now, view, detections)
         self._identify(now)
         return tuple(track.as_user() for track in self._confirmed())
 
     @property
     def undecided(self) -> bool:
         """Whether the last picture showed somebody who is not confirmed yet, and may be."""
-        return any(not track.denied for track in self._unconfirmed())
+        return any(not track.denied and not self._doubts(track) for track in self._unconfirmed())
 
     def candidates(self, most: int) -> list[Candidate]:
         """Of whom a second source should say something: who is in the last picture and not confirmed.
@@ -268,7 +277,7 @@ class UserTracker:
     def _identify(self, now: float) -> None:
         """Give ids to who is confirmed now, and remember who is seen."""
         for track in self._tracks:
-            if not track.device_id and track.is_a_person(now):
+            if not track.device_id and track.is_a_person(now) and not self._doubts(track):
                 present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
                 others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
@@ -276,6 +285,7 @@ class UserTracker:
                 self._next_device_id += 1
             if track.device_id and track.seen == now:
                 last = Sighting(now, track.as_user())
+                self._doubted.seen(now, last.user.x, last.user.y)
                 self._gallery.observe(track.user_id, track.histogram, now, last)
         self._drop_doubles(now)
 
@@ -283,6 +293,11 @@ class UserTracker:
         """Whether a track without an id shows a person for sure."""
         sure = any(each.confidence >= self._use.sure for each in track.looks)
         return sure and not track.device_id and not track.denied
+
+    def _doubts(self, track: _Track) -> bool:
+        """Whether something else stands there; who has moved is somebody all the same."""
+        look = track.looks[-1]
+        return self._doubted.doubts(look.x, look.y, look.distance)
 
     def _drop_doubles(self, now: float) -> None:
         """The track of somebody who was recognised elsewhere is over."""
