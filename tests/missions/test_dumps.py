@@ -116,9 +116,9 @@ def test_a_running_mission(robot):
                                         [ ] follow user
                                         [ ] until the robot stands before them
                                             [ ] sequence
-                                                [ ] get robot pose
+                                                [ ] where it was
                                                 [ ] look for user
-                                                [ ] get robot pose (2)
+                                                [ ] get robot pose
                                                 [ ] near enough
                     [ ] stop tracker"""
     )

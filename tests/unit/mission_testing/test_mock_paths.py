@@ -45,7 +45,7 @@ def goto_user():
         ("turn and look/**/turn", 1),
         ("look round/**/turn", 1),
         ("watch out on the way/*", 1),
-        ("look */**/look_for_user", 2),
+        ("look */**/look_for_user", 3),
         ("turn and look/*_tracker", 2),
         ("search in a circle/stop_tracker", 1),
         ("goto_user/*", 1),
