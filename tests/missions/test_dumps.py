@@ -118,7 +118,7 @@ def test_a_running_mission(robot):
                                             [ ] sequence
                                                 [ ] where it was
                                                 [ ] look for user
-                                                [ ] get robot pose
+                                                [ ] where it is
                                                 [ ] near enough
                     [ ] stop tracker"""
     )
