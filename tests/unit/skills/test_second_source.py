@@ -72,6 +72,11 @@ def test_a_plant_that_was_looked_at_never_becomes_a_person(run: Run) -> None:
         assert run.tracker.undecided == (picture < 6), "decided with the third look"
 
 
+def test_who_walks_is_no_plant_whatever_the_second_source_says(run: Run) -> None:
+    counts = [len(run(seen(2.5, 0.1 * step), says=Opinion.NOBODY)) for step in range(12)]
+    assert counts[4] == 0 and counts[-1] == 1
+
+
 def test_a_plant_keeps_nobody_else_waiting(run: Run) -> None:
     for _ in range(3):
         run(seen(2, 0), says=Opinion.NOBODY)

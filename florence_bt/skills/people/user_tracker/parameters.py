@@ -75,6 +75,7 @@ class TrackerParameters:
         opinion_s: When there is a second source, a candidate waits this long for its opinion, seconds, and
             again after each that was against it.
         denials: Who was called nobody this often, and never a person, is not confirmed any more.
+        walked: Who has gone this far is somebody all the same, metres.
         gate: Largest squared Mahalanobis distance of a detection from where a person was expected: the
             99.9 % quantile of the chi-square distribution with two degrees of freedom.
         gate_margin: Nor is a detection further from there than this and what return_speed covers since the
@@ -113,6 +114,7 @@ class TrackerParameters:
     agreed_hits: Annotated[int, Limits(1)] = 2
     opinion_s: NotNegative = 0.5
     denials: Annotated[int, Limits(1)] = 3
+    walked: Positive = 0.6
     gate: Positive = 13.8
     gate_margin: Positive = 0.3
     acceleration: Positive = 1.5

@@ -86,15 +86,21 @@ class _Track:
 
     @property
     def denied(self) -> bool:
-        """Whether a second source has looked often enough and never seen a person."""
-        return not self._agreed and self._denials >= self._use.denials
+        """Whether a second source has looked often enough and never seen a person, nor has it walked."""
+        return not self._agreed and self._denials >= self._use.denials and not self._has_walked
 
     def is_a_person(self, now: float) -> bool:
         """Whether it was seen often enough, and no second source is against it."""
         hits = sum(self.hits)
         if self._agreed:
             return hits >= self._use.agreed_hits
-        return hits >= self._use.confirm_hits and now >= self._wait_until and not self.denied
+        may_be = self._has_walked or (now >= self._wait_until and not self.denied)
+        return hits >= self._use.confirm_hits and may_be
+
+    @property
+    def _has_walked(self) -> bool:
+        first = self._first[1]
+        return math.dist((first.x, first.y), self.filter.state[:2]) >= self._use.walked
 
     def _filter_at(self, detection: Detection) -> ConstantVelocity:
         position = np.array([detection.x, detection.y])
