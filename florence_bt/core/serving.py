@@ -54,14 +54,10 @@ class ServedAction(ServedByNode):
     Attributes:
         result: The skill's result from the result message and the way the goal ended.
         feedback: A text for people from a feedback message; steady while nothing new happens.
-        failure_topic: For a type whose result has no field for a reason: the topic, of type
-            ``florence_interfaces/StopReason``, where the server says why a goal fails before it ends it.
-            ``result`` is then given that message, an empty one when there was none.
     """
 
     result: Callable[[Any, Outcome], Result]
     feedback: Callable[[Any], str]
-    failure_topic: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ from florence_interfaces.srv import (
     GetHotspot,
     GetRoom,
     GetStatus,
+    GetView,
     GetXYPhi,
     GotoRoom,
     GotoXYPhi,
@@ -199,9 +200,10 @@ def test_hotspots_are_read_and_saved(bench: Bench) -> None:
     assert (kitchen.x, kitchen.y, kitchen.phi, kitchen.valid) == (1.0, 1.0, 1.5, True)
     unknown = bench.call(GetHotspot, "getHotspot", label="bed room")
     assert not unknown.valid and "bedroom" in unknown.message
-    view = bench.call(GetHotspot, "getView", label="kitchen/1")
+    view = bench.call(GetView, "getView", room="kitchen", number=1)
     assert (view.x, view.y, view.phi, view.valid) == (1.0, 1.0, 1.5, True)
-    assert not bench.call(GetHotspot, "getView", label="attic/1").valid
+    attic = bench.call(GetView, "getView", room="attic", number=1)
+    assert not attic.valid and "kitchen" in attic.message
     saved = bench.call(SetHotspot, "setHotspot", label="study", x=3.0, y=4.0, phi=0.5)
     assert saved.success and str(bench.file) in saved.message
     assert load_hotspots(bench.file).get("study") is not None

@@ -21,7 +21,6 @@ from florence_bt.core.serving import (
 from florence_bt.core.skill import Inputs, MissingSkill, Skill
 from florence_bt.ros.action_skill import ActionSkill, Deadlines
 from florence_bt.ros.conversions import duration_to_ros, pose_stamped_to_ros
-from florence_bt.ros.failure_topic import FailureTopic
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.service_skill import ServiceSkill
 from florence_bt.ros.topic_skill import TopicCondition, TopicPublication, TopicWait
@@ -109,17 +108,12 @@ def _of_node(node: FlorenceNode, served: ServedByNode, interface: Any) -> Skill:
         return message_type(**{key: _to_ros(node, value) for key, value in served.request(inputs).items()})
 
     if isinstance(served, ServedAction):
-        to_goal: Callable[[Inputs], Any] = to_message
-        to_result = served.result
-        if served.failure_topic:
-            failures = FailureTopic(node, served.failure_topic)
-            to_goal, to_result = failures.wrapped(to_goal, to_result)
         return ActionSkill(
             node,
             interface,
             served.name,
-            to_goal=to_goal,
-            to_result=to_result,
+            to_goal=to_message,
+            to_result=served.result,
             to_feedback=served.feedback,
             deadlines=Deadlines(result_s=served.skill.deadline_s),
         )

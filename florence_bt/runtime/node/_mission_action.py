@@ -223,11 +223,9 @@ class PersonMission:
         self._goals.publish_feedback(self._action.type.Feedback(x=x, y=y))
 
     def _result(self, run: MissionRun | None, replaced: str) -> Any:
-        """Where the person was last, and, where the type has fields for it, why it ended."""
+        """Where the person was last, and why it ended."""
         x, y = self._older if replaced else self._person
-        result = self._action.type.Result(x=x, y=y)
-        if hasattr(result, "code"):
-            result.code = run.code if run is not None else ""
+        result = self._action.type.Result(x=x, y=y, code=run.code if run is not None else "")
         return with_reason(
             result, run.reason if run is not None and run.why is not None else replaced or PREEMPTED
         )

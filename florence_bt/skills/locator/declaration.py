@@ -111,11 +111,6 @@ def _pose(message: Any) -> Pose2:
     return Pose2(message.x, message.y, message.phi)
 
 
-def view_label(room: str, number: int) -> str:
-    """What the service ``getView`` takes as a label."""
-    return f"{room}/{number}"
-
-
 def _in_room(inputs: Inputs, result: Result) -> Result:
     room = result.outputs["room"]
     if room != inputs["room"]:
@@ -171,14 +166,14 @@ SERVED = (
     ),
     ServedService(
         skill=GET_VIEW,
-        interface="florence_interfaces/srv/GetHotspot",
+        interface="florence_interfaces/srv/GetView",
         name="florenceLocator/getView",
-        request=lambda inputs: {"label": view_label(inputs["room"], inputs["number"])},
+        request=lambda inputs: {"room": inputs["room"], "number": inputs["number"]},
         result=lambda message: (
             success(pose=_pose(message)) if message.valid else failure("no_more_views", message.message)
         ),
         component="locator",
-        perform=lambda locator, inputs: locator.get_view(view_label(inputs["room"], inputs["number"])),
+        perform=lambda locator, inputs: locator.get_view(inputs["room"], inputs["number"]),
     ),
     ServedService(
         skill=ROBOT_IN_ROOM,

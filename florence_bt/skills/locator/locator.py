@@ -202,17 +202,19 @@ class Locator:
             return failure("unknown_hotspot", self.hotspots.unknown(label))
         return success(pose=hotspot.pose)
 
-    def get_view(self, label: str) -> Result:
+    def get_view(self, room: str, number: int) -> Result:
         """The skill ``get_view``.
 
         Args:
-            label: The label of a room, a slash, and the number of the view from 1 on.
+            room: The label of its hotspot.
+            number: From 1 on.
         """
-        room, _, number = label.rpartition("/")
         hotspot = self.hotspots.get(room)
-        if hotspot is None or not number.isdecimal() or int(number) < 1:
-            return failure("no_more_views", f"{label!r}: {self.hotspots.unknown(room)}")
-        found = itertools.islice(self._views(hotspot), int(number) - 1, None)
+        if hotspot is None:
+            return failure("no_more_views", self.hotspots.unknown(room))
+        if number < 1:
+            return failure("no_more_views", f"there is no view {number}: the first one is 1")
+        found = itertools.islice(self._views(hotspot), number - 1, None)
         pose = next(found, None)
         if pose is None:
             return failure("no_more_views", f"{room!r} has fewer than {number} places to look from")

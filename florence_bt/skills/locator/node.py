@@ -13,6 +13,7 @@ from florence_interfaces.srv import (
     GetRoom,
     GetStatus,
     GetUserSeen,
+    GetView,
     GetXYPhi,
     GotoRoom,
     GotoXYPhi,
@@ -168,8 +169,8 @@ class LocatorNode(FlorenceNode):
             self._serve(GetRoom, f"get{name}PosRoom", self._room_answer(pose_of))
             self._serve(GetXYPhi, f"get{name}PosXYPhi", _pose_answer(pose_of))
         self._serve(GetUserSeen, "getUserSeen", self._on_get_user_seen)
-        self._serve(GetHotspot, "getHotspot", self._hotspot_answer(self._locator.get_hotspot))
-        self._serve(GetHotspot, "getView", self._hotspot_answer(self._locator.get_view))
+        self._serve(GetHotspot, "getHotspot", self._on_get_hotspot)
+        self._serve(GetView, "getView", self._on_get_view)
         self._serve(Trigger, "getRooms", self._on_get_rooms)
         self._serve(GetStatus, "getStatus", self._on_get_status)
 
@@ -191,16 +192,13 @@ class LocatorNode(FlorenceNode):
             response.room, response.source, response.age = seen["room"], seen["source"], seen["age"]
         return response
 
-    def _hotspot_answer(self, pose_of: Callable[[str], Result]) -> Callable[..., GetHotspot.Response]:
-        def answer(request: GetHotspot.Request, response: GetHotspot.Response) -> GetHotspot.Response:
-            result = pose_of(request.label)
-            response.valid, response.message = result.succeeded, result.reason
-            if result.succeeded:
-                pose = result.outputs["pose"]
-                response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
-            return response
+    def _on_get_hotspot(
+        self, request: GetHotspot.Request, response: GetHotspot.Response
+    ) -> GetHotspot.Response:
+        return _with_pose(response, self._locator.get_hotspot(request.label))
 
-        return answer
+    def _on_get_view(self, request: GetView.Request, response: GetView.Response) -> GetView.Response:
+        return _with_pose(response, self._locator.get_view(request.room, request.number))
 
     def _on_get_rooms(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._robot_pose()
@@ -349,6 +347,15 @@ class _MissionClient:
         """Ask for the end of a run, or of the one that has the robot."""
         if self._stop.service_is_ready():
             self._stop.call_async(StopMission.Request(run_id=run_id, reason=reason))
+
+
+def _with_pose(response: Any, result: Result) -> Any:
+    """The pose that a skill gave, or why there is none."""
+    response.valid, response.message = result.succeeded, result.reason
+    if result.succeeded:
+        pose = result.outputs["pose"]
+        response.x, response.y, response.phi = pose.x, pose.y, pose.yaw
+    return response
 
 
 def _pose_answer(pose_of: Callable[[], Pose2 | None]) -> Callable[..., GetXYPhi.Response]:

@@ -197,7 +197,7 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
         check(declaration.GET_ROBOT_POSE, locator.get_robot_pose())
         check(declaration.ROBOT_IN_ROOM, locator.robot_in_room("hall"))
         check(declaration.GET_HOTSPOT, locator.get_hotspot("hall" if known else "hull"))
-        check(declaration.GET_VIEW, locator.get_view("hall/1" if known else "hall/9"))
+        check(declaration.GET_VIEW, locator.get_view("hall", 1 if known else 9))
         check(declaration.SET_USER_POSITION, locator.set_user_position(Pose2(1.0, 2.0)))
         inputs = {"rooms": "", "visited": "kitchen, bedroom" if known else "kitchen, bedroom, hall"}
         (next_room,) = (served for served in declaration.SERVED if served.skill is declaration.NEXT_ROOM)

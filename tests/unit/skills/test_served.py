@@ -174,11 +174,11 @@ def test_ends_of_actions_become_results() -> None:
     person = {"distance": 2.0, "user_id": 7, "posture": "lying", "height": 0.3}
     lost = ended("follow_user", Outcome.FAILED, error_code=10000, error_msg="out of sight")
     assert (lost.code, lost.reason) == ("user_lost", "out of sight")
-    chair = ended("approach_person", Outcome.FAILED, code="blocked", text="a chair")
+    chair = ended("approach_person", Outcome.FAILED, code="blocked", reason="a chair")
     assert chair == failure("blocked", "a chair")
-    assert ended("approach_person", Outcome.FAILED, code="", text="").code == "rejected"
-    assert ended("approach_person", Outcome.SUCCEEDED, code="", text="") == success()
-    assert ended("approach_person", Outcome.CANCELLED, code="", text="").outcome is Outcome.CANCELLED
+    assert ended("approach_person", Outcome.FAILED, code="", reason="").code == "rejected"
+    assert ended("approach_person", Outcome.SUCCEEDED, code="", reason="") == success()
+    assert ended("approach_person", Outcome.CANCELLED, code="", reason="").outcome is Outcome.CANCELLED
     seen = ended("look_for_user", Outcome.SUCCEEDED, found=True, x=1.0, y=2.0, phi=0.5, **person)
     assert seen == success(user=POSE, **person)
     nobody = ended("look_for_user", Outcome.FAILED, found=False, error_code=2, error_msg="")

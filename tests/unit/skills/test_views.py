@@ -80,20 +80,20 @@ def locator(grid: OccupancyGrid | None) -> Locator:
 
 def test_the_locator_numbers_the_views_from_the_hotspot_on() -> None:
     with_map = locator(room(SCREEN))
-    assert with_map.get_view("parlour/1").outputs["pose"] == HOTSPOT
-    second = with_map.get_view("parlour/2").outputs["pose"]
-    assert second != HOTSPOT and second == locator(room(SCREEN)).get_view("parlour/2").outputs["pose"]
-    assert with_map.get_view("parlour/9").code == "no_more_views"
+    assert with_map.get_view("parlour", 1).outputs["pose"] == HOTSPOT
+    second = with_map.get_view("parlour", 2).outputs["pose"]
+    assert second != HOTSPOT and second == locator(room(SCREEN)).get_view("parlour", 2).outputs["pose"]
+    assert with_map.get_view("parlour", 9).code == "no_more_views"
 
 
 def test_without_a_map_there_is_the_hotspot_alone() -> None:
-    assert locator(None).get_view("parlour/1").outputs["pose"] == HOTSPOT
-    assert locator(None).get_view("parlour/2").code == "no_more_views"
+    assert locator(None).get_view("parlour", 1).outputs["pose"] == HOTSPOT
+    assert locator(None).get_view("parlour", 2).code == "no_more_views"
 
 
-@pytest.mark.parametrize("label", ["attic/1", "parlour", "parlour/0", "parlour/x", ""])
-def test_what_is_no_view_is_refused(label: str) -> None:
-    assert locator(room()).get_view(label).code == "no_more_views"
+@pytest.mark.parametrize(("label", "number"), [("attic", 1), ("parlour", 0), ("parlour", 2**32 - 1), ("", 1)])
+def test_what_is_no_view_is_refused(label: str, number: int) -> None:
+    assert locator(room()).get_view(label, number).code == "no_more_views"
 
 
 def test_a_hall_is_no_more_work_than_a_room() -> None:

@@ -25,10 +25,6 @@ from florence_bt.skills.navigation.navigate.results import (
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
-APPROACH_FAILURE = "approach_person/failure"
-"""``florence_interfaces/StopReason``: why the last goal of ``approach_person`` failed. Its type, the
-document's, has no field for that."""
-
 _SPEED_LIMITS = {
     "max_lin_speed": Port(
         Kind.SPEED,
@@ -184,8 +180,7 @@ SERVED = (
             **{f"desired_{name}": float(inputs[name]) for name in _AT_THE_PERSON},
             **{name: float(inputs[name]) for name in ("x", "y", *_SPEED_LIMITS)},
         },
-        failure_topic=APPROACH_FAILURE,
-        result=lambda why, outcome: result_from_approach(outcome, why.code, why.text),
+        result=lambda message, outcome: result_from_approach(outcome, message.code, message.reason),
         feedback=lambda message: "approaching the person",
         component="base",
         perform=lambda base, inputs: base.approach(**inputs),

@@ -47,13 +47,12 @@ from florence_bt.ros.conversions import (
     stamp_from_ros,
     twist_to_ros,
 )
-from florence_bt.ros.failure_topic import FailurePublisher
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
-from florence_bt.skills.navigation.navigate.declaration import APPROACH_FAILURE, SPEED_LIMIT
+from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
@@ -155,7 +154,6 @@ class NavigationNode(FlorenceNode):
         self._approaches = SingleGoalServer(
             self, ApproachMe, "approach_person", on_goal=self._on_approach_goal, on_cancel=self._on_cancel
         )
-        self._approach_failure = FailurePublisher(self, APPROACH_FAILURE)
         self._person = 0.0, 0.0
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
@@ -327,7 +325,6 @@ class NavigationNode(FlorenceNode):
     def _on_approach_goal(self, request: ApproachMe.Goal) -> str | None:
         refusal = self._why_not()
         if refusal is not None or self._navigator is None:
-            self._approach_failure.publish("rejected", refusal or NO_MAP)
             return refusal
         self._replace_owner(self._approaches)
         self._person = person = float(request.x), float(request.y)
@@ -486,9 +483,8 @@ class NavigationNode(FlorenceNode):
             message = FollowUser.Result(x=x, y=y, error_code=code, error_msg=result.reason)
         elif server is self._approaches:
             x, y = self._person
-            message = ApproachMe.Result(x=x, y=y)
-            if result.outcome is Outcome.FAILED:
-                self._approach_failure.publish(result.code, result.reason)
+            failed = result.code if result.outcome is Outcome.FAILED else ""
+            message = ApproachMe.Result(x=x, y=y, code=failed, reason=result.reason)
         else:
             elapsed = duration_to_ros(self.timebase.now() - self._started)
             message = Spin.Result(
