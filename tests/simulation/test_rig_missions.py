@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -13,6 +14,7 @@ from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.runtime.journal import JournalReader
 from florence_bt.runtime.run import MissionRequest, RunStatus
 from florence_bt.simulation.home.closeness import closeness
+from florence_bt.simulation.home.flat import Solid, load_flat
 from florence_bt.simulation.home.people import PersonSpec
 
 pytestmark = pytest.mark.slow
@@ -78,6 +80,16 @@ def test_a_bumper_that_stays_pressed_is_the_failure_of_the_mission(monkeypatch):
     assert (run.status, run.code) == (RunStatus.FAILED, "bumper")
     assert "the left bumper is pressed" in run.reason
     assert run.ended < 9.0
+
+
+@pytest.mark.parametrize(("x", "y"), [(6.5, 2.95), (7.4, 3.05)])
+def test_it_drives_round_a_shoe_that_the_laser_does_not_see(x, y):
+    flat = load_flat()
+    shoe = Solid("shoe", x, y, 0.3, (0.05, 0.14), 0.0, 0.0, 0.1, (40, 40, 40))
+    rig = make_rig(seed=3, person="absent", flat=replace(flat, solids=(*flat.solids, shoe)))
+    run = rig.run("goto_room", {"room": "kitchen"})
+    assert run.status is RunStatus.SUCCEEDED, run.reason
+    assert rig.world.contacts == []
 
 
 def test_it_drives_through_every_door_and_touches_nothing():

@@ -1,4 +1,7 @@
-"""The node ``kinect_laser``: depth pictures in, ``kinect_scan`` out (document, section 3.7.1)."""
+"""The node ``kinect_laser``: depth pictures in, ``kinect_scan`` and ``kinect_low_scan`` out.
+
+Source: document, section 3.7.1.
+"""
 
 from __future__ import annotations
 
@@ -19,22 +22,27 @@ from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     Throttle,
     ThrottleParameters,
 )
+from florence_bt.skills.filters.depth_to_laser.low_things import LowThings, LowThingsParameters
 
 WARN_EVERY_S = 5.0
 
 
 class FakeLaserNode(FlorenceNode):
-    """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``.
+    """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``, and
+    ``kinect_low_scan`` of what is too low for that.
 
     Works only while there is a subscriber, as the old nodelet did (REFERENCE 6.1).
     """
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("kinect_laser", parameters=parameters, namespace=namespace)
-        self._laser = FakeLaser(self.read_parameters(FakeLaserParameters))
+        tall, low = self.read_parameters(FakeLaserParameters), self.read_parameters(LowThingsParameters)
+        self._laser = FakeLaser(tall)
+        self._low = LowThings(tall, low) if low.low_min_height < tall.min_height else None
         self._throttle = Throttle(self.read_parameters(ThrottleParameters))
         self._camera: CameraModel | None = None
         self._publisher = self.create_publisher(LaserScanMsg, "kinect_scan", SENSOR)
+        self._low_publisher = self.create_publisher(LaserScanMsg, "kinect_low_scan", SENSOR)
         self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR)
         self.create_subscription(Image, "camera/depth/image", self._on_picture, SENSOR, newest_only=True)
 
@@ -50,11 +58,14 @@ class FakeLaserNode(FlorenceNode):
         if not self._throttle.admits(stamp_from_ros(message.header.stamp)):
             return
         try:
-            scan = self._laser.project(depth_from_ros(message, self._camera))
+            picture = depth_from_ros(message, self._camera)
+            scan = self._laser.project(picture)
         except FlorenceError as error:
             self._warn(f"depth picture dropped: {error}")
             return
         self._publisher.publish(scan_to_ros(scan))
+        if self._low is not None:
+            self._low_publisher.publish(scan_to_ros(self._low.project(picture, scan)))
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=WARN_EVERY_S)

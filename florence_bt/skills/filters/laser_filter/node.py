@@ -1,4 +1,4 @@
-"""The node ``laser_filter``: ``filtered_scan`` and, if wanted, ``filtered_kinect_scan``.
+"""The node ``laser_filter``: ``filtered_scan`` and, if wanted, the scans of the Kinect.
 
 Source: document, section 3.5.1.
 """
@@ -25,8 +25,8 @@ class LaserFilterTopics:
 
     Attributes:
         input_topic: The scan to filter (the document remaps ``scan`` to ``scan_combined``).
-        filter_kinect: Whether ``kinect_scan`` is filtered too, for a costmap layer of its own in which the
-            laser's far beams do not clear what only the Kinect sees.
+        filter_kinect: Whether ``kinect_scan`` and ``kinect_low_scan`` are filtered too, for costmap layers of
+            their own in which the laser's far beams do not clear what only the Kinect sees.
     """
 
     input_topic: str = "scan_combined"
@@ -49,6 +49,7 @@ class LaserFilterNode(FlorenceNode):
         self._connect(topics.input_topic, "filtered_scan")
         if topics.filter_kinect:
             self._connect("kinect_scan", "filtered_kinect_scan")
+            self._connect("kinect_low_scan", "filtered_kinect_low_scan")
 
     def _connect(self, input_topic: str, output_topic: str) -> None:
         publisher = self.create_publisher(LaserScanMsg, output_topic, SENSOR)

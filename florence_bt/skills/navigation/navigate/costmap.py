@@ -97,6 +97,7 @@ class Rays:
         ends: Shape (n, 2), x and y of the beams' ends.
         ranges: Shape (n,), length of each beam in metres.
         nearest: The sensor sees nothing nearer than this, in metres.
+        farthest: Nor anything from here on: the end of such a beam is free.
     """
 
     x: float
@@ -104,8 +105,11 @@ class Rays:
     ends: NDArray[np.float64]
     ranges: NDArray[np.float64]
     nearest: float
+    farthest: float
 
 
+_FAR_M = 1e-3
+"""The laser filter lets a far beam end so little before the range of its sensor."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -123,7 +127,7 @@ def rays_of(scan: LaserScan, sensor_in_frame: Transform3) -> Rays:
     flat = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=1)
     x, y, _ = sensor_in_frame.translation.tolist()
     ends = flat @ sensor_in_frame.rotation[:2, :2].T + sensor_in_frame.translation[:2]
-    return Rays(x, y, ends, ranges, float(scan.range_min))
+    return Rays(x, y, ends, ranges, float(scan.range_min), float(scan.range_max) - _FAR_M)
 
 
 def moved_rays(rays: Rays, motion: Pose2) -> Rays:
@@ -134,7 +138,7 @@ def moved_rays(rays: Rays, motion: Pose2) -> Rays:
         motion: That frame in the new one.
     """
     x, y = motion.apply(rays.x, rays.y)
-    return Rays(x, y, moved_points(rays.ends, motion), rays.ranges, rays.nearest)
+    return Rays(x, y, moved_points(rays.ends, motion), rays.ranges, rays.nearest, rays.farthest)
 
 
 def moved_points(points: NDArray[np.float64], motion: Pose2) -> NDArray[np.float64]:
@@ -259,7 +263,7 @@ class Costmap:
             rays.nearest / self.resolution,
             self._parameters.raytrace_range / self.resolution,
         )
-        _cells.mark_points(marks, ends, rays.ranges < self._parameters.obstacle_range)
+        _cells.mark_points(marks, ends, rays.ranges < min(self._parameters.obstacle_range, rays.farthest))
         self.clear_footprint(robot)
 
     def clear_footprint(self, robot: Pose2) -> None:

@@ -120,7 +120,11 @@ class NavigationNode(FlorenceNode):
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
-        for topic, source in (("filtered_scan", "scan"), ("filtered_kinect_scan", "depth")):
+        for topic, source in (
+            ("filtered_scan", "scan"),
+            ("filtered_kinect_scan", "depth"),
+            ("filtered_kinect_low_scan", "low"),
+        ):
             self.create_subscription(
                 LaserScanMsg, topic, self._scan_callback(source), SENSOR, newest_only=True
             )

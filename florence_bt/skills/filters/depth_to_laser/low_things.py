@@ -1,0 +1,91 @@
+"""A second scan out of a depth picture: of things too low for the laser and the band of the fake laser.
+
+Shoes, books and scales lie below the laser's plane, and a band that reaches down to them sees the floor
+itself further away, where a degree of tilt is several centimetres. So this one looks at a ring round the
+robot: from where the camera sees the floor to where a tilt does not matter yet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from florence_bt.core.limits import NotNegative, Positive, check_limits, check_order
+from florence_bt.core.sensing import DepthImage, LaserScan
+from florence_bt.skills.filters.depth_to_laser.fake_laser import (
+    EMPTY_MARGIN_M,
+    FakeLaser,
+    FakeLaserParameters,
+)
+
+_BESIDE_M = 0.2
+"""Something low this far beside something tall is its foot."""
+
+
+@dataclass(frozen=True, slots=True)
+class LowThingsParameters:
+    """Parameters of the scan of low things.
+
+    Attributes:
+        low_min_height: Lower edge of its height band in metres above the optical axis; its upper edge is the
+            lower one of the other band. From that on there is no such scan.
+        low_range_min: Things nearer than this are not in the picture any more, metres.
+        low_range_max: Things further away may be the floor, metres.
+        low_apart: What is low and within this distance before something tall is its foot, and people take
+            their feet along: it is left out. Metres.
+    """
+
+    low_min_height: float = 0.0
+    low_range_min: Positive = 1.3
+    low_range_max: Positive = 1.9
+    low_apart: NotNegative = 0.3
+
+    def __post_init__(self) -> None:
+        check_limits(self)
+        check_order(self, ("low_range_min", "low_range_max"))
+
+
+class LowThings:
+    """Finds low things in depth pictures.
+
+    Args:
+        parameters: Of the fake laser that sees what is taller.
+        low: Of this one.
+    """
+
+    def __init__(self, parameters: FakeLaserParameters, low: LowThingsParameters) -> None:
+        self._use = low
+        self._laser = FakeLaser(
+            replace(
+                parameters,
+                min_height=low.low_min_height,
+                max_height=parameters.min_height,
+                range_min=low.low_range_min,
+                range_max=low.low_range_max,
+                unseen_as_nan=True,
+            )
+        )
+        self._beside = round(_BESIDE_M / low.low_range_min / parameters.angle_increment)
+
+    def project(self, image: DepthImage, tall: LaserScan) -> LaserScan:
+        """Compute the scan of one picture.
+
+        Args:
+            image: Depth in metres in an optical frame; NaN is a hole.
+            tall: What the fake laser saw in it.
+
+        Returns:
+            A scan of the same directions: the nearest low thing; NaN where one would not be seen, or would be
+            the foot of something tall; ``low_range_max + 1`` where there is none.
+        """
+        scan = self._laser.project(image)
+        ranges = np.minimum(scan.ranges, self._use.low_range_max + EMPTY_MARGIN_M)
+        hidden = np.minimum(ranges, self._use.low_range_max) > self._nearest_tall(tall) - self._use.low_apart
+        return replace(scan, ranges=np.where(hidden, np.float32(np.nan), ranges))
+
+    def _nearest_tall(self, tall: LaserScan) -> np.ndarray:
+        """The nearest tall thing in each direction and beside it, shape (n,), metres."""
+        known = np.where(np.isnan(tall.ranges), np.inf, tall.ranges)
+        padded = np.pad(known, self._beside, constant_values=np.inf)
+        return np.lib.stride_tricks.sliding_window_view(padded, 2 * self._beside + 1).min(axis=1)
