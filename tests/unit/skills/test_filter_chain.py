@@ -11,6 +11,7 @@ import yaml
 
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.core.transforms import TransformBuffer
+from florence_bt.simulation.rig.robot import parameters_of
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
 from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
@@ -34,9 +35,7 @@ def frames() -> TransformBuffer:
 
 @pytest.fixture
 def fake_laser(config: dict[str, dict[str, Any]]) -> FakeLaser:
-    return FakeLaser(
-        FakeLaserParameters(**{k: v for k, v in config["kinect_laser"].items() if k != "max_rate"})
-    )
+    return FakeLaser(parameters_of(FakeLaserParameters, config, "kinect_laser"))
 
 
 @pytest.fixture
