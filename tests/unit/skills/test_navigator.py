@@ -419,6 +419,27 @@ def test_a_drive_that_touches_something_again_and_again_ends() -> None:
     assert result.reason.endswith("again after backing off 3 times")
 
 
+def hold(world: World, x: float, half: float) -> None:
+    """A glass top before x, where no sensor sees it: the wheels turn, and the robot stays."""
+    pose = world.pose
+    if x < pose.x < x + 0.2 and abs(pose.y - 1.5) < half:
+        world.pose = Pose2(x, pose.y, pose.yaw)
+
+
+def test_what_only_the_wheels_feel_is_driven_round() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    assert trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: hold(world, 1.6, 0.3)).succeeded
+    assert any(text.startswith("backing off: the wheels turn") for text in trip.texts)
+
+
+def test_a_drive_that_nothing_but_the_wheels_feel_ends_with_the_reason() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    result = trip.go(Pose2(3.0, 1.5, 0.0), each=lambda world: hold(world, 1.6, 9.0))
+    assert result.code == "blocked"
+    assert "the wheels turn and the robot stays where it is" in result.reason
+    assert trip.world.now < 60.0
+
+
 def test_a_turn_in_place_goes_on_with_a_pressed_bumper() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.navigator.base_stop = LEFT_BUMPER

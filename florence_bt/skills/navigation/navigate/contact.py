@@ -1,8 +1,10 @@
-"""What only the bumpers and cliff sensors feel: back off from it, and remember where it is."""
+"""What the bumpers and cliff sensors feel, or nothing but the wheels: back off from it, and remember it."""
 
 from __future__ import annotations
 
-from florence_bt.core.geometry import STANDSTILL, Twist2
+from collections import deque
+
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
@@ -11,8 +13,41 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, RobotState
 _GET_OFF_TIME_S = 2.0
 """How long backing off may take to release a bumper, whose travel is a centimetre or two."""
 _BACK_OFF_TIME_S = 25.0
+_BACKED_M = 0.05
 _MOST_BACK_OFFS = 3
 """So often a goal backs off from what only the bumpers feel; then it ends, as it would touch it again."""
+
+
+_SLIP_S, _SLIP_M, _SLIP_SHARE = 2.0, 0.2, 0.3
+"""The wheels slip when in so many seconds the odometry drives so far, and the robot this share of it."""
+_SLIPPING = BaseStop(
+    "blocked", "the wheels turn and the robot stays where it is: something that no sensor sees is in the way"
+)
+
+
+class SlipWatch:
+    """Compares the odometry with the place in the map, which the laser corrects: a glass top holds the robot
+    above its bumper.
+    """
+
+    def __init__(self) -> None:
+        self._past: deque[tuple[float, Pose2, Pose2]] = deque()
+
+    def slips(self, state: RobotState) -> bool:
+        """Take the state of a cycle; whether the robot drives forward and gets nowhere. Then begins anew."""
+        if not state.localised:
+            self._past.clear()
+            return False
+        self._past.append((state.now, state.pose, state.map_pose))
+        while state.now - self._past[0][0] > _SLIP_S:
+            self._past.popleft()
+        since, odometry, in_map = self._past[0]
+        ahead, _ = odometry.inverse().apply(state.pose.x, state.pose.y)
+        long_enough = state.now - since > 0.8 * _SLIP_S and ahead > _SLIP_M
+        slips = long_enough and in_map.distance_to(state.map_pose) < _SLIP_SHARE * ahead
+        if slips:
+            self._past.clear()
+        return slips
 
 
 class BackUp:
@@ -39,7 +74,7 @@ class BackUp:
 
 
 class ContactRecovery:
-    """Backs off from what holds the base, and marks it in the costmaps: the next path goes round it.
+    """Backs off from what holds the robot, and marks it in the costmaps: the next path goes round it.
 
     Attributes:
         last: What was touched last.
@@ -52,6 +87,7 @@ class ContactRecovery:
         self._since: float | None = None
         self._backing: BackUp | None = None
         self._touched: RobotState | None = None
+        self._slip = SlipWatch()
         self.last = BaseStop()
         self.back_offs = 0
 
@@ -72,7 +108,9 @@ class ContactRecovery:
             self._backing = None
         if self._touched is not None and not state.stop.holds_forward:
             there, self._touched = self._touched, None
-            self._costmaps.local_costmap.add_contact(there.pose, state.now)
+            # Without room behind it the robot still stands there, and must get away from it.
+            if there.pose.distance_to(state.pose) > _BACKED_M:
+                self._costmaps.local_costmap.add_contact(there.pose, state.now)
             if there.localised:
                 self._costmaps.global_costmap.add_contact(there.map_pose, state.now)
         return None
@@ -81,14 +119,20 @@ class ContactRecovery:
         stop = state.stop
         if not stop.holds_forward:
             self._since = None
-            return None
+            return self._touch(state, _SLIPPING) if self._slip.slips(state) else None
         if self._since is None:
-            if self.back_offs == _MOST_BACK_OFFS:
-                return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
             self._since = state.now
-            self.back_offs += 1
-            self._touched, self.last = state, stop
-            self._backing = BackUp(state, self._p, _BACK_OFF_TIME_S)
+            result = self._touch(state, stop)
+            if result is not None:
+                return result
         if state.now - self._since > _GET_OFF_TIME_S:
             return stop.failure(f"{stop.text}, and backing off did not help")
+        return None
+
+    def _touch(self, state: RobotState, stop: BaseStop) -> Result | None:
+        if self.back_offs == _MOST_BACK_OFFS:
+            return stop.failure(f"{stop.text}, again after backing off {_MOST_BACK_OFFS} times")
+        self.back_offs += 1
+        self._touched, self.last = state, stop
+        self._backing = BackUp(state, self._p, _BACK_OFF_TIME_S)
         return None

@@ -197,4 +197,4 @@ class BaseStop:
 
     def failure(self, text: str = "") -> Result:
         """The end of a goal because of it, with another text than its own where one is given."""
-        return failure(self.code, text or self.text, server_code=STOP_CODES[self.code])
+        return failure(self.code, text or self.text, server_code=SERVER_CODES[self.code])
