@@ -211,6 +211,8 @@ def main() -> int:
         "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
     )
     given = parser.parse_args()
+    if given.recorded and given.write:
+        parser.error("--write is for the table of the generated homes")
     try:
         text = of_recordings(given.recorded) if given.recorded else of_homes(given)
     except FlorenceError as error:

@@ -28,7 +28,7 @@ from florence_bt.simulation.sensors.base_noise import BaseSensors
 from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
-from florence_bt.skills.filters.depth_to_laser.low_things import LowThings, LowThingsParameters
+from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
 from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
@@ -123,8 +123,8 @@ class RigRobot:
         self._driving_kinect = KinectSensor(world, mount, *DRIVING_SIZE, seed=seed + 3)
         self._looking_kinect = KinectSensor(world, mount, *LOOKING_SIZE, seed=seed + 4)
         self._fake_laser = FakeLaser(parameters_of(FakeLaserParameters, config, "kinect_laser"))
-        self._low_things = LowThings(
-            self._fake_laser.parameters, parameters_of(LowThingsParameters, config, "kinect_laser")
+        self._low_obstacles = LowObstacles.between(
+            self._fake_laser.parameters, parameters_of(LowObstacleParameters, config, "kinect_laser")
         )
         self._combinator = LaserCombinator(
             parameters_of(CombinatorParameters, config, "laser_combinator"),
@@ -207,7 +207,9 @@ class RigRobot:
             self._next_kinect_scan = now + IDLE_SCAN_PERIOD_S - KINECT_PERIOD_S / 2
         kinect_scan = self._fake_laser.project(depth)
         self._on_scan("depth", self._laser_filter.filter(kinect_scan))
-        self._on_scan("low", self._laser_filter.filter(self._low_things.project(depth, kinect_scan)))
+        if self._low_obstacles is not None:
+            low_scan = self._low_obstacles.project(depth, kinect_scan)
+            self._on_scan("low", self._laser_filter.filter(low_scan))
         combined = self._combinator.update_kinect(kinect_scan, now)
         if combined is not None:
             self._on_scan("scan", self._laser_filter.filter(combined))

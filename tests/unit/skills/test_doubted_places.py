@@ -11,7 +11,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, DepthImage
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.doubted_places import View, view_of
+from florence_bt.skills.people.user_tracker.doubted_places import CameraView, view_of
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
 from florence_bt.skills.people.user_tracker.tracker import UserTracker
 
@@ -35,7 +35,7 @@ class Watch:
         for _ in range(times):
             self.now += 0.1
             seen = [] if found is None else [Detection(*found, math.dist(found, (camera.x, camera.y)))]
-            users = self.tracker.update(self.now, seen, View(camera, lambda x, y: stands))
+            users = self.tracker.update(self.now, seen, CameraView(camera, lambda x, y: stands))
         return len(users)
 
 
@@ -90,7 +90,7 @@ def test_a_person_who_walks_away_from_a_doubted_place_is_somebody(watch: Watch) 
     for step in range(12):
         watch.now += 0.1
         y = 0.08 * step
-        users = watch.tracker.update(watch.now, [Detection(3.0, y, 3.0)], View(FAR, lambda x, y: True))
+        users = watch.tracker.update(watch.now, [Detection(3.0, y, 3.0)], CameraView(FAR, lambda x, y: True))
     assert len(users) == 1
 
 

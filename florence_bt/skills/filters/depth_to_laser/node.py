@@ -22,7 +22,7 @@ from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     Throttle,
     ThrottleParameters,
 )
-from florence_bt.skills.filters.depth_to_laser.low_things import LowThings, LowThingsParameters
+from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
 
 WARN_EVERY_S = 5.0
 
@@ -36,9 +36,9 @@ class FakeLaserNode(FlorenceNode):
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("kinect_laser", parameters=parameters, namespace=namespace)
-        tall, low = self.read_parameters(FakeLaserParameters), self.read_parameters(LowThingsParameters)
+        tall, low = self.read_parameters(FakeLaserParameters), self.read_parameters(LowObstacleParameters)
         self._laser = FakeLaser(tall)
-        self._low = LowThings(tall, low) if low.low_min_height < tall.min_height else None
+        self._low = LowObstacles.between(tall, low)
         self._throttle = Throttle(self.read_parameters(ThrottleParameters))
         self._camera: CameraModel | None = None
         self._publisher = self.create_publisher(LaserScanMsg, "kinect_scan", SENSOR)

@@ -116,7 +116,15 @@ class NavigationNode(FlorenceNode):
         self._shown_plan: object = None
         self._overridden = False
         self._frames = TransformListener(self)
+        self._person = 0.0, 0.0
         self._make_publishers()
+        self._make_subscriptions()
+        self._make_action_servers()
+        self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
+        self.create_service(Empty, "~/clear_costmaps", self._on_clear)
+        call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
+
+    def _make_subscriptions(self) -> None:
         self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(StopReason, "turtlebot_node/stop_reason", self._on_base_stop, LATCHED)
@@ -131,6 +139,8 @@ class NavigationNode(FlorenceNode):
         self.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self.create_subscription(Float64, SPEED_LIMIT, self._on_speed_limit, RELIABLE)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
+
+    def _make_action_servers(self) -> None:
         self._poses = SingleGoalServer(
             self,
             NavigateToPose,
@@ -158,10 +168,6 @@ class NavigationNode(FlorenceNode):
         self._approaches = SingleGoalServer(
             self, ApproachMe, "approach_person", on_goal=self._on_approach_goal, on_cancel=self._on_cancel
         )
-        self._person = 0.0, 0.0
-        self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
-        self.create_service(Empty, "~/clear_costmaps", self._on_clear)
-        call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
 
     def _make_publishers(self) -> None:
         self._velocity = self.create_publisher(Twist, "cmd_vel", RELIABLE)

@@ -28,7 +28,7 @@ of the network's input show it."""
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class CameraView:
     """From where a picture was taken, and what stands there.
 
     Attributes:
@@ -40,7 +40,7 @@ class View:
     shows: Callable[[float, float], bool]
 
 
-def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> View:
+def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> CameraView:
     """The view of a depth picture.
 
     Args:
@@ -58,7 +58,7 @@ def view_of(depth: DepthImage, optical_in_base: Transform3, robot: Pose2) -> Vie
         near = np.hypot(points[..., 0] - at[0], points[..., 1] - at[1]) < _REACH
         return int((near & (points[..., 2] > _LOW) & (points[..., 2] < _HIGH)).sum()) >= _PIXELS
 
-    return View(camera, shows)
+    return CameraView(camera, shows)
 
 
 @dataclass(slots=True)
@@ -88,7 +88,7 @@ class DoubtedPlaces:
         else:
             place.x, place.y, place.until, place.misses = x, y, now + self._use.doubt_s, 0
 
-    def looked(self, now: float, view: View, found: Sequence[Detection]) -> None:
+    def looked(self, now: float, view: CameraView, found: Sequence[Detection]) -> None:
         """Take what a picture shows of the places where somebody was seen."""
         self._places = [place for place in self._places if now < place.until]
         for place in self._places:

@@ -16,7 +16,7 @@ from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.doubted_places import DoubtedPlaces, View
+from florence_bt.skills.people.user_tracker.doubted_places import CameraView, DoubtedPlaces
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
@@ -164,7 +164,7 @@ class UserTracker:
         self._next_device_id = 1
 
     def update(
-        self, now: float, detections: Sequence[Detection], view: View | None = None
+        self, now: float, detections: Sequence[Detection], view: CameraView | None = None
     ) -> tuple[TrackedUser, ...]:
         """Take what a picture shows.
 
@@ -301,7 +301,7 @@ class UserTracker:
         return sure and not track.device_id and not track.denied
 
     def _doubts(self, track: _Track) -> bool:
-        """Whether something else stands there; who has moved is somebody all the same."""
+        """Whether something else is known to stand where it was seen last."""
         look = track.looks[-1]
         return self._doubted.doubts(look.x, look.y, look.distance)
 

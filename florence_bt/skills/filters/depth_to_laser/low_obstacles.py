@@ -1,4 +1,4 @@
-"""A second scan out of a depth picture: of things too low for the laser and the band of the fake laser.
+"""A second scan out of a depth picture: of obstacles too low for the laser and the band of the fake laser.
 
 Shoes, books and scales lie below the laser's plane, and a band that reaches down to them sees the floor
 itself further away, where a degree of tilt is several centimetres. So this one looks at a ring round the
@@ -20,18 +20,18 @@ from florence_bt.skills.filters.depth_to_laser.fake_laser import (
 )
 
 _BESIDE_M = 0.2
-"""Something low this far beside something tall is its foot."""
+"""An obstacle this far beside something tall is its foot."""
 
 
 @dataclass(frozen=True, slots=True)
-class LowThingsParameters:
-    """Parameters of the scan of low things.
+class LowObstacleParameters:
+    """Parameters of the scan of low obstacles.
 
     Attributes:
         low_min_height: Lower edge of its height band in metres above the optical axis; its upper edge is the
             lower one of the other band. From that on there is no such scan.
-        low_range_min: Things nearer than this are not in the picture any more, metres.
-        low_range_max: Things further away may be the floor, metres.
+        low_range_min: What is nearer than this is not in the picture any more, metres.
+        low_range_max: What is further away may be the floor, metres.
         low_apart: What is low and within this distance before something tall is its foot, and people take
             their feet along: it is left out. Metres.
     """
@@ -46,15 +46,20 @@ class LowThingsParameters:
         check_order(self, ("low_range_min", "low_range_max"))
 
 
-class LowThings:
-    """Finds low things in depth pictures.
+class LowObstacles:
+    """Finds low obstacles in depth pictures.
 
     Args:
         parameters: Of the fake laser that sees what is taller.
-        low: Of this one.
+        low: Of this one; its height band is not empty.
     """
 
-    def __init__(self, parameters: FakeLaserParameters, low: LowThingsParameters) -> None:
+    @staticmethod
+    def between(parameters: FakeLaserParameters, low: LowObstacleParameters) -> LowObstacles | None:
+        """The scan for these parameters, None when its height band is empty."""
+        return LowObstacles(parameters, low) if low.low_min_height < parameters.min_height else None
+
+    def __init__(self, parameters: FakeLaserParameters, low: LowObstacleParameters) -> None:
         self._use = low
         self._laser = FakeLaser(
             replace(
@@ -76,8 +81,8 @@ class LowThings:
             tall: What the fake laser saw in it.
 
         Returns:
-            A scan of the same directions: the nearest low thing; NaN where one would not be seen, or would be
-            the foot of something tall; ``low_range_max + 1`` where there is none.
+            A scan of the same directions: the nearest low obstacle; NaN where one would not be seen, or would
+            be the foot of something tall; ``low_range_max + 1`` where there is none.
         """
         scan = self._laser.project(image)
         ranges = np.minimum(scan.ranges, self._use.low_range_max + EMPTY_MARGIN_M)

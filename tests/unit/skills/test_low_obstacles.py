@@ -1,4 +1,4 @@
-"""The scan of things that are too low for the laser, on synthetic pictures."""
+"""The scan of obstacles that are too low for the laser, on synthetic pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
-from florence_bt.skills.filters.depth_to_laser.low_things import LowThings, LowThingsParameters
+from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
@@ -20,7 +20,7 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParam
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 CAMERA_HEIGHT = 0.54
 TALL = FakeLaserParameters(min_height=-0.39, max_height=0.46, unseen_as_nan=True)
-LOW = LowThingsParameters(low_min_height=-0.48)
+LOW = LowObstacleParameters(low_min_height=-0.48)
 MIDDLE = TALL.beam_count // 2
 DOWN = ((np.arange(CAMERA.height) - CAMERA.cy) / CAMERA.fy)[:, None]
 RIGHT = ((np.arange(CAMERA.width) - CAMERA.cx) / CAMERA.fx)[None, :]
@@ -43,7 +43,7 @@ def with_box(depth: np.ndarray, away: float, height: float, left: float, right: 
 
 def low_scan(depth: np.ndarray) -> LaserScan:
     image = DepthImage(7.0, "optical", CAMERA, depth.astype(np.float32))
-    return LowThings(TALL, LOW).project(image, FakeLaser(TALL).project(image))
+    return LowObstacles(TALL, LOW).project(image, FakeLaser(TALL).project(image))
 
 
 def hits(scan: LaserScan) -> np.ndarray:
@@ -99,6 +99,11 @@ def test_a_costmap_keeps_what_was_low_until_the_ring_shows_that_it_is_gone() -> 
     assert look(nothing, Pose2(0.5, 0.0)) >= INSCRIBED, "too near to be seen"
     assert look(nothing, Pose2(-0.5, 0.0)) >= INSCRIBED, "too far away"
     assert look(nothing, here) == 0
+
+
+def test_without_a_height_band_there_is_no_such_scan() -> None:
+    assert LowObstacles.between(TALL, LowObstacleParameters()) is None
+    assert LowObstacles.between(TALL, LOW) is not None
 
 
 def test_senseless_parameters_are_refused() -> None:
