@@ -189,7 +189,7 @@ chairs, plants and coats. The class `easy` is the hand-made flat with the person
   the robot gets to (of somebody who walks: at the beginning). Who cannot be seen cannot be found.
 - *approached politely*: the mission succeeded, and the robot stands 0.5 m ± 0.1 m from the middle of the
   person and looks at them within 15 degrees. Of somebody who sits on furniture or in a wheelchair, or lies,
-  the distance is the smallest that the robot gets to, when that is more than 0.5 m.
+  the distance is at most 0.1 m more than the smallest that a robot with room to turn gets to.
 - *contacts*: how often the robot touched anything.
 - *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.
 - *median time*: of the politely approached; *to ideal*: in relation to the shortest way at full speed and one

@@ -43,6 +43,7 @@ pytestmark = pytest.mark.ros
 
 CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
 PERIOD_S = 0.07
+KINECT_SCANS = {"filtered_kinect_scan", "filtered_kinect_low_scan", "filtered_kinect_overhang_scan"}
 """Between two readings of the played sensors; longer than the throttle's period."""
 CONFIG = yaml.safe_load((default_file().parents[1] / "config" / "robot.yaml").read_text(encoding="utf-8"))
 
@@ -56,7 +57,7 @@ class Sensors(FlorenceNode):
         self.laser = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self.picture = self.create_publisher(Image, "camera/depth/image", SENSOR)
         self.info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
-        for topic in ("scan_combined", "filtered_scan", "filtered_kinect_scan", "filtered_kinect_low_scan"):
+        for topic in ("scan_combined", "filtered_scan", *KINECT_SCANS):
             self.listen_to(topic)
 
     def listen_to(self, topic: str) -> None:
@@ -100,9 +101,9 @@ def test_from_depth_picture_and_scan_to_filtered_scan(ros: Any) -> None:
         # Until the first picture has become a scan, and when it is late, the laser goes alone.
         made = [sensors.heard.get(topic) for topic in ("scan_combined", "filtered_scan")]
         walls = [scan is not None and bool((scan.ranges[ahead(scan)] < 3.0).all()) for scan in made]
-        return all(walls) and {"filtered_kinect_scan", "filtered_kinect_low_scan"} <= set(sensors.heard)
+        return all(walls) and set(sensors.heard) >= KINECT_SCANS
 
-    ros.spin_until(all_heard, what="the four scans")
+    ros.spin_until(all_heard, what="the five scans")
     combined = sensors.heard["scan_combined"]
     # The Kinect's wall, 2 m before it, stands 0.144 m nearer to the laser.
     wall = (2.0 - 0.1444) / np.cos(combined.angles()[ahead(combined)])
@@ -121,6 +122,8 @@ def test_from_depth_picture_and_scan_to_filtered_scan(ros: Any) -> None:
     assert kinect.ranges[180] == pytest.approx(2.0, abs=0.01)
     low = sensors.heard["filtered_kinect_low_scan"]
     assert np.isnan(low.ranges).all(), "the wall stands there"
+    overhangs = sensors.heard["filtered_kinect_overhang_scan"]
+    assert overhangs.ranges[180] == np.float32(3.9999), "the wall does not hang over"
 
 
 def test_pictures_that_make_no_sense_are_dropped(ros: Any) -> None:

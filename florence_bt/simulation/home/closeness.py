@@ -29,8 +29,9 @@ class Closeness:
         return self.polite_at(POLITE_DISTANCE_M)
 
     def polite_at(self, distance: float) -> bool:
-        """As :attr:`polite`, where the robot gets no nearer than some distance in metres."""
-        return abs(self.distance - distance) <= DISTANCE_TOLERANCE_M and self.facing <= FACING_TOLERANCE
+        """As :attr:`polite`, where a robot is only known to get as near as some distance, metres, >= 0.5."""
+        nearest, farthest = POLITE_DISTANCE_M - DISTANCE_TOLERANCE_M, distance + DISTANCE_TOLERANCE_M
+        return nearest <= self.distance <= farthest and self.facing <= FACING_TOLERANCE
 
 
 def closeness(robot: Pose2, person: Pose2) -> Closeness:

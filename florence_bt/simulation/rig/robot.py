@@ -29,6 +29,7 @@ from florence_bt.simulation.sensors.kinect_sensor import KinectSensor
 from florence_bt.simulation.sensors.laser_sensor import LaserSensor
 from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
 from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
+from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters, Overhangs
 from florence_bt.skills.filters.laser_combinator.combinator import LaserCombinator
 from florence_bt.skills.filters.laser_combinator.merge import CombinatorParameters
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter, LaserFilterParameters
@@ -126,6 +127,9 @@ class RigRobot:
         self._low_obstacles = LowObstacles.between(
             self._fake_laser.parameters, parameters_of(LowObstacleParameters, config, "kinect_laser")
         )
+        self._overhangs = Overhangs.within(
+            self._fake_laser.parameters, parameters_of(OverhangParameters, config, "kinect_laser")
+        )
         self._combinator = LaserCombinator(
             parameters_of(CombinatorParameters, config, "laser_combinator"),
             frames.lookup(LASER_FRAME, KINECT_SCAN_FRAME),
@@ -210,6 +214,8 @@ class RigRobot:
         if self._low_obstacles is not None:
             low_scan = self._low_obstacles.project(depth, kinect_scan)
             self._on_scan("low", self._laser_filter.filter(low_scan))
+        if self._overhangs is not None:
+            self._on_scan("overhangs", self._laser_filter.filter(self._overhangs.project(depth)))
         combined = self._combinator.update_kinect(kinect_scan, now)
         if combined is not None:
             self._on_scan("scan", self._laser_filter.filter(combined))

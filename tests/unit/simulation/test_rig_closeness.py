@@ -25,6 +25,11 @@ def test_polite_is_half_a_metre_and_face_to_face(robot, polite):
     assert closeness(robot, Pose2(0.5, 0.0, 2.0)).polite is polite
 
 
+@pytest.mark.parametrize(("away", "polite"), [(0.39, False), (0.41, True), (0.9, True), (1.11, False)])
+def test_nearer_than_a_robot_was_thought_to_get_is_polite_too(away, polite):
+    assert closeness(Pose2(-away, 0.0, 0.0), Pose2(0.0, 0.0)).polite_at(1.0) is polite
+
+
 def test_the_person_may_stand_anywhere_around():
     for degrees in range(0, 360, 30):
         yaw = math.radians(degrees)

@@ -9,41 +9,21 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.sensing import CameraModel, DepthImage, LaserScan
+from florence_bt.core.sensing import LaserScan
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser, FakeLaserParameters
+from florence_bt.skills.filters.depth_to_laser.fake_laser import FakeLaser
 from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
 from florence_bt.skills.filters.laser_filter.laser_filter import LaserFilter
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
+from tests.unit.skills.depth_pictures import CAMERA_HEIGHT, MIDDLE, WHOLE_BAND, floor, picture, with_box
 
-CAMERA = CameraModel(320, 240, 262.5, 262.5, 159.5, 119.5)
-CAMERA_HEIGHT = 0.54
-TALL = FakeLaserParameters(min_height=-0.39, max_height=0.46, unseen_as_nan=True)
 LOW = LowObstacleParameters(low_min_height=-0.48)
-MIDDLE = TALL.beam_count // 2
-DOWN = ((np.arange(CAMERA.height) - CAMERA.cy) / CAMERA.fy)[:, None]
-RIGHT = ((np.arange(CAMERA.width) - CAMERA.cx) / CAMERA.fx)[None, :]
-
-
-def floor(tilt: float = 0.0) -> np.ndarray:
-    """Depth of the floor, 4.5 m of wall above it; the camera tilted upwards by some radians."""
-    slope = np.tan(np.arctan(DOWN) - tilt)
-    with np.errstate(divide="ignore"):
-        depth = np.where(slope > 0, CAMERA_HEIGHT / slope, np.inf)
-    return np.broadcast_to(np.minimum(depth, 4.5), (240, 320)).copy()
-
-
-def with_box(depth: np.ndarray, away: float, height: float, left: float, right: float) -> np.ndarray:
-    """The picture with the front of a box on the floor, between two sides in metres to the left."""
-    above, across = CAMERA_HEIGHT - DOWN * away, -RIGHT * away
-    front = (above >= 0.0) & (above <= height) & (across <= left) & (across >= right)
-    return np.where(front & (depth > away), away, depth)
 
 
 def low_scan(depth: np.ndarray) -> LaserScan:
-    image = DepthImage(7.0, "optical", CAMERA, depth.astype(np.float32))
-    return LowObstacles(TALL, LOW).project(image, FakeLaser(TALL).project(image))
+    image = picture(depth)
+    return LowObstacles(WHOLE_BAND, LOW).project(image, FakeLaser(WHOLE_BAND).project(image))
 
 
 def hits(scan: LaserScan) -> np.ndarray:
@@ -58,42 +38,42 @@ def test_the_floor_is_no_thing(tilt: float) -> None:
 
 @pytest.mark.parametrize("away", [1.35, 1.6, 1.85])
 def test_a_shoe_is_seen_in_the_ring(away: float) -> None:
-    found = low_scan(with_box(floor(), away, 0.1, 0.1, -0.1))
+    found = low_scan(with_box(floor(), away, (0.0, 0.1), 0.1, -0.1))
     assert found.ranges[MIDDLE] == pytest.approx(away, abs=0.02)
     beams = hits(found)
-    width = 2 * np.arctan(0.1 / away) / TALL.angle_increment
+    width = 2 * np.arctan(0.1 / away) / WHOLE_BAND.angle_increment
     assert len(beams) == pytest.approx(width, abs=2)
     assert np.diff(beams).max() == 1
 
 
 @pytest.mark.parametrize(("away", "height"), [(1.2, 0.1), (2.0, 0.1), (1.6, 0.04)])
 def test_what_is_elsewhere_or_flat_is_not(away: float, height: float) -> None:
-    assert len(hits(low_scan(with_box(floor(), away, height, 0.1, -0.1)))) == 0
+    assert len(hits(low_scan(with_box(floor(), away, (0.0, height), 0.1, -0.1)))) == 0
 
 
 def test_the_feet_of_something_tall_are_left_out_and_nothing_is_said_of_what_it_hides() -> None:
-    leg = with_box(floor(), 1.6, 1.2, 0.06, -0.06)
-    person = with_box(leg, 1.45, 0.1, 0.1, -0.1)
+    leg = with_box(floor(), 1.6, (0.0, 1.2), 0.06, -0.06)
+    person = with_box(leg, 1.45, (0.0, 0.1), 0.1, -0.1)
     assert len(hits(low_scan(person))) == 0
     assert np.isnan(low_scan(person).ranges[MIDDLE])
-    beside = with_box(leg, 1.45, 0.1, 0.6, 0.4)
+    beside = with_box(leg, 1.45, (0.0, 0.1), 0.6, 0.4)
     assert len(hits(low_scan(beside))) > 10, "a shoe that nobody wears"
 
 
 def test_only_what_is_taller_is_left_to_the_other_band() -> None:
-    assert len(hits(low_scan(with_box(floor(), 1.6, 0.3, 0.1, -0.1)))) == 0
+    assert len(hits(low_scan(with_box(floor(), 1.6, (0.0, 0.3), 0.1, -0.1)))) == 0
 
 
 def test_a_costmap_keeps_what_was_low_until_the_ring_shows_that_it_is_gone() -> None:
     costmap = Costmap(CostmapParameters())
-    sensor = Transform3.from_xyz_rpy((0.0, 0.0, 0.54), (0.0, 0.0, 0.0))
+    sensor = Transform3.from_xyz_rpy((0.0, 0.0, CAMERA_HEIGHT), (0.0, 0.0, 0.0))
 
     def look(depth: np.ndarray, robot: Pose2) -> int:
         scan = LaserFilter().filter(low_scan(depth))
         costmap.add_rays("low", rays_of(scan, Transform3.from_pose2(robot) @ sensor), robot)
         return costmap.cost_at(1.6, 0.0)
 
-    shoe, nothing, here = with_box(floor(), 1.6, 0.1, 0.1, -0.1), floor(), Pose2()
+    shoe, nothing, here = with_box(floor(), 1.6, (0.0, 0.1), 0.1, -0.1), floor(), Pose2()
     assert look(nothing, here) == 0
     assert look(shoe, here) >= INSCRIBED
     assert look(nothing, Pose2(0.5, 0.0)) >= INSCRIBED, "too near to be seen"
@@ -102,8 +82,8 @@ def test_a_costmap_keeps_what_was_low_until_the_ring_shows_that_it_is_gone() -> 
 
 
 def test_without_a_height_band_there_is_no_such_scan() -> None:
-    assert LowObstacles.between(TALL, LowObstacleParameters()) is None
-    assert LowObstacles.between(TALL, LOW) is not None
+    assert LowObstacles.between(WHOLE_BAND, LowObstacleParameters()) is None
+    assert LowObstacles.between(WHOLE_BAND, LOW) is not None
 
 
 def test_senseless_parameters_are_refused() -> None:

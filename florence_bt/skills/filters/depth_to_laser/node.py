@@ -1,4 +1,4 @@
-"""The node ``kinect_laser``: depth pictures in, ``kinect_scan`` and ``kinect_low_scan`` out.
+"""The node ``kinect_laser``: depth pictures in, and three scans of them out.
 
 Source: document, section 3.7.1.
 """
@@ -23,13 +23,14 @@ from florence_bt.skills.filters.depth_to_laser.fake_laser import (
     ThrottleParameters,
 )
 from florence_bt.skills.filters.depth_to_laser.low_obstacles import LowObstacleParameters, LowObstacles
+from florence_bt.skills.filters.depth_to_laser.overhangs import OverhangParameters, Overhangs
 
 WARN_EVERY_S = 5.0
 
 
 class FakeLaserNode(FlorenceNode):
-    """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``, and
-    ``kinect_low_scan`` of what is too low for that.
+    """Subscribes ``camera/depth/image`` and ``camera/depth/camera_info``, publishes ``kinect_scan``,
+    ``kinect_low_scan`` of what is too low for that, and ``kinect_overhang_scan``.
 
     Works only while there is a subscriber, as the old nodelet did (REFERENCE 6.1).
     """
@@ -39,10 +40,12 @@ class FakeLaserNode(FlorenceNode):
         tall, low = self.read_parameters(FakeLaserParameters), self.read_parameters(LowObstacleParameters)
         self._laser = FakeLaser(tall)
         self._low = LowObstacles.between(tall, low)
+        self._overhangs = Overhangs.within(tall, self.read_parameters(OverhangParameters))
         self._throttle = Throttle(self.read_parameters(ThrottleParameters))
         self._camera: CameraModel | None = None
         self._publisher = self.create_publisher(LaserScanMsg, "kinect_scan", SENSOR)
         self._low_publisher = self.create_publisher(LaserScanMsg, "kinect_low_scan", SENSOR)
+        self._overhang_publisher = self.create_publisher(LaserScanMsg, "kinect_overhang_scan", SENSOR)
         self.create_subscription(CameraInfo, "camera/depth/camera_info", self._on_camera, SENSOR)
         self.create_subscription(Image, "camera/depth/image", self._on_picture, SENSOR, newest_only=True)
 
@@ -66,6 +69,8 @@ class FakeLaserNode(FlorenceNode):
         self._publisher.publish(scan_to_ros(scan))
         if self._low is not None:
             self._low_publisher.publish(scan_to_ros(self._low.project(picture, scan)))
+        if self._overhangs is not None:
+            self._overhang_publisher.publish(scan_to_ros(self._overhangs.project(picture)))
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=WARN_EVERY_S)

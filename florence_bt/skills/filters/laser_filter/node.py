@@ -25,8 +25,9 @@ class LaserFilterTopics:
 
     Attributes:
         input_topic: The scan to filter (the document remaps ``scan`` to ``scan_combined``).
-        filter_kinect: Whether ``kinect_scan`` and ``kinect_low_scan`` are filtered too, for costmap layers of
-            their own in which the laser's far beams do not clear what only the Kinect sees.
+        filter_kinect: Whether ``kinect_scan``, ``kinect_low_scan`` and ``kinect_overhang_scan`` are filtered
+            too, for costmap layers of their own in which the laser's far beams do not clear what only the
+            Kinect sees.
     """
 
     input_topic: str = "scan_combined"
@@ -50,6 +51,7 @@ class LaserFilterNode(FlorenceNode):
         if topics.filter_kinect:
             self._connect("kinect_scan", "filtered_kinect_scan")
             self._connect("kinect_low_scan", "filtered_kinect_low_scan")
+            self._connect("kinect_overhang_scan", "filtered_kinect_overhang_scan")
 
     def _connect(self, input_topic: str, output_topic: str) -> None:
         publisher = self.create_publisher(LaserScanMsg, output_topic, SENSOR)

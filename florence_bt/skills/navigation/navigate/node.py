@@ -132,6 +132,7 @@ class NavigationNode(FlorenceNode):
             ("filtered_scan", "scan"),
             ("filtered_kinect_scan", "depth"),
             ("filtered_kinect_low_scan", "low"),
+            ("filtered_kinect_overhang_scan", "overhangs"),
         ):
             self.create_subscription(
                 LaserScanMsg, topic, self._scan_callback(source), SENSOR, newest_only=True
