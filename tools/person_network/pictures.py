@@ -71,7 +71,7 @@ class Example:
     Attributes:
         given: Shape (3, 120, 160), the network's input.
         person: Shape (60, 80), 1 person, 0 none, -1 not measured.
-        middle: Shape (60, 80, 2), metres, as ``Answer.middle``; 0 where no person is.
+        middle: Shape (60, 80, 2), metres, as ``NetworkOutput.middle``; 0 where no person is.
         posture: Shape (60, 80), index of ``POSTURES``; -1 where no person is.
     """
 

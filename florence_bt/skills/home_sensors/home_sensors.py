@@ -46,7 +46,7 @@ class Report:
 
 
 @dataclass(frozen=True, slots=True)
-class Sighting:
+class SensedRoom:
     """Where the user is, as far as home sensors know.
 
     Attributes:
@@ -96,7 +96,7 @@ class HomeSensors:
     def _reset(self, now: float) -> None:
         self._states = {name: _State() for name in self._sensors}
         self._started = self._now = now
-        self._sighting: Sighting | None = None
+        self._sensed: SensedRoom | None = None
 
     def _reset_if_set_back(self, now: float) -> None:
         """Begin again when the clock was set back: what was said before would lie in the future."""
@@ -141,18 +141,18 @@ class HomeSensors:
         fresh = report.at is not None and now - report.at <= PRESS_S
         return sensor.kind is SensorKind.BUTTON and report.active and fresh
 
-    def locate(self, now: float) -> Sighting | None:
+    def locate(self, now: float) -> SensedRoom | None:
         """Where the user is, None while no sensor has said so. Call it after each report, and often."""
         self._reset_if_set_back(now)
-        last, began = self._sighting, self._candidates(now)
+        last, began = self._sensed, self._candidates(now)
         if not began:
             return last
         name = max(began, key=lambda each: began[each])
         if last is not None and last.source != name and began[name] < last.since:
             self._states[name].counts_from = began[name] = now
         until = max(began[name], self._until(name, now))
-        self._sighting = Sighting(self._sensors[name].room, name, began[name], until)
-        return self._sighting
+        self._sensed = SensedRoom(self._sensors[name].room, name, began[name], until)
+        return self._sensed
 
     def diagnoses(self, now: float) -> dict[str, Diagnosis]:
         """How each sensor does, and whether they agree."""
@@ -163,7 +163,7 @@ class HomeSensors:
 
     def _candidates(self, now: float) -> dict[str, float]:
         """The sensors that may say where the user is, and since when each does."""
-        last = self._sighting
+        last = self._sensed
         began = {
             name: state.counts_from for name, state in self._states.items() if state.counts_from is not None
         }
@@ -223,22 +223,22 @@ class HomeSensors:
             began = self._states[name].began
             if began is not None and self._sees_motion(name, now):
                 since[sensor.room] = min(began, since.get(sensor.room, began))
-        sighting = self._sighting
+        sensed = self._sensed
         values = {
-            "room": sighting.room if sighting else "",
-            "sensor": sighting.source if sighting else "",
+            "room": sensed.room if sensed else "",
+            "sensor": sensed.source if sensed else "",
             "motion in": ", ".join(sorted(since)),
         }
-        if sighting is None:
+        if sensed is None:
             return Diagnosis(Severity.OK, "no sensor has seen the user yet", values)
         if len(since) > 1 and now - sorted(since.values())[1] > CONTRADICTION_S:
             problem = f"motion in {' and '.join(sorted(since))} for more than {CONTRADICTION_S:g} s: "
             return Diagnosis(
                 Severity.WARN,
-                f"{problem}the user is taken to be in {sighting.room}, where it began last",
+                f"{problem}the user is taken to be in {sensed.room}, where it began last",
                 values,
             )
-        return Diagnosis(Severity.OK, f"the user was last seen in {sighting.room}", values)
+        return Diagnosis(Severity.OK, f"the user was last seen in {sensed.room}", values)
 
     def _diagnosis(self, name: str, now: float) -> Diagnosis:
         sensor, state = self._sensors[name], self._states[name]

@@ -18,7 +18,7 @@ from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.topics import ANSWER, USER_SEEN
-from florence_bt.skills.home_sensors.home_sensors import BadReport, HomeSensors, Report, Sighting
+from florence_bt.skills.home_sensors.home_sensors import BadReport, HomeSensors, Report, SensedRoom
 from florence_bt.skills.home_sensors.mqtt import MqttClient
 from florence_bt.skills.home_sensors.payload import read_payload
 from florence_bt.skills.home_sensors.settings import BrokerSettings, load_home
@@ -59,7 +59,7 @@ class HomeSensorsNode(FlorenceNode):
         self._settings = settings.sensors
         self._by_topic = {sensor.topic: name for name, sensor in settings.sensors.items() if sensor.topic}
         self._sensors = HomeSensors(settings.sensors, self.timebase.now())
-        self._published: Sighting | None = None
+        self._published: SensedRoom | None = None
         self._user_seen = self.create_publisher(UserSeen, USER_SEEN, LATCHED)
         self._answers = self.create_publisher(String, ANSWER, RELIABLE)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)

@@ -17,7 +17,7 @@ from florence_bt.skills.home_sensors.home_sensors import (
     BadReport,
     HomeSensors,
     Report,
-    Sighting,
+    SensedRoom,
 )
 from florence_bt.skills.home_sensors.settings import HomeSensor, SensorKind
 
@@ -38,10 +38,10 @@ class House:
     def __init__(self) -> None:
         self.sensors = HomeSensors(SENSORS, 0.0)
 
-    def says(self, sensor: str, active: bool, now: float) -> Sighting | None:
+    def says(self, sensor: str, active: bool, now: float) -> SensedRoom | None:
         return self.late(sensor, active, now, now)
 
-    def late(self, sensor: str, active: bool, at: float | None, now: float) -> Sighting | None:
+    def late(self, sensor: str, active: bool, at: float | None, now: float) -> SensedRoom | None:
         self.sensors.take(Report(sensor, active, at), now)
         return self.sensors.locate(now)
 
@@ -64,8 +64,8 @@ def test_nothing_is_known_before_the_first_report(house: House) -> None:
 
 
 def test_motion_that_began_last_says_where_the_user_is(house: House) -> None:
-    assert house.says("kitchen_pir", True, 10.0) == Sighting("kitchen", "kitchen_pir", 10.0, 10.0)
-    assert house.says("hall_pir", True, 20.0) == Sighting("hall", "hall_pir", 20.0, 20.0)
+    assert house.says("kitchen_pir", True, 10.0) == SensedRoom("kitchen", "kitchen_pir", 10.0, 10.0)
+    assert house.says("hall_pir", True, 20.0) == SensedRoom("hall", "hall_pir", 20.0, 20.0)
     house.says("kitchen_pir", True, 21.0)
     assert house.room(21.0) == "hall", "the same motion once more is not the beginning of it"
     house.says("kitchen_pir", False, 70.0)
@@ -75,30 +75,30 @@ def test_motion_that_began_last_says_where_the_user_is(house: House) -> None:
 
 def test_motion_lasts_until_it_is_over(house: House) -> None:
     house.says("kitchen_pir", True, 10.0)
-    assert house.sensors.locate(300.0) == Sighting("kitchen", "kitchen_pir", 10.0, 300.0)
+    assert house.sensors.locate(300.0) == SensedRoom("kitchen", "kitchen_pir", 10.0, 300.0)
     house.says("kitchen_pir", False, 301.0)
     house.says("kitchen_pir", False, 400.0)
-    assert house.sensors.locate(500.0) == Sighting("kitchen", "kitchen_pir", 10.0, 301.0)
+    assert house.sensors.locate(500.0) == SensedRoom("kitchen", "kitchen_pir", 10.0, 301.0)
     house.says("kitchen_pir", True, 600.0)
-    assert house.sensors.locate(5_000.0) == Sighting("kitchen", "kitchen_pir", 600.0, 600.0), "silent since"
+    assert house.sensors.locate(5_000.0) == SensedRoom("kitchen", "kitchen_pir", 600.0, 600.0), "silent since"
 
 
 def test_who_walks_back_before_the_first_sensor_noticed_is_back(house: House) -> None:
     house.says("kitchen_pir", True, 10.0)
     house.says("hall_pir", True, 20.0)
     # Back in the kitchen at 30, whose motion never ended.
-    assert house.says("hall_pir", False, 80.0) == Sighting("kitchen", "kitchen_pir", 80.0, 80.0)
+    assert house.says("hall_pir", False, 80.0) == SensedRoom("kitchen", "kitchen_pir", 80.0, 80.0)
     house.says("kitchen_pir", False, 90.0)
     assert house.room(200.0) == "kitchen", "and not in the hall, which was seen earlier"
 
 
 def test_a_device_says_where_the_user_is_when_its_state_changes(house: House) -> None:
-    assert house.says("door", True, 1.0) == Sighting("hall", "door", 1.0, 1.0)
+    assert house.says("door", True, 1.0) == SensedRoom("hall", "door", 1.0, 1.0)
     house.says("kitchen_pir", True, 5.0)
     house.says("kitchen_pir", False, 6.0)
     house.says("door", True, 100.0)
     assert house.room(100.0) == "kitchen", "it says once more that it is open"
-    assert house.says("door", False, 110.0) == Sighting("hall", "door", 110.0, 110.0)
+    assert house.says("door", False, 110.0) == SensedRoom("hall", "door", 110.0, 110.0)
 
 
 def test_the_first_report_of_a_device_that_is_off_is_not_a_change(house: House) -> None:
@@ -107,9 +107,9 @@ def test_the_first_report_of_a_device_that_is_off_is_not_a_change(house: House) 
 
 def test_a_button_says_so_with_each_press(house: House) -> None:
     house.says("button", True, 1.0)
-    assert house.says("button", True, 50.0) == Sighting("bedroom", "button", 50.0, 50.0)
+    assert house.says("button", True, 50.0) == SensedRoom("bedroom", "button", 50.0, 50.0)
     house.says("button", False, 51.0)
-    assert house.sensors.locate(51.0) == Sighting("bedroom", "button", 50.0, 50.0)
+    assert house.sensors.locate(51.0) == SensedRoom("bedroom", "button", 50.0, 50.0)
 
 
 def test_a_press_is_a_button_that_reports_now(house: House) -> None:
@@ -164,12 +164,12 @@ def test_a_detector_that_fell_silent_with_motion_is_stale() -> None:
     sensors = HomeSensors({"old": HomeSensor("hall", stale_after=100.0), "new": HomeSensor("kitchen")}, 0.0)
     sensors.take(Report("new", True, 10.0), 10.0)
     sensors.take(Report("old", True, 20.0), 20.0)
-    assert sensors.locate(120.0) == Sighting("hall", "old", 20.0, 120.0)
+    assert sensors.locate(120.0) == SensedRoom("hall", "old", 20.0, 120.0)
     assert sensors.diagnoses(120.0)["old"].level is Severity.OK
-    assert sensors.locate(121.0) == Sighting("kitchen", "new", 121.0, 121.0), "what still speaks takes over"
+    assert sensors.locate(121.0) == SensedRoom("kitchen", "new", 121.0, 121.0), "what still speaks takes over"
     assert sensors.diagnoses(121.0)["old"].level is Severity.WARN
     sensors.take(Report("old", True, 130.0), 130.0)
-    assert sensors.locate(130.0) == Sighting("hall", "old", 130.0, 130.0), "motion begins again"
+    assert sensors.locate(130.0) == SensedRoom("hall", "old", 130.0, 130.0), "motion begins again"
 
 
 def test_a_detector_that_never_reported_is_stale_in_the_end(house: House) -> None:
@@ -200,7 +200,7 @@ def test_a_late_report_counts_with_its_own_time(house: House) -> None:
     house.says("kitchen_pir", True, 100.0)
     house.says("kitchen_pir", False, 110.0)
     assert house.late("tv", True, 50.0, 120.0).room == "kitchen", "the TV was operated before"
-    assert house.late("button", True, 115.0, 120.0) == Sighting("bedroom", "button", 115.0, 115.0)
+    assert house.late("button", True, 115.0, 120.0) == SensedRoom("bedroom", "button", 115.0, 115.0)
 
 
 def test_of_one_sensor_an_older_report_does_not_undo_a_newer_one(house: House) -> None:
@@ -233,7 +233,7 @@ def test_a_time_that_cannot_be_meant_is_refused(house: House, at: float) -> None
 
 
 def test_a_clock_that_is_a_little_ahead_means_now(house: House) -> None:
-    assert house.late("kitchen_pir", True, 12.0, 10.0) == Sighting("kitchen", "kitchen_pir", 10.0, 10.0)
+    assert house.late("kitchen_pir", True, 12.0, 10.0) == SensedRoom("kitchen", "kitchen_pir", 10.0, 10.0)
 
 
 def test_an_unknown_sensor_is_refused_with_those_that_exist(house: House) -> None:
@@ -244,7 +244,7 @@ def test_an_unknown_sensor_is_refused_with_those_that_exist(house: House) -> Non
 def test_a_clock_that_is_set_back_begins_again(house: House) -> None:
     house.says("kitchen_pir", True, 9_000.0)
     assert house.sensors.locate(10.0) is None
-    assert house.says("hall_pir", True, 20.0) == Sighting("hall", "hall_pir", 20.0, 20.0)
+    assert house.says("hall_pir", True, 20.0) == SensedRoom("hall", "hall_pir", 20.0, 20.0)
 
 
 @given(
@@ -274,4 +274,4 @@ def test_motion_that_is_over_after_a_long_silence_was_believed_until_the_silence
     house.says("kitchen_pir", True, 10.0)
     house.says("kitchen_pir", True, 20.0)
     seen = house.says("kitchen_pir", False, 21.0 + STALE)
-    assert seen == Sighting("kitchen", "kitchen_pir", 10.0, 20.0)
+    assert seen == SensedRoom("kitchen", "kitchen_pir", 10.0, 20.0)

@@ -14,7 +14,7 @@ from florence_bt.skills.people.user_tracker import detector
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
-from florence_bt.skills.people.user_tracker.person_network import POSTURES, Answer, Pixels, ask
+from florence_bt.skills.people.user_tracker.person_network import POSTURES, NetworkOutput, Pixels, infer
 
 OPTICAL_IN_BASE = Transform3.from_xyz_rpy((-0.087, 0.0, 0.54), (-math.pi / 2, 0.0, -math.pi / 2))
 
@@ -55,7 +55,7 @@ def test_what_was_not_measured_is_given_as_nothing() -> None:
 
 
 def test_the_network_answers_for_every_second_pixel() -> None:
-    answer = ask(Pixels.of(picture(160), OPTICAL_IN_BASE))
+    answer = infer(Pixels.of(picture(160), OPTICAL_IN_BASE))
     assert answer.person.shape == (60, 80)
     assert answer.middle.shape == (60, 80, 2)
     np.testing.assert_allclose(answer.posture.sum(axis=-1), 1.0, atol=1e-5)
@@ -66,21 +66,21 @@ class Said:
     """Answers as if people stood 0.2 m behind what is seen, at some columns of the answer."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._answer = Answer(
+        self._output = NetworkOutput(
             np.zeros((60, 80), np.float32),
             np.zeros((60, 80, 2), np.float32),
             np.zeros((60, 80, 3), np.float32),
         )
-        self._answer.posture[...] = (1.0, 0.0, 0.0)
-        monkeypatch.setattr(detector, "ask", lambda pixels: self._answer)
+        self._output.posture[...] = (1.0, 0.0, 0.0)
+        monkeypatch.setattr(detector, "infer", lambda pixels: self._output)
 
     def person(
         self, columns: slice, rows: slice = slice(10, 50), sure: float = 0.95, lie: bool = False
     ) -> None:
-        self._answer.person[rows, columns] = sure
-        self._answer.middle[rows, columns, 0] = 0.2
+        self._output.person[rows, columns] = sure
+        self._output.middle[rows, columns, 0] = 0.2
         if lie:
-            self._answer.posture[rows, columns] = (0.0, 0.1, 0.9)
+            self._output.posture[rows, columns] = (0.0, 0.1, 0.9)
 
 
 @pytest.fixture

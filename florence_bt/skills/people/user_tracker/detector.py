@@ -20,7 +20,7 @@ from florence_bt.skills.people.user_tracker.appearance import Histogram, colour_
 from florence_bt.skills.people.user_tracker.evidence import Region
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.parameters import DetectorParameters
-from florence_bt.skills.people.user_tracker.person_network import INPUT_SIZE, POSTURES, STRIDE, Pixels, ask
+from florence_bt.skills.people.user_tracker.person_network import INPUT_SIZE, POSTURES, STRIDE, Pixels, infer
 
 _CELL = 0.05
 """Metres; side of the cells in which votes are counted."""
@@ -127,16 +127,16 @@ class _Votes:
 
 
 def _votes(pixels: Pixels, use: DetectorParameters) -> _Votes:
-    answer = ask(pixels)
+    output = infer(pixels)
     depth = pixels.depth[::STRIDE, ::STRIDE]
-    shows = (answer.person >= use.minimum_probability) & np.isfinite(depth) & (depth > 0.0)
+    shows = (output.person >= use.minimum_probability) & np.isfinite(depth) & (depth > 0.0)
     rows, columns = np.nonzero(shows)
     at = (rows * STRIDE, columns * STRIDE)
     points, ray = pixels.points[at], pixels.rays[at]
-    along, left = answer.middle[shows].T
+    along, left = output.middle[shows].T
     middles = points[:, :2] + along[:, None] * ray + left[:, None] * np.stack([-ray[:, 1], ray[:, 0]], axis=1)
     return _Votes(
-        *at, points, middles, answer.person[shows], STRIDE**2 * pixels.area[at], answer.posture[shows]
+        *at, points, middles, output.person[shows], STRIDE**2 * pixels.area[at], output.posture[shows]
     )
 
 

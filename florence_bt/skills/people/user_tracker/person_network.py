@@ -77,7 +77,7 @@ class Pixels:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class NetworkOutput:
     """What the network says of every second pixel.
 
     Attributes:
@@ -97,14 +97,14 @@ def _network() -> cv2.dnn.Net:
     return cv2.dnn.readNetFromONNX(str(FILE))
 
 
-def ask(pixels: Pixels) -> Answer:
-    """Ask the network; takes some milliseconds on one core."""
+def infer(pixels: Pixels) -> NetworkOutput:
+    """Run the network; takes some milliseconds on one core."""
     network = _network()
     network.setInput(pixels.as_input()[None])
-    answer = network.forward()[0]
-    odds = np.exp(answer[3:] - answer[3:].max(axis=0))
-    return Answer(
-        person=1.0 / (1.0 + np.exp(-answer[0])),
-        middle=np.moveaxis(answer[1:3], 0, -1),
+    output = network.forward()[0]
+    odds = np.exp(output[3:] - output[3:].max(axis=0))
+    return NetworkOutput(
+        person=1.0 / (1.0 + np.exp(-output[0])),
+        middle=np.moveaxis(output[1:3], 0, -1),
         posture=np.moveaxis(odds / odds.sum(axis=0), 0, -1),
     )
