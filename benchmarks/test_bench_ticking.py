@@ -22,7 +22,7 @@ from florence_bt.behaviours.keys import KeyStore
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import success
-from florence_bt.core.skill import Event, RunState
+from florence_bt.core.skill import BaseRun, Event
 from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
 from florence_bt.mission_testing.ticking import make_context
 from florence_bt.runtime.executor import Executor
@@ -38,15 +38,12 @@ BARE, RECORDED = 4.0, 2.0
 """How much faster a full tick of a large tree is at least, without and with a record."""
 
 
-class OpenRun(RunState):
+class OpenRun(BaseRun):
     """A run that ends when the benchmark says so."""
 
     def __init__(self) -> None:
         super().__init__("working")
         self.handle(Event.ACCEPTED)
-
-    def poll(self):
-        return self.result
 
     def cancel(self) -> None:
         self.handle(Event.CANCEL)

@@ -10,7 +10,7 @@ from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.outcome import Result, cancelled, failure
 from florence_bt.core.serving import ServedWait
-from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, SkillRun
+from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, SkillRun
 
 
 @dataclass(eq=False, slots=True)
@@ -121,35 +121,25 @@ class MessageWait:
             run.finish(self._served.result(message))
 
 
-class _WaitRun:
+class _WaitRun(BaseRun):
     """One wait."""
 
     def __init__(self, feedback: str, on_end: Callable[[_WaitRun], None]) -> None:
-        self._state = RunState(feedback)
-        self._state.handle(Event.ACCEPTED)
+        super().__init__(feedback)
+        self.handle(Event.ACCEPTED)
         self._on_end = on_end
         self.timer: Timer | None = None
-
-    @property
-    def feedback(self) -> str:
-        return self._state.feedback
-
-    def poll(self) -> Result | None:
-        return self._state.result
-
-    def on_change(self, callback: Callable[[], None]) -> None:
-        self._state.on_change(callback)
 
     def cancel(self) -> None:
         self.finish(cancelled())
 
     def finish(self, result: Result) -> None:
-        if self._state.result is not None:
+        if self.result is not None:
             return
         if self.timer is not None:
             self.timer.cancel()
         self._on_end(self)
-        self._state.handle(Event.FINISHED, result)
+        self.handle(Event.FINISHED, result)
 
 
 def _differ(one: Result, other: Result) -> bool:

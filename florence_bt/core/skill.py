@@ -1,8 +1,9 @@
 """The contract in the middle: a behaviour starts a skill and looks at its run. It cannot tell whether the
 skill is a pure component in this process, a ROS action or service, or a mock.
 
-The states of a run are one table (:data:`TRANSITIONS`); :class:`RunState` walks it. Every implementation of
-``SkillRun`` uses it, so a cancel is never lost, also not before the other side has accepted the goal.
+The states of a run are one table (:data:`TRANSITIONS`); :class:`BaseRun` walks it. It is the base of the
+implementations of ``SkillRun``, so a cancel is never lost, also not before the other side has accepted the
+goal.
 """
 
 from __future__ import annotations
@@ -104,11 +105,18 @@ TRANSITIONS: dict[tuple[Phase, Event], tuple[Phase, bool]] = {
 """(phase, event) -> (next phase, whether a cancel must be sent to the other side now)."""
 
 
-class RunState:
+class BaseRun:
     """The life of one run: its phase, its result and its subscribers.
 
-    The owner calls :meth:`handle` with what happened and sends a cancel to the other side when it answers
-    True. The first result stays; later ones are dropped.
+    An implementation adds ``cancel``. It calls :meth:`handle` with what happened and sends a cancel to the
+    other side when that answers True. The first result stays; later ones are dropped.
+
+    Args:
+        feedback: What the run does at the start.
+
+    Attributes:
+        phase: Where the run stands.
+        result: None while the run goes on.
     """
 
     def __init__(self, feedback: str = "") -> None:
@@ -121,6 +129,10 @@ class RunState:
     def feedback(self) -> str:
         """What the run does now."""
         return self._feedback
+
+    def poll(self) -> Result | None:
+        """The result, or None while the run goes on."""
+        return self.result
 
     def set_feedback(self, text: str) -> None:
         """Change the feedback and notify the subscribers, if it is new."""

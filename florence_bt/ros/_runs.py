@@ -18,7 +18,7 @@ from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.limits import Positive, check_limits
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure, success
-from florence_bt.core.skill import Event, FinishedRun, Inputs, Phase, RunState, SkillRun
+from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, Phase, SkillRun
 
 SEARCH_PERIOD_S = 0.05
 """How often to look for a server that is not there yet: discovery reports nothing by itself."""
@@ -86,7 +86,7 @@ class GoalChannel(Channel, Protocol):
         """The newest feedback on the goal, for people; empty when there is nothing new."""
 
 
-class RemoteRun:
+class RemoteRun(BaseRun):
     """What these runs have in common: the search for the other process, the state, and the end.
 
     Attributes:
@@ -96,36 +96,14 @@ class RemoteRun:
     _settle_s = SETTLE_S
 
     def __init__(self, channel: Channel, steady: Clock, label: str, feedback: str) -> None:
+        super().__init__(feedback)
         self._channel = channel
         self._steady = steady
         self._label = label
-        self._state = RunState(feedback)
         self._deadline: Timer | None = None
         self._look: Timer | None = None
         self._came_late = False
         self.sent = False
-
-    @property
-    def feedback(self) -> str:
-        """What the run does now."""
-        return self._state.feedback
-
-    @property
-    def phase(self) -> Phase:
-        """Where the run stands."""
-        return self._state.phase
-
-    def poll(self) -> Result | None:
-        """The result, or None while the run goes on."""
-        return self._state.result
-
-    def on_change(self, callback: Callable[[], None]) -> None:
-        """Call back whenever there is something new."""
-        self._state.on_change(callback)
-
-    def set_feedback(self, text: str) -> None:
-        """The other process reported what it does."""
-        self._state.set_feedback(text)
 
     def cancel(self) -> None:
         """End the run at once; what was sent is stopped as far as that is possible."""
@@ -136,11 +114,11 @@ class RemoteRun:
         for timer in (self._deadline, self._look):
             if timer is not None:
                 timer.cancel()
-        self._state.handle(Event.FINISHED, result)
+        self.handle(Event.FINISHED, result)
 
     def _search(self) -> None:
         """Look for the other process until it is there, then send."""
-        if self._state.phase is Phase.DONE:
+        if self.phase is Phase.DONE:
             return
         pause = SEARCH_PERIOD_S
         if not self._channel.server_is_there():
@@ -163,7 +141,7 @@ class RemoteRun:
         return failure("server_lost", reason)
 
     def _stop_with(self, result: Result) -> None:
-        if self._state.phase is Phase.DONE:
+        if self.phase is Phase.DONE:
             return
         if self.sent:
             self._channel.stop()
@@ -405,12 +383,12 @@ class ActionRun(RemoteRun):
         """Whether a goal may still be running on the server; a node that leaves waits for its end."""
         if not self.sent or self._over:
             return False
-        return self._stop.asking or self._state.phase is not Phase.DONE
+        return self._stop.asking or self.phase is not Phase.DONE
 
     @property
     def goal_left(self) -> bool:
         """Whether the run has ended while its goal is not known to be over."""
-        return self._accepted and not self._over and self._state.phase is Phase.DONE
+        return self._accepted and not self._over and self.phase is Phase.DONE
 
     @property
     def open_goal(self) -> str:
@@ -427,7 +405,7 @@ class ActionRun(RemoteRun):
         if not self.sent:
             self._finish(cancelled("cancelled before the goal was sent"))
             return
-        if self._state.phase is Phase.ACTIVE:
+        if self.phase is Phase.ACTIVE:
             self._expect_end()
         self._handle(Event.CANCEL)
 
@@ -441,8 +419,8 @@ class ActionRun(RemoteRun):
         """The server accepted the goal."""
         self._accepted = True
         self._over = False
-        if self._state.phase in (Phase.PENDING, Phase.PENDING_CANCEL):
-            if self._state.phase is Phase.PENDING:
+        if self.phase in (Phase.PENDING, Phase.PENDING_CANCEL):
+            if self.phase is Phase.PENDING:
                 when = self._clock.now() + self._deadlines.result_s
                 self._set_deadline(self._clock.call_at(when, self._no_result))
             else:
@@ -456,7 +434,7 @@ class ActionRun(RemoteRun):
         """The server refused the goal."""
         self._stop_duplicates()
         self._goal_is_over()
-        if self._state.phase is Phase.PENDING_CANCEL:
+        if self.phase is Phase.PENDING_CANCEL:
             self._finish(cancelled("cancelled; the server had refused the goal"))
         else:
             self._finish(failure("rejected", f"{self._label} refused the goal; its log says why"))
@@ -504,7 +482,7 @@ class ActionRun(RemoteRun):
             self._stop.begin()
             self._finish(self._without_server("went away during the run; start its node again"))
             return
-        if self._state.phase is Phase.CANCELLING and self._cancel_age() > STANDING_CLOCK:
+        if self.phase is Phase.CANCELLING and self._cancel_age() > STANDING_CLOCK:
             self._give_up_cancel()
             return
         self._look = self._steady.call_at(now + WATCH_PERIOD_S, self._watch)
@@ -566,7 +544,7 @@ class ActionRun(RemoteRun):
         )
 
     def _cancelling(self) -> bool:
-        return self._state.phase in (Phase.PENDING_CANCEL, Phase.CANCELLING)
+        return self.phase in (Phase.PENDING_CANCEL, Phase.CANCELLING)
 
     def _goal_is_over(self) -> None:
         self._over = True
@@ -578,5 +556,5 @@ class ActionRun(RemoteRun):
         super().finished(result)
 
     def _handle(self, event: Event) -> None:
-        if self._state.handle(event):
+        if self.handle(event):
             self._stop.ask_now()

@@ -13,7 +13,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.skill import Event, Phase, RunState
+from florence_bt.core.skill import BaseRun, Event, Phase
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -50,16 +50,16 @@ class BaseSafety:
         return StandStill(self._node, self._goals, lambda: self._velocity.publish(Twist()), self._limit_s)
 
 
-class StandStill:
+class StandStill(BaseRun):
     """A run that ends when all goals are cancelled and the base stands; in any case within its limit."""
 
     def __init__(
         self, node: FlorenceNode, goals: OpenGoals, command_zero: Callable[[], None], limit_s: float
     ) -> None:
+        super().__init__("waiting until the base stands")
         self._node = node
         self._goals = goals
         self._command_zero = command_zero
-        self._state = RunState("waiting until the base stands")
         self._unasked = list(goals.actions)
         self._unanswered: list[str] = []
         self._standing = 0
@@ -73,26 +73,13 @@ class StandStill:
         )
         self._step()
 
-    @property
-    def feedback(self) -> str:
-        """What the run does now."""
-        return self._state.feedback
-
-    def poll(self) -> Result | None:
-        """The result, or None while the base is not known to stand."""
-        return self._state.result
-
-    def on_change(self, callback: Callable[[], None]) -> None:
-        """Call back when there is a result."""
-        self._state.on_change(callback)
-
     def cancel(self) -> None:
         """Wait no longer; what was asked for stays asked for."""
         self._finish(failure("cancelled", "the wait for the standing base was cancelled"))
 
     def _step(self) -> None:
         """Ask the servers that have come into sight, and command zero again."""
-        if self._state.phase is Phase.DONE:
+        if self.phase is Phase.DONE:
             return
         for action in tuple(self._unasked):
             if self._goals.server_is_there(action):
@@ -134,9 +121,9 @@ class StandStill:
         return f"not known to be safe after {self._limit_s:g} s: {'; '.join(parts)}"
 
     def _finish(self, result: Result) -> None:
-        if self._state.phase is Phase.DONE:
+        if self.phase is Phase.DONE:
             return
-        self._state.handle(Event.FINISHED, result)
+        self.handle(Event.FINISHED, result)
         # Perhaps this is a callback of that very subscription.
         self._node.call_soon(self._forget_odometry)
 

@@ -13,7 +13,7 @@ from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, failure, success
-from florence_bt.core.skill import Event, Inputs, Phase, RunState
+from florence_bt.core.skill import BaseRun, Event, Inputs, Phase
 from florence_bt.mission_testing.values import read_duration
 
 
@@ -40,7 +40,7 @@ class Step:
     error: Exception | None = None
 
 
-class MockRun:
+class MockRun(BaseRun):
     """A run of a mocked skill, without what it does.
 
     Args:
@@ -54,24 +54,14 @@ class MockRun:
     def __init__(self, clock: Clock, feedback: str = "") -> None:
         self.cancelled = False
         self._clock = clock
-        self._state = RunState(feedback)
+        super().__init__(feedback)
         self._timers: list[Timer] = []
         self._error: Exception | None = None
 
     @property
-    def feedback(self) -> str:
-        """What the run says about itself."""
-        return self._state.feedback
-
-    @property
-    def result(self) -> Result | None:
-        """The result once its time has come."""
-        return self._state.result
-
-    @property
     def active(self) -> bool:
         """Whether the run has not ended."""
-        return self._state.phase is not Phase.DONE
+        return self.phase is not Phase.DONE
 
     def poll(self) -> Result | None:
         """The result once its time has come.
@@ -81,16 +71,12 @@ class MockRun:
         """
         if self._error is not None:
             raise self._error
-        return self._state.result
-
-    def on_change(self, callback: Callable[[], None]) -> None:
-        """Remember whom to wake."""
-        self._state.on_change(callback)
+        return self.result
 
     def _finish(self, result: Result | None) -> None:
         for timer in self._timers:
             timer.cancel()
-        self._state.handle(Event.FINISHED, result)
+        self.handle(Event.FINISHED, result)
 
     def _break(self, error: Exception) -> None:
         self._finish(failure("rejected", f"it broke: {error}"))
@@ -111,7 +97,7 @@ class ScriptedRun(MockRun):
         self.inputs = inputs
         self._step = step
         for seconds, text in step.feedback_at:
-            self._soon_or_later(seconds, partial(self._state.set_feedback, text))
+            self._soon_or_later(seconds, partial(self.set_feedback, text))
         self._soon_or_later(step.accept_after, self._accept)
         if step.error is not None:
             self._soon_or_later(step.after, partial(self._break, step.error))
@@ -121,11 +107,11 @@ class ScriptedRun(MockRun):
     def cancel(self) -> None:
         """End the run as soon as the other side would."""
         self.cancelled = self.cancelled or self.active
-        if self._state.handle(Event.CANCEL):
+        if self.handle(Event.CANCEL):
             self._stop()
 
     def _accept(self) -> None:
-        if self._state.handle(Event.ACCEPTED):
+        if self.handle(Event.ACCEPTED):
             self._stop()
 
     def _stop(self) -> None:
@@ -164,14 +150,14 @@ class RoutineRun(MockRun):
         self._settle = settle
         self._problems = problems
         self._caller = caller
-        self._state.handle(Event.ACCEPTED)
+        self.handle(Event.ACCEPTED)
         self._go_on()
 
     def cancel(self) -> None:
         """Close the routine."""
         if self.active:
             self.cancelled = True
-            self._state.handle(Event.CANCEL)
+            self.handle(Event.CANCEL)
             self._routine.close()
             self._finish(cancelled())
 
@@ -190,7 +176,7 @@ class RoutineRun(MockRun):
             self._break(error)
         else:
             if says:
-                self._state.set_feedback(str(says))
+                self.set_feedback(str(says))
             self._timers.append(self._clock.call_at(self._clock.now() + seconds, self._go_on))
 
     def _end(self, answer: Any) -> None:

@@ -11,11 +11,11 @@ from florence_bt.core.clock import Clock
 from florence_bt.core.message_skills import MessageCondition, MessageWait
 from florence_bt.core.outcome import Result, cancelled, success
 from florence_bt.core.serving import Served, ServedByNode, ServedCondition, ServedPublication, ServedWait
-from florence_bt.core.skill import Event, FinishedRun, Inputs, InstantSkill, RunState, Skill, SkillRun
+from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, InstantSkill, Skill, SkillRun
 from florence_bt.skills.served import SERVED
 
 
-class ComponentRun:
+class ComponentRun(BaseRun):
     """A run of a component in this process: accepted at once, ended by :meth:`finish`.
 
     Args:
@@ -24,31 +24,18 @@ class ComponentRun:
     """
 
     def __init__(self, feedback: str, on_cancel: Callable[[], None]) -> None:
-        self._state = RunState(feedback)
+        super().__init__(feedback)
         self._on_cancel = on_cancel
-        self._state.handle(Event.ACCEPTED)
-
-    @property
-    def feedback(self) -> str:
-        """What the component does."""
-        return self._state.feedback
-
-    def poll(self) -> Result | None:
-        """The result, or None."""
-        return self._state.result
+        self.handle(Event.ACCEPTED)
 
     def cancel(self) -> None:
         """Ask the component to stop."""
-        if self._state.handle(Event.CANCEL):
+        if self.handle(Event.CANCEL):
             self._on_cancel()
-
-    def on_change(self, callback: Callable[[], None]) -> None:
-        """Remember whom to wake."""
-        self._state.on_change(callback)
 
     def finish(self, result: Result) -> None:
         """End the run; later results are dropped."""
-        self._state.handle(Event.FINISHED, result)
+        self.handle(Event.FINISHED, result)
 
 
 class ExclusiveComponent:

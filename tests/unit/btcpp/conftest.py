@@ -11,7 +11,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import REQUIRED, Kind
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import COMMON_CODES, failure, success
-from florence_bt.core.skill import Event, RunState
+from florence_bt.core.skill import BaseRun, Event
 from florence_bt.mission_testing.ticking import Wake, drain, make_context
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.loader import MissionLibrary
@@ -29,7 +29,7 @@ SAMPLES = {
 }
 
 
-class ScriptedRun(RunState):
+class ScriptedRun(BaseRun):
     """A run that ends when the clock says so."""
 
     def __init__(self, clock, seconds, result):
@@ -39,9 +39,6 @@ class ScriptedRun(RunState):
             clock.call_at(clock.now() + seconds, lambda: self.handle(Event.FINISHED, result))
         else:
             self.handle(Event.FINISHED, result)
-
-    def poll(self):
-        return self.result
 
     def cancel(self):
         if self.handle(Event.CANCEL):

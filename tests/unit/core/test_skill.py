@@ -3,7 +3,7 @@
 import pytest
 
 from florence_bt.core.outcome import Outcome, cancelled, failure, success
-from florence_bt.core.skill import Event, FinishedRun, InstantSkill, MissingSkill, Phase, RunState
+from florence_bt.core.skill import BaseRun, Event, FinishedRun, InstantSkill, MissingSkill, Phase
 
 LETTERS = {"a": Event.ACCEPTED, "c": Event.CANCEL, "f": Event.FINISHED}
 
@@ -27,13 +27,13 @@ LETTERS = {"a": Event.ACCEPTED, "c": Event.CANCEL, "f": Event.FINISHED}
     ],
 )
 def test_when_the_other_side_is_told_to_stop(events, stops):
-    state = RunState()
+    state = BaseRun()
     sent = [state.handle(LETTERS[letter], success()) for letter in events]
     assert "".join(" x"[stop] for stop in sent) == stops
 
 
 def test_the_first_result_stays():
-    state = RunState()
+    state = BaseRun()
     with pytest.raises(ValueError, match="without a result"):
         state.handle(Event.FINISHED)
     state.handle(Event.CANCEL, success())
@@ -44,7 +44,7 @@ def test_the_first_result_stays():
 
 
 def test_what_subscribers_are_told():
-    state, told = RunState("waiting"), []
+    state, told = BaseRun("waiting"), []
     state.on_change(lambda: told.append((state.phase, state.feedback)))
     state.set_feedback("waiting")
     state.set_feedback("driving")

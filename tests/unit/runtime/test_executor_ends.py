@@ -6,8 +6,8 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import success
+from florence_bt.core.skill import BaseRun
 from florence_bt.core.skill import Event as SkillEvent
-from florence_bt.core.skill import RunState
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
@@ -18,11 +18,11 @@ class Stubborn:
     """A skill that never reports an end, whatever it is told."""
 
     def __init__(self):
-        self.state = RunState("driving on")
+        self.state = BaseRun("driving on")
         self.cancels = 0
 
     def start(self, inputs):
-        self.state = RunState("driving on")
+        self.state = BaseRun("driving on")
         return self
 
     @property

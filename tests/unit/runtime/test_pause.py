@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from florence_bt.core.outcome import failure, success
-from florence_bt.core.skill import Event, RunState
+from florence_bt.core.skill import BaseRun, Event
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import END_LIMIT_S, RequestRefused
@@ -14,27 +14,14 @@ from florence_bt.runtime.run import MissionRequest, RunStatus, TriggerPolicy
 # Times: the clock starts at 100 s; drive takes 2 s, work takes 1 s.
 
 
-class Stubborn:
-    """A skill that never reports an end, whatever it is told."""
-
-    def __init__(self):
-        self.state = RunState("driving on")
+class Stubborn(BaseRun):
+    """A skill, and its only run, that never reports an end, whatever it is told."""
 
     def start(self, inputs):
         return self
 
-    @property
-    def feedback(self):
-        return self.state.feedback
-
-    def poll(self):
-        return self.state.result
-
     def cancel(self):
         pass
-
-    def on_change(self, callback):
-        self.state.on_change(callback)
 
 
 def use(bench, **skills):
@@ -140,7 +127,7 @@ def test_a_skill_that_ends_at_the_moment_of_the_pause_keeps_its_result(bench):
             return super().start(inputs)
 
         def cancel(self):
-            self.state.handle(Event.FINISHED, success())
+            self.handle(Event.FINISHED, success())
 
     eager = Eager()
     use(bench, drive=eager)

@@ -6,7 +6,7 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
-from florence_bt.core.skill import Event, RunState
+from florence_bt.core.skill import BaseRun, Event
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import RequestRefused
 from florence_bt.runtime.recovery.recovery import MAX_IN_A_ROW, SAFE_LIMIT_S
@@ -109,27 +109,20 @@ def test_a_run_that_was_being_stopped_is_not_taken_up(tmp_path):
     assert second.past(run.run_id).state == "ABORTED" and "being stopped" in second.past(run.run_id).reason
 
 
-class Brake:
+class Brake(BaseRun):
     """Makes safe when it is told to."""
 
     def __init__(self):
-        self.state = RunState()
+        super().__init__()
         self.calls = 0
         self.cancelled = False
-        self.feedback = ""
 
     def __call__(self):
         self.calls += 1
         return self
 
-    def poll(self):
-        return self.state.result
-
     def cancel(self):
         self.cancelled = True
-
-    def on_change(self, callback):
-        self.state.on_change(callback)
 
 
 def test_the_robot_is_made_safe_before_anything_else(tmp_path):
@@ -141,7 +134,7 @@ def test_the_robot_is_made_safe_before_anything_else(tmp_path):
         second.executor.trigger(trip())
     second.clock.advance(1.0)
     assert second.executor.current is None
-    brake.state.handle(Event.FINISHED, success())
+    brake.handle(Event.FINISHED, success())
     assert second.executor.current is not None
     second.clock.advance(60.0)
     assert second.executor.last.status is RunStatus.SUCCEEDED
@@ -156,7 +149,7 @@ def test_nothing_is_taken_up_when_the_robot_cannot_be_made_safe(tmp_path, late):
         second.clock.advance(SAFE_LIMIT_S + 1.0)
         assert brake.cancelled
     else:
-        brake.state.handle(Event.FINISHED, failure("server_lost", "the base does not answer"))
+        brake.handle(Event.FINISHED, failure("server_lost", "the base does not answer"))
     assert second.executor.current is None
     assert second.past(run_id).state == "ABORTED" and "could not be made safe" in second.past(run_id).reason
     assert second.executor.blocked_by is None

@@ -34,8 +34,8 @@ from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.core.outcome import Result, failure, success
-from florence_bt.core.skill import Event, RunState
+from florence_bt.core.outcome import failure, success
+from florence_bt.core.skill import BaseRun, Event
 from tests.unit.runtime.ticking import random_trees
 
 FIXED = (Finally, If, Switch)
@@ -106,15 +106,12 @@ class Skill:
         return self.runs[-1]
 
 
-class SkillRun(RunState):
+class SkillRun(BaseRun):
     def __init__(self, skill: Skill, number: int) -> None:
         super().__init__("works")
         self.skill = skill
         self.number = number
         self.handle(Event.ACCEPTED)
-
-    def poll(self) -> Result | None:
-        return self.result
 
     def cancel(self) -> None:
         if self.result is None:
