@@ -10,8 +10,15 @@ import pytest
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
-from florence_bt.skills.navigation.localisation._kernels import resample_systematic, weigh_particles
-from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
+from florence_bt.skills.navigation.localisation._kernels import (
+    match_terms,
+    resample_systematic,
+    weigh_particles,
+)
+from florence_bt.skills.navigation.localisation.likelihood_field import (
+    LikelihoodField,
+    build_likelihood_field,
+)
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.particle_filter import ParticleFilter
 from florence_bt.skills.navigation.localisation.scan_match import match_scan
@@ -47,14 +54,23 @@ def test_weights_follow_the_formula() -> None:
     particles = np.array([[0.5, 0.5, 0.0], [0.5, 0.5, math.pi / 2]])
     points = np.array([[1.0, 0.0], [5.0, 0.0]])
     # Facing x: cell [0, 1] and off the map; facing y: cell [1, 0] and off the map.
-    weights = weigh_particles(particles, points, cubes, 0.01, 0.0, 0.0, 1.0)
+    normals = np.zeros((2, 2, 2), np.float32)
+    weights = weigh_particles(particles, points, cubes, normals, 0.01, 0.0, 0.0, 1.0)
     assert weights == pytest.approx([1.51, 1.26])
+    # A cell before its end the first beam is on the back of something, and the second one on its front.
+    normals[0, 0] = (1.0, -1.0)
+    weights = weigh_particles(particles, points, cubes, normals, 0.01, 0.0, 0.0, 1.0)
+    assert weights == pytest.approx([1.02, 1.26])
 
 
 def test_resampling_draws_in_proportion() -> None:
     drawn = resample_systematic(np.array([0.5, 0.0, 0.25, 0.25]), 0.5, 8)
     assert drawn.tolist() == [0, 0, 0, 0, 2, 2, 3, 3]
     assert resample_systematic(np.array([1.0]), 0.999, 3).tolist() == [0, 0, 0]
+
+
+def field_of_room() -> LikelihoodField:
+    return build_likelihood_field(room(), 2.0)
 
 
 def points_of(pose: Pose2) -> np.ndarray:
@@ -81,6 +97,40 @@ def test_the_fit_finds_the_pose() -> None:
     assert np.all(np.linalg.eigvalsh(match.covariance) > 0.0)
 
 
+def test_a_wall_seen_from_one_side_is_not_taken_for_its_back() -> None:
+    """Of two poses the right one weighs more than the one that puts the wall ahead on its other side."""
+    truth = Pose2(1.0, 0.5, 0.0)
+    points = points_of(truth)
+    ahead = points[np.abs(points[:, 0] - 1.0) < 1e-9]
+    particles = cloud(particles=10)
+    particles.particles = np.array([[1.0, 0.5, 0.0], [1.1, 0.5, 0.0]])
+    particles.weights = np.full(2, 0.5)
+    particles.weigh(ahead, 5.6)
+    assert particles.weights[0] > 0.9
+    # Nor does the fit draw the wrong one further to the back.
+    match = match_scan(
+        field_of_room(), ahead, Pose2(1.09, 0.5, 0.0), np.eye(3) * 0.01, sigma=0.05, independent_beams=60.0
+    )
+    assert match.pose.x <= 1.09
+
+
+def test_a_fit_never_ends_worse_than_it_began() -> None:
+    """Things that the map does not know pull it to and fro."""
+    field, rng, sigma = field_of_room(), np.random.default_rng(3), 0.05
+
+    def fit_at(pose: Pose2, points: np.ndarray) -> float:
+        at = (pose.x, pose.y, pose.yaw)
+        grid = (field.signed, field.normals, field.origin_x, field.origin_y, field.resolution)
+        return float(match_terms(*at, points, *grid, 2.0 * sigma)[2])
+
+    for _ in range(200):
+        belief = Pose2(1.0 + 0.1 * rng.standard_normal(), 0.5 + 0.1 * rng.standard_normal(), 0.0)
+        things = rng.uniform((-0.9, -0.4), (0.9, 0.4), (60, 2))
+        points = np.vstack([points_of(Pose2(1.0, 0.5, 0.0))[::3], things])
+        match = match_scan(field, points, belief, np.eye(3) * 0.01, sigma=sigma, independent_beams=60.0)
+        assert fit_at(match.pose, points) >= fit_at(belief, points)
+
+
 def test_without_anything_to_fit_the_belief_stays() -> None:
     field = build_likelihood_field(room(), 2.0)
     belief = Pose2(0.8, 0.45, 0.3)
@@ -91,7 +141,7 @@ def test_without_anything_to_fit_the_belief_stays() -> None:
 
 
 def cloud(**changes: float) -> ParticleFilter:
-    parameters = LocaliserParameters(particles=2000, **changes)  # type: ignore[arg-type]
+    parameters = LocaliserParameters(**{"particles": 2000, **changes})  # type: ignore[arg-type]
     field = build_likelihood_field(room(), 2.0)
     return ParticleFilter(field, parameters, np.random.default_rng(1))
 

@@ -8,12 +8,37 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+_BACK = 0.3
+"""A beam that ends where the surface looks away from the robot, also one cell before its end, did not measure
+that surface; cosine of the angle from which on it looks away."""
+
+
+@njit(cache=True)
+def _is_back(
+    normals: NDArray[np.float32],
+    x: float,
+    y: float,
+    along_x: float,
+    along_y: float,
+    length: float,
+    resolution: float,
+) -> bool:
+    """Whether a beam from x, y, which ends in the map, ends on the back of a surface."""
+    share = max(0.0, 1.0 - resolution / length)
+    column = math.floor((x + share * along_x) / resolution)
+    row = math.floor((y + share * along_y) / resolution)
+    rows, columns, _ = normals.shape
+    if not (0 <= row < rows and 0 <= column < columns):
+        return False
+    return normals[row, column, 0] * along_x + normals[row, column, 1] * along_y > _BACK * length
+
 
 @njit(cache=True)
 def weigh_particles(
     particles: NDArray[np.float64],
     points: NDArray[np.float64],
     cubes: NDArray[np.float32],
+    normals: NDArray[np.float32],
     outside: float,
     origin_x: float,
     origin_y: float,
@@ -25,7 +50,8 @@ def weigh_particles(
         particles: Shape (n, 3): x, y, yaw in the map frame.
         points: Shape (m, 2): beam ends in the base frame, metres.
         cubes: Shape (rows, columns): pz^3 of a beam that ends in the cell.
-        outside: pz^3 of a beam that ends off the map.
+        normals: Shape (rows, columns, 2): where the nearest surface looks, length 1, or 0 when to both sides.
+        outside: pz^3 of a beam that ends off the map, or on the back of a surface.
         origin_x: Outer corner of cell [0, 0].
         origin_y: Outer corner of cell [0, 0].
         resolution: Metres per cell.
@@ -35,14 +61,16 @@ def weigh_particles(
     """
     rows, columns = cubes.shape
     weights = np.empty(len(particles))
+    ranges = np.hypot(points[:, 0], points[:, 1])
     for i in range(len(particles)):
         c, s = math.cos(particles[i, 2]), math.sin(particles[i, 2])
         dx, dy = particles[i, 0] - origin_x, particles[i, 1] - origin_y
         total = 1.0
         for k in range(len(points)):
-            column = math.floor((dx + c * points[k, 0] - s * points[k, 1]) / resolution)
-            row = math.floor((dy + s * points[k, 0] + c * points[k, 1]) / resolution)
-            if 0 <= row < rows and 0 <= column < columns:
+            along_x, along_y = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
+            column, row = math.floor((dx + along_x) / resolution), math.floor((dy + along_y) / resolution)
+            inside = 0 <= row < rows and 0 <= column < columns
+            if inside and not _is_back(normals, dx, dy, along_x, along_y, ranges[k], resolution):
                 total += cubes[row, column]
             else:
                 total += outside
@@ -83,6 +111,7 @@ def match_terms(
     yaw: float,
     points: NDArray[np.float64],
     signed: NDArray[np.float32],
+    normals: NDArray[np.float32],
     origin_x: float,
     origin_y: float,
     resolution: float,
@@ -91,7 +120,7 @@ def match_terms(
     """The normal equations of a scan against the field, at a pose.
 
     Each beam end pulls towards the nearest surface with the weight 1 / (1 + (d / scale)^2)^2
-    (Geman-McClure), so that what is not in the map hardly counts.
+    (Geman-McClure), so that what is not in the map hardly counts; not towards the back of a surface.
 
     Returns:
         The matrix (3, 3) and the vector (3,) of the weighted least squares problem, the sum of the weights,
@@ -105,8 +134,9 @@ def match_terms(
     for k in range(len(points)):
         px, py = points[k, 0], points[k, 1]
         # Distances are kept at the cells' centres; between four centres they are interpolated.
-        u = (x + c * px - s * py - origin_x) / resolution - 0.5
-        v = (y + s * px + c * py - origin_y) / resolution - 0.5
+        along_x, along_y = c * px - s * py, s * px + c * py
+        u = (x + along_x - origin_x) / resolution - 0.5
+        v = (y + along_y - origin_y) / resolution - 0.5
         column, row = math.floor(u), math.floor(v)
         if not (0 <= row < rows - 1 and 0 <= column < columns - 1):
             continue
@@ -116,9 +146,11 @@ def match_terms(
         distance = (1 - fv) * ((1 - fu) * d00 + fu * d01) + fv * ((1 - fu) * d10 + fu * d11)
         gx = ((1 - fv) * (d01 - d00) + fv * (d11 - d10)) / resolution
         gy = ((1 - fu) * (d10 - d00) + fu * (d11 - d01)) / resolution
+        if _is_back(normals, x - origin_x, y - origin_y, along_x, along_y, math.hypot(px, py), resolution):
+            continue
         weight = 1.0 / (1.0 + (distance / scale) ** 2) ** 2
         jacobian[0], jacobian[1] = gx, gy
-        jacobian[2] = gx * (-s * px - c * py) + gy * (c * px - s * py)
+        jacobian[2] = gy * along_x - gx * along_y
         for i in range(3):
             vector[i] += weight * jacobian[i] * distance
             for j in range(3):

@@ -24,6 +24,8 @@ class LikelihoodField:
         origin_y: Outer corner of cell [0, 0] in the map frame.
         signed: Shape (rows, columns), float32, metres; above zero in front of a surface, below zero inside
             of what the map says is solid; cut at the greatest distance.
+        normals: Shape (rows, columns, 2), float32: where the nearest surface looks, length 1; 0 where that is
+            to both sides, in the middle of a wall, or farther than the greatest distance.
         max_distance: Where the distances are cut, in metres.
     """
 
@@ -31,6 +33,7 @@ class LikelihoodField:
     origin_x: float
     origin_y: float
     signed: NDArray[np.float32]
+    normals: NDArray[np.float32]
     max_distance: float
 
 
@@ -59,10 +62,22 @@ def build_likelihood_field(
         outside = distance_transform_edt(~solid) - surface_offset
         inside = distance_transform_edt(solid) - (1.0 - surface_offset)
         signed = np.where(solid, -inside, outside) * grid.resolution
+    signed = np.clip(signed, -max_distance, max_distance)
     return LikelihoodField(
         resolution=grid.resolution,
         origin_x=grid.origin.x,
         origin_y=grid.origin.y,
-        signed=np.ascontiguousarray(np.clip(signed, -max_distance, max_distance), np.float32),
+        signed=np.ascontiguousarray(signed, np.float32),
+        normals=_directions(signed),
         max_distance=max_distance,
     )
+
+
+def _directions(signed: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Where distances grow, shape (rows, columns, 2): unit vectors x, y, or 0."""
+    if min(signed.shape) < 2:
+        return np.zeros((*signed.shape, 2), np.float32)
+    along_y, along_x = np.gradient(signed)
+    gradient = np.stack([along_x, along_y], axis=-1)
+    length = np.linalg.norm(gradient, axis=-1, keepdims=True)
+    return np.divide(gradient, length, out=np.zeros_like(gradient), where=length > 1e-9).astype(np.float32)

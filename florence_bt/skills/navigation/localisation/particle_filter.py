@@ -84,6 +84,7 @@ class ParticleFilter:
             self.particles,
             points,
             self._cubes,
+            field.normals,
             float((self._parameters.z_rand / range_max) ** 3),
             field.origin_x,
             field.origin_y,

@@ -50,7 +50,8 @@ def match_scan(
         steps: Most steps to take.
 
     Returns:
-        The match; with few points near a surface it stays close to the belief.
+        The match; with few points near a surface it stays close to the belief, and the belief itself when
+        that fits better.
 
     Source:
         Probabilistic Robotics, section 6.4, as a maximum a posteriori estimate.
@@ -60,8 +61,8 @@ def match_scan(
     start = here.copy()
     gain = min(1.0, independent_beams / max(1, len(points))) / sigma**2
     matrix = information
-    # A wide pull first, so that a belief some decimetres off is still caught, then a narrow one.
-    for scale in np.geomspace(6.0 * sigma, 2.0 * sigma, steps):
+    # A wider pull first, so that a belief a decimetre or two off is still caught, then a narrow one.
+    for scale in np.geomspace(3.0 * sigma, 2.0 * sigma, steps):
         normal, vector, _, _ = _terms(field, points, here, float(scale))
         offset = here - start
         offset[2] = normalize_angle(offset[2])
@@ -70,7 +71,11 @@ def match_scan(
         here = here + step
         if abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4 and scale < 3.0 * sigma:
             break
-    near = _terms(field, points, here, 2.0 * sigma)[3]
+    # Gauss-Newton may end in a worse place than it began, where the wide pull led it past the right one.
+    *_, fit, near = _terms(field, points, here, 2.0 * sigma)
+    *_, fit_before, near_before = _terms(field, points, start, 2.0 * sigma)
+    if fit < fit_before:
+        here, near = start, near_before
     pose = Pose2(float(here[0]), float(here[1]), normalize_angle(float(here[2])))
     return Match(pose, np.linalg.inv(matrix), near / max(1, len(points)))
 
@@ -84,6 +89,7 @@ def _terms(
         pose[2],
         points,
         field.signed,
+        field.normals,
         field.origin_x,
         field.origin_y,
         field.resolution,
