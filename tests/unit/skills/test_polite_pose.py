@@ -128,6 +128,19 @@ def test_a_place_without_room_to_turn_is_entered_straight_or_not_at_all() -> Non
     assert refused.code == "pose_occupied" and "no room" in refused.reason
 
 
+@pytest.mark.parametrize(("gap", "behind"), [(0.8, True), (0.42, False)])
+def test_a_place_to_which_only_a_narrow_way_leads_is_taken_when_it_is_much_nearer(gap, behind) -> None:
+    grid = costmap({})
+    block(grid, (2.4, 3.2), (0.0, 2.8))
+    block(grid, (2.0, 4.0), (2.8 + gap, 4.0))
+    pose = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    assert (pose.x > 3.2) is behind, "the other side is 0.3 m nearer"
+    block(grid, (1.2, 2.4), (0.0, 2.4))
+    block(grid, (1.2, 2.0), (2.8, 4.0))
+    pose = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    assert pose.x > 3.2, "before it there is no room"
+
+
 def test_the_last_three_trials_are_different_places() -> None:
     poses = [propose_approach(USER, ROBOT, trial, 0.5, costmap({})).outputs["pose"] for trial in (4, 5, 6)]
     apart = [one.distance_to(other) for one, other in zip(poses, poses[1:] + poses[:1], strict=True)]

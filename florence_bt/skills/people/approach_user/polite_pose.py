@@ -44,6 +44,9 @@ WAY_WEIGHT = 0.05
 """What a metre of way is worth, in metres nearer to the person."""
 TURN_WORTH = 0.25
 """What room to turn is worth, in metres nearer to the person."""
+WAY_WORTH = 1.0
+"""What a way with room to turn, but for the run-up, is worth, in metres nearer to the person: in a narrow one
+the robot may get stuck."""
 SIGHT_WORTH = 0.5
 """What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
 _BESIDE = 0.1
@@ -116,11 +119,23 @@ class _Surroundings:
         self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS
         around = self.from_user <= max(robot.distance_to(user), FARTHEST) + costmap.resolution
         leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
-        parts, _ = ndimage.label(around & ((costmap.cells < LETHAL_COST) | leaving), np.ones((3, 3)))
-        own = self._cell(robot)
-        part = parts[own] if own is not None else 0
-        self.reached: NDArray[np.bool_] = (parts == part) & (costmap.cells < LETHAL_COST) & (part > 0)
+        free = costmap.cells < LETHAL_COST
+        self.reached: NDArray[np.bool_] = self._connected(around & (free | leaving)) & free
         """Cells to which the robot gets without leaving the surroundings of the person."""
+        wide = self._connected(around & (self.has_room_to_turn | leaving))
+        beside = ndimage.distance_transform_edt(~wide) if wide.any() else np.full(wide.shape, np.inf)
+        self.has_wide_way = self.reached & (beside * costmap.resolution <= RUN_UP)
+
+    def _connected(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Those of the cells to which the robot gets without leaving them."""
+        import numpy as np
+        from scipy import ndimage
+
+        parts, _ = ndimage.label(cells, np.ones((3, 3)))
+        own = self._cell(self._robot)
+        part = parts[own] if own is not None else 0
+        connected: NDArray[np.bool_] = (parts == part) & (part > 0)
+        return connected
 
     def _cell(self, place: Pose2) -> tuple[int, int] | None:
         cell = self._costmap.cell_of(place.x, place.y)
@@ -204,6 +219,7 @@ def nearest_pose(
     places = near.reached & (apart >= safe_distance - costmap.resolution / 2) & (apart <= FARTHEST)
     # Of places that are about as near to the person, the one with the shortest way.
     cost = apart + WAY_WEIGHT * near.from_robot + TURN_WORTH * ~near.has_room_to_turn
+    cost += WAY_WORTH * ~near.has_wide_way
     order = np.argsort(cost[places], kind="stable")
     candidates = list(zip(cost[places][order].tolist(), np.argwhere(places)[order].tolist(), strict=True))
     best: Pose2 | None = None
