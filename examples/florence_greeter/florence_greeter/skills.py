@@ -11,7 +11,7 @@ from typing import Any
 from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import cancelled, failure, success
-from florence_bt.core.skill import Event, FinishedRun, Inputs, RunState, Skill, SkillRun
+from florence_bt.core.skill import BaseRun, Event, FinishedRun, Inputs, Skill, SkillRun
 from florence_greeter.greeting import UnknownLanguage, greeting, speaking_time
 
 GREET_USER = SkillDeclaration(
@@ -50,36 +50,25 @@ class GreetUser:
         return _Speaking(text, self._say, self._clock)
 
 
-class _Speaking:
+class _Speaking(BaseRun):
     """One greeting that is being spoken."""
 
     def __init__(self, text: str, say: Callable[[str], object], clock: Clock) -> None:
+        super().__init__("speaking")
         self._text = text
         self._say = say
-        self._state = RunState()
-        self._state.handle(Event.ACCEPTED)
-        self._state.set_feedback("speaking")
+        self.handle(Event.ACCEPTED)
         say(text)
         self._timer: Timer = clock.call_at(clock.now() + speaking_time(text), self._on_end)
 
-    @property
-    def feedback(self) -> str:
-        return self._state.feedback
-
-    def poll(self) -> Any:
-        return self._state.result
-
     def cancel(self) -> None:
-        if self._state.handle(Event.CANCEL):
+        if self.handle(Event.CANCEL):
             self._timer.cancel()
             self._say("")
-            self._state.handle(Event.FINISHED, cancelled())
-
-    def on_change(self, callback: Callable[[], None]) -> None:
-        self._state.on_change(callback)
+            self.handle(Event.FINISHED, cancelled())
 
     def _on_end(self) -> None:
-        self._state.handle(Event.FINISHED, success(words=self._text))
+        self.handle(Event.FINISHED, success(words=self._text))
 
 
 def make_skills(node: Any) -> Mapping[str, Skill]:
