@@ -2,6 +2,8 @@
 
 ``python tools/person_network --out florence_bt/skills/people/user_tracker/person_network.onnx``
 
+``--start NETWORK --first 5000`` goes on with a trained network, on other homes.
+
 Needs PyTorch and onnx (``pip install torch onnx``), which Florence itself does not.
 """
 
@@ -18,13 +20,15 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tools.person_network.network import Examples, new_network, train, write_onnx
+from tools.person_network.network import Examples, new_network, read_onnx, train, write_onnx
 from tools.person_network.pictures import FIRST_SEED, Picture, example_of, pictures_of_home
 from tools.person_network.plain_rooms import plain_pictures
 
 EPOCHS = (8, 6)
 """How often each picture is shown: bent homes first, then all kinds."""
 RATES = (3e-3, 2e-3)
+FURTHER_EPOCHS, FURTHER_RATE = 4, 5e-4
+"""As above, for a network that knows something already."""
 MORE_OFTEN = (
     "easy",
     "standing",
@@ -34,7 +38,9 @@ MORE_OFTEN = (
     "sitting",
     "lying",
     "lying",
+    "lying",
     "walking",
+    "aided",
     "aided",
 )
 """What people do in the homes that are not bent: more of what is hard to see."""
@@ -76,23 +82,30 @@ def read_all(files: Sequence[Path]) -> Examples:
 def main() -> int:
     """Make the pictures, train, write the network."""
     parser = argparse.ArgumentParser(prog="python tools/person_network", description=__doc__)
-    parser.add_argument("--homes", type=int, default=200, help="homes that are bent; 3 in 5 more are not")
+    parser.add_argument("--homes", type=int, default=200, help="bent homes, and as many true ones")
+    parser.add_argument("--first", type=int, default=0, help="number of the first home")
+    parser.add_argument("--start", type=Path, help="a network to go on with")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="homes at a time, each on a core")
     parser.add_argument("--folder", type=Path, default=Path("build/person_network"), help="keeps pictures")
     parser.add_argument("--out", type=Path, required=True, help="the network, an ONNX file")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
+    first, some = FIRST_SEED + given.first, 3 * given.homes // 10
+    true_homes = range(first + 1000, first + 1000 + given.homes)
     with ProcessPoolExecutor(given.jobs) as pool:
-        first = FIRST_SEED
-        bent = list(pool.map(partial(bent_home, folder=given.folder), range(first, first + given.homes)))
-        first += 1000
-        true = pool.map(partial(true_home, folder=given.folder), range(first, first + 3 * given.homes // 5))
-        plain = pool.map(partial(plain_room, folder=given.folder), range(FIRST_SEED, FIRST_SEED + 2))
-        mixed = [*true, *plain, *bent[: 3 * given.homes // 10]]
-    network = new_network(given.seed)
-    for files, epochs, rate in zip((bent, mixed), EPOCHS, RATES, strict=True):
-        train(network, read_all(files), epochs, rate, given.seed)
+        true = pool.map(partial(true_home, folder=given.folder), true_homes)
+        plain = pool.map(partial(plain_room, folder=given.folder), range(first, first + 2))
+        count = some if given.start else given.homes
+        bent = list(pool.map(partial(bent_home, folder=given.folder), range(first, first + count)))
+        mixed = [*true, *plain, *bent[:some]]
+    if given.start:
+        network = read_onnx(given.start)
+        train(network, read_all(mixed), FURTHER_EPOCHS, FURTHER_RATE, given.seed)
+    else:
+        network = new_network(given.seed)
+        for files, epochs, rate in zip((bent, mixed), EPOCHS, RATES, strict=True):
+            train(network, read_all(files), epochs, rate, given.seed)
     write_onnx(network, given.out)
     return 0
 

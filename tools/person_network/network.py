@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import onnx
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
@@ -66,8 +67,27 @@ def new_network(seed: int) -> PersonNet:
     return PersonNet()
 
 
+def read_onnx(file: Path) -> PersonNet:
+    """The network of a file of :func:`write_onnx`, whose normalisation went into its weights and stays 1."""
+    model = onnx.load(file).graph
+    arrays = {each.name: onnx.numpy_helper.to_array(each) for each in model.initializer}
+    weights = {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}
+    given = iter([node.input[1:] for node in model.node if node.op_type == "Conv"])
+    network = PersonNet()
+    with torch.no_grad():
+        for module in network.modules():
+            if isinstance(module, nn.Conv2d):
+                weight, bias = next(given)
+                module.weight.copy_(weights[weight])
+                if module.bias is not None:
+                    module.bias.copy_(weights[bias])
+            elif isinstance(module, nn.BatchNorm2d):
+                module.bias.copy_(weights[bias])
+    return network.eval()
+
+
 def train(network: PersonNet, examples: Examples, epochs: int, rate: float, seed: int) -> None:
-    """Train a network.
+    """Train a network; one in evaluation mode keeps the statistics of its normalisation.
 
     Args:
         network: Its weights are changed.
@@ -83,7 +103,6 @@ def train(network: PersonNet, examples: Examples, epochs: int, rate: float, seed
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps, pct_start=0.1)
     began = time.monotonic()
     for epoch in range(epochs):
-        network.train()
         order, total = rng.permutation(count), 0.0
         for first in range(0, count - _BATCH + 1, _BATCH):
             chosen = np.sort(order[first : first + _BATCH])
