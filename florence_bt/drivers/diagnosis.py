@@ -8,20 +8,19 @@ FREQUENCY_TOLERANCE = 0.05
 """hokuyo_node's window around the expected rate (REFERENCE 4.9)."""
 
 
-def is_off(rate: float, expected: float, tolerance: float = FREQUENCY_TOLERANCE) -> bool:
+def is_off(rate: float, expected: float) -> bool:
     """Whether a rate lies outside of the window around the expected one."""
-    return abs(rate - expected) > tolerance * expected
+    return abs(rate - expected) > FREQUENCY_TOLERANCE * expected
+
+
+WINDOW_S = 3.0
+"""Arrivals older than this no longer count."""
 
 
 class FrequencyMeter:
-    """Measures a rate over the last arrivals.
+    """Measures a rate over the last arrivals."""
 
-    Args:
-        window_s: Arrivals older than this no longer count, in seconds.
-    """
-
-    def __init__(self, window_s: float = 3.0) -> None:
-        self._window_s = window_s
+    def __init__(self) -> None:
         self._arrivals: deque[float] = deque()
 
     def tick(self, now: float) -> None:
@@ -46,5 +45,5 @@ class FrequencyMeter:
         return gaps / span if silence <= 2.0 * span / gaps else gaps / (span + silence)
 
     def _forget(self, now: float) -> None:
-        while self._arrivals and now - self._arrivals[0] > self._window_s:
+        while self._arrivals and now - self._arrivals[0] > WINDOW_S:
             self._arrivals.popleft()

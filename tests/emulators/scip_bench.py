@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from florence_bt.core.sensing import LaserScan
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.simulation.emulators.scip import URG_04LX, ScannerModel, ScipEmulator
+from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.emulators.scip_models import URG_04LX, ScannerModel
 
 
 class Clockwork:
@@ -61,5 +62,5 @@ def started(seconds: float = 1.0, **how: object) -> Bench:
     bench = Bench(**how)  # type: ignore[arg-type]
     bench.driver.start(0.0)
     bench.run(seconds)
-    assert bench.driver.status.phase is DriverPhase.MEASURING
+    assert bench.driver.phase is DriverPhase.MEASURING
     return bench

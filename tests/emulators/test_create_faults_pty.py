@@ -9,7 +9,7 @@ import pytest
 
 from florence_bt.core.diagnosis import Severity
 from florence_bt.core.geometry import Twist2
-from florence_bt.simulation.emulators.create import CreateFaults
+from florence_bt.simulation.emulators.create_body import CreateFaults
 from tests.emulators.create_bench import PtyBench
 
 FORWARD, BACK = Twist2(0.2, 0.0), Twist2(-0.2, 0.0)

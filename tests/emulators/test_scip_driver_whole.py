@@ -14,7 +14,7 @@ from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
-from florence_bt.simulation.emulators.scip import URG_04LX, UTM_30LX, ScannerModel, ScipFaults
+from florence_bt.simulation.emulators.scip_models import URG_04LX, UTM_30LX, ScannerModel, ScipFaults
 from tests.emulators.scip_bench import Bench, started
 
 PLAIN = HokuyoParameters(calibrate_time=False)
@@ -43,7 +43,7 @@ def test_the_latency_is_measured(delay: float, wraps: bool) -> None:
         bench.scanner.set_timer((1 << 24) - 500, bench.now)
     bench.run(5.0, step=0.001)
     assert bench.problems == []
-    assert bench.driver.status.phase is DriverPhase.MEASURING
+    assert bench.driver.phase is DriverPhase.MEASURING
     assert bench.driver.calibrated
     # The clock's answers are late as well, and half of their way is taken off.
     assert bench.driver.latency == pytest.approx(0.0709 + delay / 2, abs=0.003)
@@ -152,7 +152,7 @@ def results_of(bench: Bench, seconds: float = 60.0) -> list[SelfTestResult]:
     found: list[SelfTestResult] = []
     bench.driver.begin_self_test(found.extend, bench.now)
     for _ in range(round(seconds)):
-        assert bench.run(1.0) == [] or bench.driver.status.phase is DriverPhase.MEASURING
+        assert bench.run(1.0) == [] or bench.driver.phase is DriverPhase.MEASURING
         if found:
             break
     return found
@@ -168,7 +168,7 @@ def test_the_self_test_passes(model: object) -> None:
     assert found[3].message == "all 99 scans came"
     assert ("no intensities" in found[4].message) is (model is None)
     assert len(bench.run(1.0)) >= 8
-    assert bench.driver.status.lost == 0
+    assert bench.driver.lost == 0
 
 
 @pytest.mark.parametrize(
@@ -250,8 +250,8 @@ def test_every_fault_is_told_and_ends_with_scans_again(name: str) -> None:
     assert len(bench.scans) - seen <= 4  # a timer that stands lets two scans through at each new start
     found = diagnose(bench.driver, PLAIN, "/dev/ttyACM0", "", bench.now)
     assert found.level is not Severity.OK, found
-    assert bench.driver.status.problem
-    assert bench.driver.status.lost >= 1
+    assert bench.driver.problem
+    assert bench.driver.lost >= 1
     bench.scanner.faults = ScipFaults()
     bench.scanner.set_power(True, bench.now)
     bench.run(25.0)
@@ -279,7 +279,7 @@ TROUBLES: dict[str, Callable[[Bench], object]] = FAULTS | {
     "sleep": lambda bench: bench.scanner.receive(b"%SL\n", bench.now),
     "a new plug": lambda bench: (bench.driver.disconnected("unplugged"), bench.driver.start(bench.now)),
     "a self test": lambda bench: (
-        bench.driver.status.phase is DriverPhase.MEASURING
+        bench.driver.phase is DriverPhase.MEASURING
         and bench.driver.begin_self_test(lambda results: None, bench.now)
     ),
 }
@@ -315,7 +315,7 @@ def test_any_troubles_in_any_order_end_with_scans_again(
         if len(bench.run(1.0, step=0.01)) >= 9:
             break
     else:
-        pytest.fail(f"no scans: {bench.driver.status}, {bench.problems[-3:]}")
+        pytest.fail(f"no scans: {bench.driver.phase}, {bench.problems[-3:]}")
     assert diagnose(bench.driver, wanted, "", "", bench.now).level is not Severity.ERROR
 
 
@@ -347,7 +347,7 @@ def test_every_status_in_the_place_of_a_scan(status: str) -> None:
     bench = started()
     bench.scanner.faults.scan_status = status
     bench.run(0.5)
-    assert f"status {status}" in bench.driver.status.problem
+    assert f"status {status}" in bench.driver.problem
     assert len(bench.run(3.0)) > 5
 
 

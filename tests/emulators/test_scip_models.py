@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from florence_bt.simulation.emulators.scip import MODELS, URG_04LX, UTM_30LX, ScipEmulator
+from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.emulators.scip_models import MODELS, URG_04LX, UTM_30LX
 from florence_bt.simulation.emulators.scip_program import ScipRoom
 
 

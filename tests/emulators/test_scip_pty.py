@@ -83,7 +83,7 @@ def test_scans_through_a_pseudo_terminal(line: Line) -> None:
     assert len(scans) >= 18
     expected = np.arange(1044, 1726, dtype=np.float32) / np.float32(1000.0)
     assert all((scan.ranges == expected).all() for scan in scans)
-    assert line.driver.status.corrupted == 0
+    assert line.driver.corrupted == 0
 
 
 def test_only_its_owner_may_use_the_line(line: Line) -> None:
@@ -95,7 +95,7 @@ def test_every_byte_value_passes_the_line(line: Line) -> None:
     line.run(1.0)
     line.scanner.faults.noise = bytes(range(256))
     assert len(line.run(1.0)) == 10
-    assert line.driver.status.corrupted == 1
+    assert line.driver.corrupted == 1
 
 
 def test_a_pulled_plug_and_its_return(line: Line) -> None:
@@ -106,8 +106,8 @@ def test_a_pulled_plug_and_its_return(line: Line) -> None:
         line.port.read(60.0)
     line.driver.disconnected(str(lost.value))
     line.port.close()
-    assert line.driver.status.phase is DriverPhase.STOPPED
-    assert line.driver.status.lost == 1
+    assert line.driver.phase is DriverPhase.STOPPED
+    assert line.driver.lost == 1
     line.plug_in()
     line.driver.start(line.now)
     assert len(line.run(1.0)) >= 8

@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.simulation.emulators.scip import ScipFaults
+from florence_bt.simulation.emulators.scip_models import ScipFaults
 from tests.emulators.scip_bench import Bench
 
 LASTING = ["21", "35", "49", "98", "0M"]
@@ -120,8 +120,8 @@ def test_a_sensor_that_fails_soon_after_each_start_rests_longer_each_time() -> N
         bench.run(0.3)
     pauses = [round(later - earlier) for earlier, later in pairwise(bench.starts())]
     assert pauses == [2, 4]
-    assert bench.driver.status.failures == 4
-    assert bench.driver.status.pause_s == 8.0
+    assert bench.driver.retry.failures == 4
+    assert bench.driver.retry.pause_s == 8.0
 
 
 def test_a_sensor_that_works_for_long_is_forgiven() -> None:
@@ -129,9 +129,9 @@ def test_a_sensor_that_works_for_long_is_forgiven() -> None:
     for _ in range(4):
         bench.scanner.faults.scan_status = "50"
         bench.run(0.3)
-        assert bench.driver.status.pause_s == 1.0
+        assert bench.driver.retry.pause_s == 1.0
         assert len(bench.run(4.0)) >= 20
-        assert bench.driver.status.failures == 0
+        assert bench.driver.retry.failures == 0
 
 
 def test_bad_sums_do_not_make_a_check_look_over() -> None:
@@ -141,7 +141,7 @@ def test_bad_sums_do_not_make_a_check_look_over() -> None:
     bench.scanner.faults.every_scan_status = None
     bench.scanner.faults.bad_checksums = 10**6
     bench.run(3.0)
-    assert bench.driver.status.lost == 1
+    assert bench.driver.lost == 1
 
 
 def test_a_self_test_in_a_check_begins_afresh() -> None:
@@ -154,7 +154,7 @@ def test_a_self_test_in_a_check_begins_afresh() -> None:
     bench.driver.begin_self_test(results.extend, bench.now)
     bench.run(8.0)
     assert len(results) == 6
-    assert bench.driver.status.lost == 0
+    assert bench.driver.lost == 0
     assert len(bench.run(1.0)) >= 9
 
 

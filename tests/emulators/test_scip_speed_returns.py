@@ -60,7 +60,7 @@ class Line:
         """Seconds until the next scan."""
         start, before = self.clock.now(), self.scans
         while self.scans == before:
-            assert self.clock.now() < start + 120.0, self.driver.status
+            assert self.clock.now() < start + 120.0, self.driver.phase
             self.step()
         return self.clock.now() - start
 
@@ -118,7 +118,7 @@ def line(tmp_path: Path) -> Iterator[Line]:
     line = Line(tmp_path / "ttyUSB0")
     line.until_scans()
     line.run(2.0)
-    assert line.driver.status.phase is DriverPhase.MEASURING
+    assert line.driver.phase is DriverPhase.MEASURING
     assert line.scanner.bit_rate == WANTED
     yield line
     line.close()

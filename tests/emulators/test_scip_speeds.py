@@ -13,7 +13,7 @@ from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
 from florence_bt.drivers.serial_port import SerialPort
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from florence_bt.simulation.emulators.scip import ScipFaults
+from florence_bt.simulation.emulators.scip_models import ScipFaults
 from florence_bt.simulation.emulators.scip_program import ScipOptions, ScipProgram
 from tests.emulators.program_bench import LONG_S
 from tests.emulators.scip_bench import Bench
@@ -45,7 +45,7 @@ class Wire(Bench):
 
 
 def measuring(wire: Wire) -> int:
-    assert wire.driver.status.phase is DriverPhase.MEASURING
+    assert wire.driver.phase is DriverPhase.MEASURING
     assert wire.scanner.bit_rate == wire.driver.bit_rate
     assert len(wire.run(1.0)) >= 9
     return wire.scanner.bit_rate

@@ -10,7 +10,7 @@ from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase
 from florence_bt.drivers.hokuyo.geometry import MultiEchoScan
 from florence_bt.drivers.hokuyo.parameters import HokuyoParameters
-from florence_bt.simulation.emulators.scip import (
+from florence_bt.simulation.emulators.scip_models import (
     MODELS,
     UST_10LX,
     UTM_30LX,
@@ -32,10 +32,10 @@ def test_from_power_on_to_scans() -> None:
     assert scan.frame_id == "base_laser_round_link"
     assert bench.driver.rate(bench.now) == pytest.approx(10.0, rel=0.03)
     assert bench.driver.expected_rate == pytest.approx(10.0)
-    status = bench.driver.status
-    assert status.device["SERI"] == "H0614967"
-    assert status.device_status == "Sensor works well."
-    assert (status.corrupted, status.lost, bench.problems) == (0, 0, [])
+    assert bench.driver.sensor is not None
+    assert bench.driver.sensor.version["SERI"] == "H0614967"
+    assert bench.driver.sensor.stat == "Sensor works well."
+    assert (bench.driver.corrupted, bench.driver.lost, bench.problems) == (0, 0, [])
 
 
 def test_the_stamp_is_the_moment_of_the_first_beam() -> None:
@@ -75,7 +75,7 @@ def test_old_firmware_is_switched_to_scip_2(short_status: bool) -> None:
         0.5, scip1=True, short_status=short_status
     )  # in half the time that one missing answer would cost
     assert len(bench.run(0.5)) == 5
-    assert bench.driver.status.corrupted == 0
+    assert bench.driver.corrupted == 0
 
 
 def test_a_stream_left_over_from_a_crash_is_ended_first() -> None:
@@ -98,7 +98,7 @@ def test_a_bad_check_sum_costs_that_scan_only() -> None:
     bench = started()
     bench.scanner.faults.bad_checksums = 3
     assert len(bench.run(1.0)) == 7
-    assert bench.driver.status.corrupted == 3
+    assert bench.driver.corrupted == 3
     assert bench.problems == []
 
 
@@ -106,7 +106,7 @@ def test_noise_before_a_scan_costs_nothing() -> None:
     bench = started()
     bench.scanner.faults.noise = b"\xff\x00MD00\n99b\nxyz"
     assert len(bench.run(1.0)) == 10
-    assert bench.driver.status.corrupted == 1
+    assert bench.driver.corrupted == 1
 
 
 def test_half_a_scan_costs_itself_only() -> None:
@@ -115,7 +115,7 @@ def test_half_a_scan_costs_itself_only() -> None:
     scans = bench.run(1.0)
     assert len(scans) == 9
     assert all(len(scan.ranges) == 682 for scan in scans)
-    assert bench.driver.status.corrupted == 1
+    assert bench.driver.corrupted == 1
 
 
 @pytest.mark.parametrize("status", ["50", "97", "0A"])
@@ -124,10 +124,10 @@ def test_trouble_in_the_sensor_restarts_it(status: str) -> None:
     bench.scanner.faults.scan_status = status
     bench.run(0.5)
     assert status in bench.problems[0]
-    assert bench.driver.status.lost == 1
-    assert "status " + status in bench.driver.status.problem
+    assert bench.driver.lost == 1
+    assert "status " + status in bench.driver.problem
     assert len(bench.run(2.0)) >= 8
-    assert bench.driver.status.problem == ""
+    assert bench.driver.problem == ""
 
 
 def test_a_sensor_that_checks_itself_is_waited_for() -> None:
@@ -138,9 +138,9 @@ def test_a_sensor_that_checks_itself_is_waited_for() -> None:
     bench.run(0.1)
     bench.scanner.faults.every_scan_status = None
     assert len(bench.run(3.0)) == 30
-    assert (len(bench.problems), bench.driver.status.lost) == (1, 0)
+    assert (len(bench.problems), bench.driver.lost) == (1, 0)
     assert "no scans for now, status 21: measuring stopped while the sensor checks" in bench.problems[0]
-    assert bench.driver.status.problem == ""
+    assert bench.driver.problem == ""
 
 
 @pytest.mark.parametrize("statuses", [("21", "50"), ("50",)])
@@ -166,7 +166,7 @@ def test_a_sensor_that_never_ends_its_check_is_started_again() -> None:
     found = diagnose(bench.driver, HokuyoParameters(), "/dev/ttyACM0", "", bench.now)
     assert (found.level, "status 21" in found.message) == (Severity.WARN, True)
     assert len(bench.run(4.0)) > 5
-    assert bench.driver.status.lost == 1
+    assert bench.driver.lost == 1
 
 
 def test_a_newer_sensor_calls_itself_stable() -> None:
@@ -181,7 +181,7 @@ def test_silence_restarts_the_sensor() -> None:
     bench.scanner.faults.silent = True
     assert bench.run(30.0) == []
     assert bench.problems[0] == "no scan arrived in time"
-    assert bench.driver.status.lost == 1
+    assert bench.driver.lost == 1
     bench.scanner.faults.silent = False
     assert len(bench.run(15.0)) > 10
 
@@ -271,7 +271,7 @@ def test_a_sensor_that_streams_already_is_stopped_and_started(model: ScannerMode
     assert bench.scanner.receive(b"TM2\n", bench.now).startswith(b"TM2\n10")
     bench.driver.start(bench.now)
     assert len(bench.run(2.0)) > 30
-    assert bench.driver.status.phase is DriverPhase.MEASURING
+    assert bench.driver.phase is DriverPhase.MEASURING
     assert bench.problems == []
 
 
@@ -286,7 +286,7 @@ def test_a_sensor_that_was_left_in_time_mode_is_started() -> None:
 @pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
 def test_every_model_is_healthy_and_measures(model: ScannerModel) -> None:
     bench = started(model=model, parameters=HokuyoParameters(calibrate_time=True), seconds=8.0)
-    assert bench.driver.status.device_status == model.healthy
+    assert bench.driver.sensor is not None and bench.driver.sensor.stat == model.healthy
     assert bench.driver.calibrated
     assert bench.scans
     assert bench.problems == []

@@ -66,14 +66,14 @@ class Scanner:
         scans: list[LaserScan] = []
         end = self.clock() + READY_S
         while len(scans) < count:
-            assert self.clock() < end, f"{len(scans)} of {count} scans came: {self.driver.status}"
+            assert self.clock() < end, f"{len(scans)} of {count} scans came: {self.driver.problem}"
             scans += self.run(0.1)
         return scans
 
     def ready(self) -> None:
-        self.run(READY_S, until=lambda: self.driver.status.phase is DriverPhase.MEASURING)
-        assert self.driver.status.phase is DriverPhase.MEASURING, (
-            f"the scanner does not measure: {self.driver.status.problem or 'it is silent'}"
+        self.run(READY_S, until=lambda: self.driver.phase is DriverPhase.MEASURING)
+        assert self.driver.phase is DriverPhase.MEASURING, (
+            f"the scanner does not measure: {self.driver.problem or 'it is silent'}"
         )
 
     def close(self) -> None:
@@ -114,7 +114,7 @@ def test_scans_come_at_their_rate_and_whole(opened: Callable[..., Scanner]) -> N
     assert scanner.driver.calibrated, scanner.problems
     assert 0.0 < scanner.driver.latency < 0.3
     scanner.run(0.5)
-    damaged = scanner.driver.status.corrupted
+    damaged = scanner.driver.corrupted
     scans = scanner.run_for(30)
     rate = scanner.driver.expected_rate
     geometry = scanner.driver.geometry
@@ -124,7 +124,7 @@ def test_scans_come_at_their_rate_and_whole(opened: Callable[..., Scanner]) -> N
     turns = np.diff([scan.stamp for scan in scans]) * rate
     assert np.median(turns) == pytest.approx(1.0, abs=0.04)
     np.testing.assert_allclose(turns, np.rint(turns), atol=0.04 * rate / 10.0)
-    assert scanner.driver.status.corrupted <= damaged + 1
+    assert scanner.driver.corrupted <= damaged + 1
     found = diagnose(scanner.driver, scanner.parameters, "", "", scanner.clock())
     assert found.level is not Severity.ERROR, found
 

@@ -20,7 +20,8 @@ from florence_bt.drivers.hokuyo.node import HokuyoNode
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from florence_bt.simulation.emulators.scip import UTM_30LX, ScipEmulator
+from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.emulators.scip_models import UTM_30LX
 from florence_bt.simulation.emulators.tcp_line import TcpLine
 from tests.ros.hokuyo_hardware import Hardware, LockStep, Room
 

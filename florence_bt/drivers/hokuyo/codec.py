@@ -23,27 +23,10 @@ BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 KINDS = ("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE")
 """The measurement commands."""
 
-LONGEST_STRING = 16
-_STRING = re.compile(r"[A-Za-z0-9 ._+@]*")
 
-
-def request(command: str, note: str = "") -> bytes:
-    """A request as the sensor wants it: the command, its parameters and LF.
-
-    Args:
-        command: The command with its parameters.
-        note: A string that the sensor repeats, at most 16 letters, digits or ``. _ + @`` and blanks.
-
-    Raises:
-        ConfigError: The note is too long or holds other characters.
-    """
-    if len(note) > LONGEST_STRING or not _STRING.fullmatch(note):
-        raise ConfigError(
-            f"the string {note!r} cannot go with a command",
-            valid=[f"at most {LONGEST_STRING} letters, digits, blanks or . _ + @"],
-        )
-    text = f"{command};{note}" if note else command
-    return text.encode("ascii") + b"\n"
+def request(command: str) -> bytes:
+    """A request as the sensor wants it: the command with its parameters, and LF."""
+    return command.encode("ascii") + b"\n"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from florence_bt.core.diagnosis import Diagnosis, Severity
 from florence_bt.drivers.diagnosis import is_off
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
@@ -20,20 +22,21 @@ def diagnose(
         port_problem: Why the port is not open; empty when it is.
         now: The time.
     """
-    status, rate = driver.status, driver.rate(now)
+    rate, sensor, failures = driver.rate(now), driver.sensor, driver.retry.failures
+    device: Mapping[str, str] = {} if sensor is None else sensor.version
     values = {
-        "Device Status": status.device_status,
+        "Device Status": "unknown" if sensor is None else sensor.stat,
         "Port": port,
-        "Device ID": status.device.get("SERI", "unknown"),
-        "Vendor Name": status.device.get("VEND", "unknown"),
-        "Product Name": status.device.get("PROD", "unknown"),
-        "Firmware Version": status.device.get("FIRM", "unknown"),
-        "Protocol Version": status.device.get("PROT", "unknown"),
-        "Scan Thread Lost Count": str(status.lost),
-        "Failures In A Row": str(status.failures),
-        "Last Rest Before A Start": f"{status.pause_s:g}",
-        "Corrupted Scan Count": str(status.corrupted),
-        "Scans": str(status.scans),
+        "Device ID": device.get("SERI", "unknown"),
+        "Vendor Name": device.get("VEND", "unknown"),
+        "Product Name": device.get("PROD", "unknown"),
+        "Firmware Version": device.get("FIRM", "unknown"),
+        "Protocol Version": device.get("PROT", "unknown"),
+        "Scan Thread Lost Count": str(driver.lost),
+        "Failures In A Row": str(failures),
+        "Last Rest Before A Start": f"{driver.retry.pause_s:g}",
+        "Corrupted Scan Count": str(driver.corrupted),
+        "Scans": str(driver.scans),
         "Frequency": f"{rate:.2f}",
         "Expected Frequency": f"{driver.expected_rate:.2f}",
         "Computed Latency": f"{driver.latency:.4f}",
@@ -45,12 +48,12 @@ def diagnose(
     }
     if port_problem:
         return Diagnosis(Severity.ERROR, port_problem, values)
-    if status.phase is not DriverPhase.MEASURING:
-        level = Severity.ERROR if status.problem else Severity.WARN
-        return Diagnosis(level, status.problem or f"the driver is {status.phase.value}", values)
-    if status.problem:
+    if driver.phase is not DriverPhase.MEASURING:
+        level = Severity.ERROR if driver.problem else Severity.WARN
+        return Diagnosis(level, driver.problem or f"the driver is {driver.phase.value}", values)
+    if driver.problem:
         # What a new start did not cure is worse than a check that is new.
-        return Diagnosis(Severity.ERROR if status.failures else Severity.WARN, status.problem, values)
+        return Diagnosis(Severity.ERROR if failures else Severity.WARN, driver.problem, values)
     if is_off(rate, driver.expected_rate):
         return Diagnosis(
             Severity.WARN, f"{rate:.1f} scans a second instead of {driver.expected_rate:.1f}", values

@@ -1,8 +1,8 @@
 """The Hokuyo driver without a port: bytes and the time go in, scans and bytes come out.
 
-What is said to the sensor stands in scripts (``start_up.py``, ``stream.py``, ``latency.py``,
-``self_test.py``). A script that fails makes the driver rest and start again, so whatever happens on the
-line, it ends up measuring again once the sensor answers as it should.
+What is said to the sensor stands in scripts (``start_up.py``, ``stream.py``, ``self_test.py``). A script that
+fails makes the driver rest and start again, so whatever happens on the line, it ends up measuring again once
+the sensor answers as it should.
 
 Source: REFERENCE 4.6, 4.7, 4.9.
 """
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 from florence_bt.core.errors import DeviceError, FrameError
 from florence_bt.core.sensing import LaserScan
@@ -63,33 +62,6 @@ class DriverPhase(enum.Enum):
     RESTING = "resting before it starts again"
 
 
-@dataclass(slots=True)
-class DriverStatus:
-    """A picture of the driver for diagnostics.
-
-    Attributes:
-        phase: What it is about.
-        problem: The last failure, empty since the last scan.
-        device: The answer to VV: VEND, PROD, FIRM, PROT, SERI.
-        device_status: The sensor's own STAT text.
-        scans: Scans received.
-        corrupted: Replies with wrong check sums or layout.
-        lost: How often a running stream broke.
-        failures: Failures in a row, since it last measured for a while.
-        pause_s: The rest after the last of them, in seconds.
-    """
-
-    phase: DriverPhase = DriverPhase.STOPPED
-    problem: str = ""
-    device: Mapping[str, str] = field(default_factory=dict)
-    device_status: str = "unknown"
-    scans: int = 0
-    corrupted: int = 0
-    lost: int = 0
-    failures: int = 0
-    pause_s: float = 0.0
-
-
 class HokuyoDriver:
     """Starts the sensor, keeps it measuring and makes scans of its replies.
 
@@ -97,6 +69,11 @@ class HokuyoDriver:
     of them and at :meth:`next_deadline`; write what ``poll`` returns.
 
     Attributes:
+        phase: What it is about.
+        problem: The last failure, empty since the last scan.
+        scans: Scans received so far.
+        lost: How often a running stream broke.
+        retry: Counts the failures in a row, and has the pause after the last of them.
         sensor: The sensor, None before it is known.
         measurement: What it measures, None before that was accepted.
         bit_rate: The speed that the line must have when what :meth:`poll` returns is written; None for any.
@@ -120,29 +97,29 @@ class HokuyoDriver:
         self._wanted_rate = self.bit_rate = bit_rate
         self._on_problem = on_problem
         self._parser = ReplyParser()
-        self._status = DriverStatus()
         self._frequency = FrequencyMeter()
         self._clock = ScanClock()
         self._conversation: Conversation | None = None
         self._then: Callable[[Conversation, float], None] = self._on_started
         self._tests_done: TestsDone | None = None
         self._deadline: float | None = None
-        self._retry = RetryPolicy(parameters.restart_delay_s, parameters.check_timeout_s)
+        self.retry = RetryPolicy(parameters.restart_delay_s, parameters.check_timeout_s)
         self._last_rate: int | None = None
         self._misses = 0
         self._same_stamps = 0
         self._last_scan: ScanReply | None = None
         self._calibrated: dict[str, float] = {}
+        self.phase = DriverPhase.STOPPED
+        self.problem = ""
+        self.scans = self.lost = 0
         self.sensor: Sensor | None = None
         self.measurement: Measurement | None = None
         self.no_answer = False
 
     @property
-    def status(self) -> DriverStatus:
-        """The state for diagnostics; treat it as read-only."""
-        self._status.corrupted = self._parser.corrupted
-        self._status.failures, self._status.pause_s = self._retry.failures, self._retry.pause_s
-        return self._status
+    def corrupted(self) -> int:
+        """Replies with wrong check sums or layout so far."""
+        return self._parser.corrupted
 
     @property
     def geometry(self) -> SensorGeometry | None:
@@ -208,10 +185,10 @@ class HokuyoDriver:
 
     def disconnected(self, reason: str) -> None:
         """The port is gone: forget everything under way until :meth:`start`."""
-        if self._status.phase is DriverPhase.MEASURING:
-            self._status.lost += 1
-        self._status.problem = reason
-        self._retry.reset_failures()  # whoever opens the port again makes pauses of his own
+        if self.phase is DriverPhase.MEASURING:
+            self.lost += 1
+        self.problem = reason
+        self.retry.reset_failures()  # whoever opens the port again makes pauses of his own
         self._halt()
 
     def begin_self_test(self, on_done: TestsDone, now: float) -> None:
@@ -224,10 +201,8 @@ class HokuyoDriver:
         Raises:
             DeviceError: The sensor does not measure now.
         """
-        if self._status.phase is not DriverPhase.MEASURING or self.sensor is None:
-            raise DeviceError(
-                f"the tests need a sensor that measures; the driver is {self._status.phase.value}"
-            )
+        if self.phase is not DriverPhase.MEASURING or self.sensor is None:
+            raise DeviceError(f"the tests need a sensor that measures; the driver is {self.phase.value}")
         self._tests_done = on_done
         script = self_test(self.sensor.geometry, self._parameters.self_test_scans)
         self._converse(DriverPhase.TESTING, script, self._on_tested, now)
@@ -252,10 +227,7 @@ class HokuyoDriver:
             if self._conversation is not None:
                 self._conversation.receive(reply, now)
                 self._settle(now)
-            elif (
-                self._status.phase is DriverPhase.MEASURING
-                and (scan := self._take_scan(reply, now)) is not None
-            ):
+            elif self.phase is DriverPhase.MEASURING and (scan := self._take_scan(reply, now)) is not None:
                 scans.append(scan)
         return scans
 
@@ -264,7 +236,7 @@ class HokuyoDriver:
     def _converse(
         self, phase: DriverPhase, script: Script, then: Callable[[Conversation, float], None], now: float
     ) -> None:
-        self._status.phase = phase
+        self.phase = phase
         self._deadline = None
         self._then = then
         self._conversation = Conversation(script, self._parameters.reply_timeout_s, now)
@@ -289,7 +261,6 @@ class HokuyoDriver:
         sensor: Sensor = conversation.result
         self.sensor = sensor
         self._last_rate = self.bit_rate
-        self._status.device, self._status.device_status = sensor.version, sensor.stat
         if not sensor.healthy:
             self._fail(now, f"the sensor reports {sensor.stat!r} instead of {HEALTHY[0]!r}")
             return
@@ -309,8 +280,8 @@ class HokuyoDriver:
         if stream.latency_s is not None and self.sensor is not None:
             self._calibrated[self.sensor.device_id] = stream.latency_s
         self._warn(stream.warnings)
-        self._status.phase = DriverPhase.MEASURING
-        self._retry.begin()
+        self.phase = DriverPhase.MEASURING
+        self.retry.begin()
         self._expect_scan(now)
 
     def _on_tested(self, conversation: Conversation, now: float) -> None:
@@ -347,9 +318,9 @@ class HokuyoDriver:
             self._fail(now, f"{self._same_stamps + 1} scans carry the same time stamp {scan.timestamp_ms} ms")
             return None
         if self._same_stamps == 0:
-            self._retry.scan(now)
-        self._status.scans += 1
-        self._status.problem = ""
+            self.retry.scan(now)
+        self.scans += 1
+        self.problem = ""
         self._frequency.tick(now)
         self._expect_scan(now)
         return self._scan_of(scan, self.sensor, now)
@@ -359,9 +330,9 @@ class HokuyoDriver:
         if not goes_on_by_itself(status):
             self._fail(now, f"measuring ended with status {status}: {meaning}")
             return
-        if self._retry.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
-            self._status.problem = f"no scans for now, {self._retry.why}"
-            self._warn((self._status.problem,))
+        if self.retry.interrupt(f"status {status}: {meaning}", now) and is_checking(status):
+            self.problem = f"no scans for now, {self.retry.why}"
+            self._warn((self.problem,))
         self._expect_scan(now)
 
     def _scan_of(self, scan: ScanReply, sensor: Sensor, now: float) -> LaserScan:
@@ -397,7 +368,7 @@ class HokuyoDriver:
     def _expect_scan(self, now: float) -> None:
         if self.sensor is not None:
             interval = self._scan_interval(self.sensor.geometry)
-            self._deadline = self._retry.limit(now + interval + self._parameters.silence_timeout_s)
+            self._deadline = self.retry.limit(now + interval + self._parameters.silence_timeout_s)
 
     def _scan_interval(self, geometry: SensorGeometry) -> float:
         return geometry.scan_period * (self._parameters.skip + 1)
@@ -405,15 +376,15 @@ class HokuyoDriver:
     # --- ends -------------------------------------------------------------------------------------------
 
     def _overdue(self, now: float) -> None:
-        if self._status.phase is DriverPhase.RESTING:
+        if self.phase is DriverPhase.RESTING:
             self.start(now)
-        elif self._retry.why:
-            self._fail(now, f"no scan came any more after {self._retry.why}; the sensor is started again")
+        elif self.retry.why:
+            self._fail(now, f"no scan came any more after {self.retry.why}; the sensor is started again")
         else:
             self._fail(now, "no scan arrived in time")
 
     def _halt(self) -> None:
-        self._status.phase = DriverPhase.STOPPED
+        self.phase = DriverPhase.STOPPED
         self._deadline = None
         if self._conversation is not None:
             self._conversation.close()
@@ -421,10 +392,10 @@ class HokuyoDriver:
         self._report_tests(())
 
     def _fail(self, now: float, reason: str) -> None:
-        if self._status.phase is DriverPhase.MEASURING:
-            self._status.lost += 1
+        if self.phase is DriverPhase.MEASURING:
+            self.lost += 1
         self._halt()
-        self._status.phase = DriverPhase.RESTING
-        self._status.problem = reason
-        self._deadline = now + self._retry.fail()
+        self.phase = DriverPhase.RESTING
+        self.problem = reason
+        self._deadline = now + self.retry.fail()
         self._warn((reason,))

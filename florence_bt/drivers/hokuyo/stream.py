@@ -104,7 +104,7 @@ def _can_measure(wanted: Measurement) -> Script:
 SAMPLES = 10
 
 
-def measure_latency(measurement: Measurement, samples: int = SAMPLES) -> Script:
+def measure_latency(measurement: Measurement) -> Script:
     """Compare the time stamps of scans with the sensor's clock before and after each.
 
     As hokuyo_node does it: one scan, then the clock, over and over; the median counts. The laser is off
@@ -112,7 +112,6 @@ def measure_latency(measurement: Measurement, samples: int = SAMPLES) -> Script:
 
     Args:
         measurement: The stream to come; its kind, window and cluster are used, one scan at a time.
-        samples: How many scans.
 
     Returns:
         Seconds from the sensor passing step 0 to the arrival of the scan.
@@ -122,7 +121,7 @@ def measure_latency(measurement: Measurement, samples: int = SAMPLES) -> Script:
     )
     found: list[float] = []
     clock_ms, asked = yield from _read_clock()
-    for _ in range(samples):
+    for _ in range(SAMPLES):
         yield Ask(wanted.command)
         answer = yield Listen(wanted.head)
         if answer.reply.status != SCAN_FOLLOWS:

@@ -19,7 +19,7 @@ from florence_bt.core.sensing import Odometry
 from florence_bt.drivers.turtlebot.codec import commands
 from florence_bt.drivers.turtlebot.codec.packets import HOME_BASE, WHEEL_DROPS, OiMode
 from florence_bt.drivers.turtlebot.codec.state import SensorState, state_from_values
-from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder, StreamFrame
+from florence_bt.drivers.turtlebot.codec.stream_decoder import StreamDecoder
 from florence_bt.drivers.turtlebot.drive_control import DriveControl
 from florence_bt.drivers.turtlebot.gyro import Gyro, GyroReading, GyroWatch
 from florence_bt.drivers.turtlebot.hazards import (
@@ -281,7 +281,7 @@ class TurtlebotDriver:
         """
         if now < self._last_stamp:  # the clock was set back: frames have the time of now, too
             self._last_stamp = -math.inf
-        frames = [event for event in self.decoder.feed(data) if isinstance(event, StreamFrame)]
+        frames = self.decoder.feed(data)
         if frames:
             self._heard = now
             self._noise_before = self.decoder.noise_bytes
@@ -397,8 +397,8 @@ class TurtlebotDriver:
             return "and nothing else: is it still switched on, and its cable in place?"
         return "and nothing else: is it switched on, and is it the right port?"
 
-    def _read(self, frame: StreamFrame, stamp: float) -> BaseReading | None:
-        state = self._state = self._measure(frame.values)
+    def _read(self, values: dict[int, int], stamp: float) -> BaseReading | None:
+        state = self._state = self._measure(values)
         self._drive.acknowledgement.look(state, stamp)
         self._judge(state, stamp)
         if not self._first_frame_dropped:

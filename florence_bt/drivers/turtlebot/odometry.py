@@ -47,9 +47,9 @@ class OdometryParameters:
 class WheelOdometry:
     """Adds up steps of the base into a pose."""
 
-    def __init__(self, parameters: OdometryParameters | None = None, start: Pose2 | None = None) -> None:
+    def __init__(self, parameters: OdometryParameters | None = None) -> None:
         self._parameters = parameters or OdometryParameters()
-        self._pose = start or Pose2()
+        self._pose = Pose2()
         self._stamp: float | None = None
         self._steps: deque[tuple[float, float, float]] = deque()
 

@@ -10,12 +10,10 @@ import struct
 from collections import Counter
 from collections.abc import Callable, Sequence
 
-from florence_bt.simulation.emulators.create_body import MAX_SPEED_MMPS, Body, CreateFaults, Mode, clamp
+from florence_bt.simulation.emulators.create_body import MAX_SPEED_MMPS, Body, Mode, clamp
 from florence_bt.simulation.emulators.create_models import MODELS, EmulatedModel, packets_of, size_of
 from florence_bt.simulation.emulators.create_scripts import WAITS, CommandReader, ScriptPlayer
 from florence_bt.simulation.sensors.base_noise import BasePlant, BaseSensors
-
-__all__ = ["BOOT_S", "CreateEmulator", "CreateFaults", "Mode"]
 
 BAUD_RATES = (300, 600, 1200, 2400, 4800, 9600, 14400, 19200, 28800, 38400, 57600, 115200)
 FULL_DUTY = 128

@@ -290,8 +290,8 @@ class Battery:
         temperature_c: Of the battery.
     """
 
-    def __init__(self, charge_mah: float = 0.9 * CAPACITY_MAH) -> None:
-        self.charge_mah = charge_mah
+    def __init__(self) -> None:
+        self.charge_mah = 0.9 * CAPACITY_MAH
         self.current_ma = -IDLE_MA
         self.charging = False
         self.faulty = False

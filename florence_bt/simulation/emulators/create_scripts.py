@@ -76,7 +76,6 @@ class CommandReader:
 
 LONGEST_SCRIPT = 100
 WAIT_TIME, WAIT_DISTANCE, WAIT_ANGLE = range(155, 158)
-PLAY_SCRIPT = 153
 WAITS = range(WAIT_TIME, WAIT_ANGLE + 1)
 """Opcodes; the one that waits for an event (158) is passed over."""
 COMMANDS_AT_ONCE = 50

@@ -21,28 +21,12 @@ from florence_bt.simulation.emulators.scip_models import (
     ALLOWED_IN_TIME_MODE,
     ARGUMENT_LENGTHS,
     BIT_RATES,
-    MODELS,
     URG_04LX,
-    UST_10LX,
-    UTM_30LX,
-    UTM_30LX_EW,
     ScannerModel,
     ScanRequest,
     ScipFaults,
     parse_measurement,
 )
-
-__all__ = [
-    "MODELS",
-    "URG_04LX",
-    "UST_10LX",
-    "UTM_30LX",
-    "UTM_30LX_EW",
-    "LaserPlant",
-    "ScannerModel",
-    "ScipEmulator",
-    "ScipFaults",
-]
 
 LONGEST_REQUEST = 64
 TWO_CHARACTER_LIMIT = 4095

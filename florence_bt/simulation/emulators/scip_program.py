@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.simulation.emulators.scip import ScipEmulator, ScipFaults
-from florence_bt.simulation.emulators.scip_models import MODELS, ScannerModel
+from florence_bt.simulation.emulators.scip import ScipEmulator
+from florence_bt.simulation.emulators.scip_models import MODELS, ScannerModel, ScipFaults
 from florence_bt.simulation.emulators.standalone import (
     GARBAGE,
     MOST_FRAMES,
@@ -183,18 +183,19 @@ def _status(words: list[str]) -> str:
 
 AHEAD_M, BEHIND_M, LEFT_M, RIGHT_M = 3.0, 1.0, 2.0, 1.5
 PILLAR_X_M, PILLAR_Y_M, PILLAR_RADIUS_M = 1.5, 0.5, 0.15
+NOISE_MM = 10.0
+"""Standard deviation of a distance."""
 
 
 class ScipRoom:
     """Distances from a scanner that stands still in a room, the same in every turn unless there is noise."""
 
-    def __init__(self, model: ScannerModel, seed: int | None = None, noise_mm: float = 10.0) -> None:
+    def __init__(self, model: ScannerModel, seed: int | None = None) -> None:
         """Work the distances out.
 
         Args:
             model: The scanner.
             seed: Start of the noise; None for none.
-            noise_mm: Standard deviation of a distance.
         """
         steps = np.arange(model.outermost_step + 1, dtype=np.float64)
         angles: NDArray[np.float64] = (steps - model.number("AFRT")) * (2.0 * math.pi / model.number("ARES"))
@@ -202,13 +203,12 @@ class ScipRoom:
         self._distances = np.minimum(1000.0 * metres, model.number("DMAX"))
         self._minimum = model.number("DMIN")
         self._random = None if seed is None else np.random.default_rng(seed)
-        self._noise_mm = noise_mm
 
     def measure(self, first_step: int, last_step: int) -> NDArray[np.int32]:
         """The distances of the steps first..last, shape (last - first + 1,), millimetres."""
         wanted = self._distances[first_step : last_step + 1]
         if self._random is not None:
-            wanted = wanted + self._random.normal(0.0, self._noise_mm, len(wanted))
+            wanted = wanted + self._random.normal(0.0, NOISE_MM, len(wanted))
         return np.maximum(np.rint(wanted), self._minimum).astype(np.int32)
 
 

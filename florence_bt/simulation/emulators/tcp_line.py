@@ -8,6 +8,7 @@ import socket
 from florence_bt.core.errors import DeviceLost
 
 READ_SIZE = 4096
+HOST = "127.0.0.1"
 
 
 class TcpLine:
@@ -18,24 +19,23 @@ class TcpLine:
         lost_bytes: Bytes that found nobody, or no room.
     """
 
-    def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(self, port: int = 0) -> None:
         """Listen.
 
         Args:
-            host: Address of this machine.
             port: TCP port; 0 for any that is free.
 
         Raises:
             DeviceLost: It cannot listen there.
         """
         try:
-            self._server: socket.socket | None = socket.create_server((host, port), backlog=1)
+            self._server: socket.socket | None = socket.create_server((HOST, port), backlog=1)
         except (OSError, OverflowError) as error:  # OverflowError: there is no such number
-            raise DeviceLost(f"cannot listen at {host}:{port}: {error}") from error
+            raise DeviceLost(f"cannot listen at {HOST}:{port}: {error}") from error
         self._server.setblocking(False)
         self._client: socket.socket | None = None
         self.port: int = self._server.getsockname()[1]
-        self.path = f"{host}:{self.port}"
+        self.path = f"{HOST}:{self.port}"
         self.lost_bytes = 0
 
     @property

@@ -11,14 +11,14 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, check_limits
 from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, TF_LISTENER
@@ -69,13 +69,11 @@ class SimulatorParameters:
         catch_up: Make up for all missed time, and publish no ``/clock``: the drivers follow the wall clock.
     """
 
-    speed: float = 1.0
+    speed: Annotated[float, Limits(0.05, 100.0)] = 1.0
     catch_up: bool = False
 
     def __post_init__(self) -> None:
-        """Check the value."""
-        if not 0.05 <= self.speed <= 100.0:
-            raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
+        check_limits(self)
 
 
 class SimulatorNode(FlorenceNode):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, check_limits
 from florence_bt.core.transforms import Transform3
 
 
@@ -33,13 +34,11 @@ class HardwareSettings:
     """
 
     folder: Path
-    kinect_rate: float = 10.0
+    kinect_rate: Annotated[float, Limits(0.0, 30.0, above=True)] = 10.0
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check the values."""
-        if not 0.0 < self.kinect_rate <= 30.0:
-            raise ConfigError(f"kinect_rate is {self.kinect_rate}", valid=["0 < kinect_rate <= 30"])
+        check_limits(self)
 
     @property
     def base_port(self) -> Path:

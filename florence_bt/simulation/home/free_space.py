@@ -22,6 +22,7 @@ BoolGrid = NDArray[np.bool_]
 ROBOT_HEIGHT_M = 1.0
 """What hangs above cannot be touched by the robot."""
 
+_RESOLUTION_M = 0.05
 _SAMPLES = 5
 """A cell's coverage is measured at this many points squared."""
 
@@ -114,14 +115,13 @@ class FreeSpace:
 
     Args:
         flat: The flat.
-        resolution: Metres per cell.
     """
 
-    def __init__(self, flat: Flat, resolution: float = 0.05) -> None:
-        self.frame = GridFrame.around(flat, resolution, margin=0.25)
+    def __init__(self, flat: Flat) -> None:
+        self.frame = GridFrame.around(flat, _RESOLUTION_M, margin=0.25)
         touchable = (solid for solid in flat.solids if solid.bottom < ROBOT_HEIGHT_M)
         blocked = cells_covered(self.frame, touchable)
-        self.clearance = scipy.ndimage.distance_transform_edt(~blocked) * resolution - resolution / 2
+        self.clearance = scipy.ndimage.distance_transform_edt(~blocked) * _RESOLUTION_M - _RESOLUTION_M / 2
         """Metres from each cell's centre to the next solid, shape (rows, columns); walls enclose the flat."""
         tall = (solid for solid in flat.solids if solid.top > _EYE_HEIGHT_M > solid.bottom)
         self._opaque = cells_covered(self.frame, tall)

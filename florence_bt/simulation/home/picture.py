@@ -1,4 +1,4 @@
-"""Draws runs on their map, and homes from above, as PNG files; matplotlib is loaded on the first call."""
+"""Draws runs on their map as PNG files; matplotlib is loaded on the first call."""
 
 from __future__ import annotations
 
@@ -11,10 +11,6 @@ import numpy as np
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, OccupancyGrid
-from florence_bt.simulation.home.body import body_parts
-from florence_bt.simulation.home.build_map import laser_map
-from florence_bt.simulation.home.flat import Colour, Flat
-from florence_bt.simulation.home.person import PersonSpec
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,62 +62,6 @@ def draw_run(
     file.parent.mkdir(parents=True, exist_ok=True)
     # The version of matplotlib stays out of the file, so that equal runs give equal bytes.
     figure.savefig(file, metadata={"Software": None})
-
-
-def draw_home(flat: Flat, people: Sequence[PersonSpec], file: Path, title: str) -> None:
-    """Draw a home and who is there from above, on its map: what stands elsewhere than on the map shows.
-
-    Args:
-        flat: The home.
-        people: Who is there.
-        file: The PNG file to write; its folder is made when missing.
-        title: A line above the picture.
-    """
-    figure, axes = _new_figure(laser_map(flat), title)
-    for solid in sorted(flat.solids, key=lambda solid: solid.top):
-        if solid.bottom < _CEILING_M:
-            place = Pose2(solid.x, solid.y, solid.yaw)
-            half = solid.half or (solid.radius, solid.radius)
-            alpha = 0.45 if solid.surface == "glass" else 0.92
-            _draw_solid(axes, place, half, solid.colour, alpha, round_shape=solid.half is None)
-    for spec in people:
-        for part in sorted(body_parts(spec), key=lambda part: part.top):
-            x, y = spec.pose.apply(part.x, part.y)
-            place = Pose2(x, y, spec.pose.yaw + part.turn)
-            _draw_solid(
-                axes, place, part.seen_from_above(), part.colour, 1.0, round_shape=part.shape != "box"
-            )
-    for room in flat.rooms:
-        _draw_hotspot(axes, room.name, room.hotspot.pose)
-    for hotspot in flat.objects:
-        _draw_hotspot(axes, hotspot.label, hotspot.pose)
-    _draw_robot(axes, flat.start, "#440154", "start")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, metadata={"Software": None})
-
-
-_CEILING_M = 1.9
-"""Lintels above this hide nothing."""
-
-
-def _draw_solid(
-    axes: Axes, place: Pose2, half: tuple[float, float], colour: Colour, alpha: float, *, round_shape: bool
-) -> None:
-    from matplotlib.patches import Ellipse, Rectangle
-
-    look: dict[str, Any] = {
-        "facecolor": tuple(channel / 255 for channel in colour),
-        "edgecolor": _INK,
-        "linewidth": 0.5,
-        "alpha": alpha,
-        "zorder": 2,
-    }
-    degrees = math.degrees(place.yaw)
-    if round_shape:
-        axes.add_patch(Ellipse((place.x, place.y), 2 * half[0], 2 * half[1], angle=degrees, **look))
-        return
-    corner = place.apply(-half[0], -half[1])
-    axes.add_patch(Rectangle(corner, 2 * half[0], 2 * half[1], angle=degrees, **look))
 
 
 def _new_figure(grid: OccupancyGrid, title: str) -> tuple[Figure, Axes]:

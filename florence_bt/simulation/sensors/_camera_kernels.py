@@ -1,7 +1,7 @@
 """Ray casting for the Kinect, compiled.
 
 Each shape is tested only against the pixels that its bounding box can cover, which is many times cheaper
-than general ray casting. ``World.cast`` gives the same answers the slow way; the tests compare the two.
+than general ray casting. MuJoCo's rays give the same answers the slow way; the tests compare the two.
 """
 
 from __future__ import annotations

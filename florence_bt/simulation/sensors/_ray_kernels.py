@@ -1,4 +1,4 @@
-"""Where one ray meets one shape, compiled; :mod:`_laser_rays` and :mod:`_camera_rays` build on it."""
+"""Where one ray meets one shape, compiled; the other kernels build on it."""
 
 from __future__ import annotations
 

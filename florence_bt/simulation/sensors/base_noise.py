@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import NotNegative, Positive, check_limits
 
 
 class BasePlant(Protocol):
@@ -45,22 +45,17 @@ class BaseNoiseParameters:
         gyro_bias_walk: Drift of the offset in counts per square root of a second (REFERENCE 1.8).
     """
 
-    wheel_scale_sigma: float = 0.005
-    slip_sigma: float = 0.002
-    wheel_separation: float = 0.260
-    gyro_offset: float = 512.0
-    gyro_range_degps: float = 150.0
-    gyro_scale: float = 1.35
-    gyro_noise_counts: float = 1.0
-    gyro_bias_walk: float = 0.01
+    wheel_scale_sigma: NotNegative = 0.005
+    slip_sigma: NotNegative = 0.002
+    wheel_separation: Positive = 0.260
+    gyro_offset: Positive = 512.0
+    gyro_range_degps: Positive = 150.0
+    gyro_scale: Positive = 1.35
+    gyro_noise_counts: NotNegative = 1.0
+    gyro_bias_walk: NotNegative = 0.01
 
     def __post_init__(self) -> None:
-        for name in ("wheel_scale_sigma", "slip_sigma", "gyro_noise_counts", "gyro_bias_walk"):
-            if not getattr(self, name) >= 0.0:
-                raise ConfigError(f"{name} must be at least 0, not {getattr(self, name)}")
-        for name in ("wheel_separation", "gyro_offset", "gyro_range_degps", "gyro_scale"):
-            if not getattr(self, name) > 0.0:
-                raise ConfigError(f"{name} must be above 0, not {getattr(self, name)}")
+        check_limits(self)
 
 
 PERFECT_BASE = BaseNoiseParameters(

@@ -6,12 +6,14 @@ No time passes during a measurement; the robot itself is never seen.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import Limits, NotNegative, check_limits, check_order
 from florence_bt.core.sensing import CameraModel
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
@@ -32,21 +34,14 @@ class KinectNoiseParameters:
         colour_noise: Largest error of a colour level.
     """
 
-    min_depth_m: float = 0.5
-    max_depth_m: float = 4.8
-    raw_noise: float = 0.6
-    colour_noise: int = 4
+    min_depth_m: Annotated[float, Limits(0.3, 10.0)] = 0.5
+    max_depth_m: Annotated[float, Limits(0.3, 10.0)] = 4.8
+    raw_noise: NotNegative = 0.6
+    colour_noise: Annotated[int, Limits(0, 100)] = 4
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ConfigError: A value makes no sense.
-        """
-        if not 0.3 <= self.min_depth_m < self.max_depth_m <= 10.0:
-            raise ConfigError("the Kinect needs 0.3 <= min_depth_m < max_depth_m <= 10")
-        if self.raw_noise < 0.0 or not 0 <= self.colour_noise <= 100:
-            raise ConfigError("the noise of the Kinect must be zero or more (colour_noise at most 100)")
+        check_limits(self)
+        check_order(self, ("min_depth_m", "max_depth_m"))
 
 
 _LIGHT = np.array([0.3, -0.4, 0.866]) / np.linalg.norm([0.3, -0.4, 0.866])

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
 from florence_bt.simulation.sensors._laser_kernels import cast_fan
@@ -41,24 +42,15 @@ class LaserParameters:
         drop_out: Chance that a beam gives an error code for no reason.
     """
 
-    noise_mm: float = 10.0
-    noise_ratio: float = 0.01
-    sure_range_m: float = 4.0
+    noise_mm: NotNegative = 10.0
+    noise_ratio: NotNegative = 0.01
+    sure_range_m: Positive = 4.0
     max_range_m: float = 5.6
-    drop_out: float = 0.002
+    drop_out: Annotated[float, Limits(0.0, 1.0)] = 0.002
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ConfigError: A value makes no sense.
-        """
-        if self.noise_mm < 0.0 or self.noise_ratio < 0.0:
-            raise ConfigError("the noise of the laser cannot be below zero")
-        if not 0.0 < self.sure_range_m <= self.max_range_m:
-            raise ConfigError("the laser needs 0 < sure_range_m <= max_range_m")
-        if not 0.0 <= self.drop_out <= 1.0:
-            raise ConfigError(f"drop_out is a chance from 0 to 1, not {self.drop_out}")
+        check_limits(self)
+        check_order(self, ("sure_range_m", "max_range_m"), equal=True)
 
 
 class LaserSensor:

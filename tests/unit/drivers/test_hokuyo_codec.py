@@ -193,7 +193,6 @@ def test_every_command_has_its_text() -> None:
     assert serial_speed(19200) == "SS019200"
     assert Measurement("ME", 0, 1080, 0, 0, 1).command == "ME0000108000001"
     assert Measurement("GE", 0, 1080, 1).command == "GE0000108001"
-    assert request("BM", "Robot 1") == b"BM;Robot 1\n"
 
 
 @pytest.mark.parametrize(
@@ -201,8 +200,6 @@ def test_every_command_has_its_text() -> None:
     [
         lambda: time_mode(3),
         lambda: serial_speed(9600),
-        lambda: request("BM", "seventeen letters"),
-        lambda: request("BM", "a/b"),
         lambda: Measurement("XX", 0, 1),
         lambda: Measurement("MD", 2, 1),
         lambda: Measurement("MD", 0, 10_000),

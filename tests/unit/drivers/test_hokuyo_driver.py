@@ -42,7 +42,7 @@ def test_a_dumb_port_is_tried_patiently_for_ever() -> None:
     starts = [when for when, data in sent if data == b"SCIP2.0\n"]
     assert [round(b - a) for a, b in pairwise(starts)] == [5, 6, 8, 12, 14, 14]
     assert set(problems) == {"no answer to TM2"}
-    assert driver.status.lost == 0
+    assert driver.lost == 0
 
 
 VERSION = {"VEND": "Hokuyo", "PROD": "URG", "FIRM": "1", "PROT": "SCIP 2.0", "SERI": "H1"}
@@ -84,7 +84,7 @@ def test_the_sequence_is_the_one_of_the_reference() -> None:
     driver.start(0.0)
     said = script_of(driver)
     assert said == ["SCIP2.0", "TM2", "QT", "RS", "PP", "VV", "II", "BM", "MD0044072501000"]
-    assert driver.status.phase is DriverPhase.MEASURING
+    assert driver.phase is DriverPhase.MEASURING
 
 
 def test_a_sensor_without_intensities_measures_distances() -> None:
@@ -93,7 +93,7 @@ def test_a_sensor_without_intensities_measures_distances() -> None:
     driver.start(0.0)
     said = script_of(driver, refused=("ME",))
     assert said[-2:] == ["ME0044004401001", "MD0044072501000"]
-    assert driver.status.phase is DriverPhase.MEASURING
+    assert driver.phase is DriverPhase.MEASURING
     assert problems == ["this sensor measures no intensities: they are left out"]
 
 
@@ -130,7 +130,7 @@ def test_a_refused_command_is_tried_again_and_then_explained() -> None:
     for now in (0.5, 1.5, 2.5):
         driver.receive(b"QT\n0Ee\n\n", now)
         driver.poll(now + 0.5)
-    assert driver.status.phase is DriverPhase.RESTING
+    assert driver.phase is DriverPhase.RESTING
     assert problems == [
         "'QT' was refused with status '0E': the command is unknown or not allowed now (time adjustment mode)"
     ]
@@ -150,8 +150,8 @@ def test_a_lost_port_stops_everything_until_the_next_start() -> None:
     driver = HokuyoDriver(HokuyoParameters())
     driver.start(0.0)
     driver.disconnected("the plug was pulled")
-    assert driver.status.phase is DriverPhase.STOPPED
-    assert driver.status.problem == "the plug was pulled"
+    assert driver.phase is DriverPhase.STOPPED
+    assert driver.problem == "the plug was pulled"
     assert driver.poll(100.0) == b""
     driver.start(101.0)
     assert driver.poll(101.0) == b"SCIP2.0\n"

@@ -10,7 +10,6 @@ from __future__ import annotations
 import enum
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from florence_bt.drivers.turtlebot.codec.packets import layout, members
 
@@ -25,31 +24,6 @@ class ChecksumForm(enum.Enum):
     """The Create 1's manual."""
     WITH_HEADER = HEADER
     """The Create 2's manual, and libcreate for every model."""
-
-
-@dataclass(frozen=True, slots=True)
-class StreamFrame:
-    """A good frame.
-
-    Attributes:
-        values: Counts as they came over the wire, by packet number.
-    """
-
-    values: dict[int, int]
-
-
-@dataclass(frozen=True, slots=True)
-class FrameRejected:
-    """Bytes that looked like a frame from begin to end, but whose checksum is wrong.
-
-    Attributes:
-        data: The bytes.
-    """
-
-    data: bytes
-
-
-StreamEvent = StreamFrame | FrameRejected
 
 
 class StreamDecoder:
@@ -79,22 +53,24 @@ class StreamDecoder:
         self.bad_frames = 0
         self.noise_bytes = 0
 
-    def feed(self, data: bytes) -> list[StreamEvent]:
-        """Take bytes as they came and give back the frames that they complete, in order."""
+    def feed(self, data: bytes) -> list[dict[int, int]]:
+        """Take bytes as they came and give back the good frames that they complete, in order.
+
+        Returns:
+            Of each frame the counts as they came over the wire, by packet number.
+        """
         self._buffer += data
-        events: list[StreamEvent] = []
+        frames = []
         while self._skip_to_start() and len(self._buffer) >= self._size:
             frame = bytes(self._buffer[: self._size])
             if self._checksum_fits(frame):
                 self.good_frames += 1
                 del self._buffer[: self._size]
-                values = self._values.unpack(frame[:-1])
-                events.append(StreamFrame(dict(zip(self._ids, values, strict=True))))
+                frames.append(dict(zip(self._ids, self._values.unpack(frame[:-1]), strict=True)))
             else:
                 self.bad_frames += 1
                 self._drop(1)
-                events.append(FrameRejected(frame))
-        return events
+        return frames
 
     def _skip_to_start(self) -> bool:
         """Drop bytes until the buffer begins like a frame; False when nothing is left."""
