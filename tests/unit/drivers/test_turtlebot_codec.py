@@ -185,33 +185,58 @@ def test_any_bytes_are_survived(data: bytes) -> None:
     assert decoder.noise_bytes + 75 * decoder.good_frames <= len(data)
 
 
-# -- further commands, every packet, both bases -------------------------------------------------------------
+# -- every command, every packet, both bases -----------------------------------------------------------------
 
 
 def test_the_manuals_drive_and_the_special_radii() -> None:
     assert commands.drive(-200, 500) == bytes([137, 255, 56, 1, 244])
     assert commands.drive(200, None) == bytes([137, 0, 200, 128, 0])
     assert commands.drive(200, 0x7FFF) == bytes([137, 0, 200, 127, 255])
-    assert commands.drive(150, 1) == bytes([137, 0, 150, 0, 1])
-    assert commands.drive(150, -1) == bytes([137, 0, 150, 255, 255])
+    assert commands.spin(150) == bytes([137, 0, 150, 0, 1])
+    assert commands.spin(-150) == bytes([137, 0, 150, 255, 255])
     assert commands.drive(9000, -9000) == bytes([137, 1, 244, 248, 48])  # 500 and -2000
 
 
 def test_further_commands() -> None:
-    assert commands.cover_and_dock() == bytes([143])
+    assert commands.baud(57600) + commands.baud(300) == bytes([129, 10, 129, 0])
+    assert commands.demo(-1) + commands.spot() + commands.cover() + commands.cover_and_dock() == bytes(
+        [136, 255, 134, 135, 143]
+    )
+    assert commands.low_side_drivers(5) + commands.pwm_low_side_drivers(128, 64, 0) == bytes(
+        [138, 5, 144, 128, 64, 0]
+    )
     assert commands.song(3, [(60, 16), (0, 8)]) + commands.play_song(3) == bytes(
         [140, 3, 2, 60, 16, 0, 8, 141, 3]
     )
+    assert commands.send_ir(135) == bytes([151, 135])
+    waits = [
+        commands.wait_time(30),
+        commands.wait_distance(-400),
+        commands.wait_angle(90),
+        commands.wait_event(-5),
+        commands.play_script(),
+    ]
+    assert commands.script(waits) == bytes([152, 11, 155, 30, 156, 254, 112, 157, 0, 90, 158, 251, 153])
+    assert commands.script([]) + commands.show_script() == bytes([152, 0, 154])
+    assert commands.drive_pwm(300, -300) == bytes([146, 0, 255, 255, 1])
+    assert commands.power_down() + commands.stop_interface() == bytes([133, 173])
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
+        lambda: commands.baud(57601),
+        lambda: commands.demo(10),
         lambda: commands.song(16, [(60, 1)]),
         lambda: commands.song(5, [(60, 1)], CREATE_2),
         lambda: commands.song(0, []),
         lambda: commands.song(0, [(60, 1)] * 17),
         lambda: commands.song(0, [(60, 256)]),
+        lambda: commands.pwm_low_side_drivers(129, 0, 0),
+        lambda: commands.script([bytes(101)]),
+        lambda: commands.wait_event(0),
+        lambda: commands.wait_event(23),
+        lambda: commands.wait_distance(40000),
         lambda: commands.sensors(59, CREATE_2),
         lambda: commands.sensors(100),
     ],
