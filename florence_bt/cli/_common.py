@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
 from florence_bt.app.bringup.signals import as_keyboard_interrupt
 from florence_bt.cli.exit_codes import INTERRUPTED, NOT_THERE, USAGE
@@ -18,8 +17,32 @@ EXIT_CODES = (
     "configuration; 3 the system is not there, did not come up or broke down; 130 interrupted (Ctrl-C)."
 )
 
+
+class _Verbs(TyperGroup):
+    """The verbs; an error of Florence in one of them becomes one clear line and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a verb."""
+        try:
+            with as_keyboard_interrupt():
+                return super().invoke(ctx)
+        except ConfigError as error:
+            _fail(str(error), USAGE)
+        except FlorenceError as error:
+            _fail(str(error), NOT_THERE)
+        except ModuleNotFoundError as error:
+            _fail(
+                f"this verb needs the package {error.name!r}, which is not installed; "
+                "run `make setup` in a checkout, or build a ROS workspace with colcon (CONTRIBUTING.md)",
+                USAGE,
+            )
+        except KeyboardInterrupt:
+            _fail("interrupted", INTERRUPTED)
+
+
 app = typer.Typer(
     name="florence",
+    cls=_Verbs,
     help="Missions for home robots: behaviour trees in YAML, run on ROS 2.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
@@ -28,27 +51,7 @@ app = typer.Typer(
 )
 
 
-@contextmanager
-def errors_to_exit_codes() -> Iterator[None]:
-    """Turn the errors of Florence into one clear line and an exit code."""
-    try:
-        with as_keyboard_interrupt():
-            yield
-    except ConfigError as error:
-        _fail(str(error), USAGE)
-    except FlorenceError as error:
-        _fail(str(error), NOT_THERE)
-    except ModuleNotFoundError as error:
-        _fail(
-            f"this verb needs the package {error.name!r}, which is not installed; "
-            "run `make setup` in a checkout, or build a ROS workspace with colcon (CONTRIBUTING.md)",
-            USAGE,
-        )
-    except KeyboardInterrupt:
-        _fail("interrupted", INTERRUPTED)
-
-
-def _fail(message: str, code: int) -> None:
+def _fail(message: str, code: int) -> NoReturn:
     typer.echo(f"florence: {message}", err=True)
     raise typer.Exit(code)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
+from florence_bt.cli._common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, OK
 
 if TYPE_CHECKING:
@@ -22,18 +22,17 @@ def missions(
     live: Annotated[bool, typer.Option("--live", help="Those of the running system instead.")] = False,
 ) -> None:
     """List the missions of this installation with what they take and give."""
-    with errors_to_exit_codes():
-        if live:
-            from florence_bt.app.runs.remote import live_missions
+    if live:
+        from florence_bt.app.runs.remote import live_missions
 
-            typer.echo(live_missions())
-            return
-        from florence_bt.app.mission_files.mission_list import list_missions
+        typer.echo(live_missions())
+        return
+    from florence_bt.app.mission_files.mission_list import list_missions
 
-        known, wrong = list_missions(folders or [])
-        typer.echo(known)
-        if wrong:
-            typer.echo(wrong, err=True)
+    known, wrong = list_missions(folders or [])
+    typer.echo(known)
+    if wrong:
+        typer.echo(wrong, err=True)
 
 
 @app.command(
@@ -69,22 +68,21 @@ def check(
 
     Needs no robot, no ROS and no simulation. All errors and warnings are explained in docs/checking.md.
     """
-    with errors_to_exit_codes():
-        from florence_bt.app.mission_files.checking import CheckOptions, check_files
+    from florence_bt.app.mission_files.checking import CheckOptions, check_files
 
-        options = CheckOptions(
-            hotspots=hotspots,
-            map_file=map_file,
-            folders=tuple(folders or ()),
-            form=form,
-            strict=strict,
-            colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ,
-            stdin_name=stdin_name,
-            live=live,
-        )
-        report, errors = check_files(files, options)
-        typer.echo(report)
-        raise typer.Exit(FAILED if errors else OK)
+    options = CheckOptions(
+        hotspots=hotspots,
+        map_file=map_file,
+        folders=tuple(folders or ()),
+        form=form,
+        strict=strict,
+        colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ,
+        stdin_name=stdin_name,
+        live=live,
+    )
+    report, errors = check_files(files, options)
+    typer.echo(report)
+    raise typer.Exit(FAILED if errors else OK)
 
 
 @app.command(
@@ -103,11 +101,10 @@ def draw(
     ] = None,
 ) -> None:
     """Draw the tree of a mission; without a file as text in the terminal."""
-    with errors_to_exit_codes():
-        from florence_bt.app.mission_files.draw import draw_mission
+    from florence_bt.app.mission_files.draw import draw_mission
 
-        text = draw_mission(mission, out, folders or [], expand=expand, width=width)
-        typer.echo(f"{out} written" if out else text)
+    text = draw_mission(mission, out, folders or [], expand=expand, width=width)
+    typer.echo(f"{out} written" if out else text)
 
 
 @app.command(
@@ -130,16 +127,15 @@ def schema(
     An editor with a YAML language server completes and checks a mission that begins with the line
     `# yaml-language-server: $schema=mission.schema.json` (docs/checking.md).
     """
-    with errors_to_exit_codes():
-        from florence_bt.app.mission_files.output import write_output
-        from florence_bt.app.mission_files.schema_file import scenario_schema_text, schema_text
+    from florence_bt.app.mission_files.output import write_output
+    from florence_bt.app.mission_files.schema_file import scenario_schema_text, schema_text
 
-        text = scenario_schema_text(folders or []) if scenarios else schema_text(folders or [], hotspots)
-        if out is None:
-            typer.echo(text, nl=False)
-        else:
-            write_output(out, text)
-            typer.echo(f"{out} written")
+    text = scenario_schema_text(folders or []) if scenarios else schema_text(folders or [], hotspots)
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        write_output(out, text)
+        typer.echo(f"{out} written")
 
 
 FormOption = Annotated[str, typer.Option("--format", help="Form of the report: text, json or github.")]
@@ -170,10 +166,9 @@ def import_(
 
     Nodes that no skill here fits become skills that are declared but not implemented.
     """
-    with errors_to_exit_codes():
-        from florence_bt.app.mission_files.exchange import import_file
+    from florence_bt.app.mission_files.exchange import import_file
 
-        _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
+    _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
 
 
 @app.command(
@@ -190,11 +185,10 @@ def export(
     form: FormOption = "text",
 ) -> None:
     """Write a mission, with those that it calls, as XML of BehaviorTree.CPP 4."""
-    with errors_to_exit_codes():
-        from florence_bt.app.mission_files.exchange import export_file
+    from florence_bt.app.mission_files.exchange import export_file
 
-        exported = export_file(mission, out, folders or [], form, strict=strict)
-        _tell(exported, form if out is not None else "text")
+    exported = export_file(mission, out, folders or [], form, strict=strict)
+    _tell(exported, form if out is not None else "text")
 
 
 def _tell(exchanged: Exchanged, form: str) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, app, errors_to_exit_codes
+from florence_bt.cli._common import EXIT_CODES, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
@@ -31,20 +31,19 @@ def doctor(
 
     Changes nothing and moves nothing. A base that is not in use is put into passive mode for the question.
     """
-    with errors_to_exit_codes():
-        if form not in ("text", "json"):
-            raise ConfigError(f"unknown format {form!r}", valid=["text", "json"])
-        from rich.console import Console
+    if form not in ("text", "json"):
+        raise ConfigError(f"unknown format {form!r}", valid=["text", "json"])
+    from rich.console import Console
 
-        from florence_bt.app.doctor.examination import examine
-        from florence_bt.app.doctor.finding import as_json, healthy, print_table
+    from florence_bt.app.doctor.examination import examine
+    from florence_bt.app.doctor.finding import as_json, healthy, print_table
 
-        findings = list(examine(config, out, hardware=hardware, home_file=home, hotspots_file=hotspots))
-        if form == "json":
-            typer.echo(as_json(findings))
-        else:
-            print_table(findings, Console())
-        raise typer.Exit(OK if healthy(findings) else FAILED)
+    findings = list(examine(config, out, hardware=hardware, home_file=home, hotspots_file=hotspots))
+    if form == "json":
+        typer.echo(as_json(findings))
+    else:
+        print_table(findings, Console())
+    raise typer.Exit(OK if healthy(findings) else FAILED)
 
 
 @app.command(
@@ -73,23 +72,20 @@ def calibrate(
     system up. Prints what to multiply the two parameters of the base with, and repeats until the factors are
     near 1.00. The base uses new values after its next start. Ctrl-C stops the robot.
     """
-    with errors_to_exit_codes():
-        from florence_bt.app.devices.calibration import calibrate as run
-        from florence_bt.app.devices.calibration import report_lines, write_config
+    from florence_bt.app.devices.calibration import calibrate as run
+    from florence_bt.app.devices.calibration import report_lines, write_config
 
-        if write is not None and not write.is_file():
-            raise ConfigError(
-                f"there is no configuration {str(write)!r}", valid=["a copy of config/robot.yaml"]
-            )
-        calibrated = run(typer.echo, rounds=rounds, speeds=speed or (), rest_s=rest)
-        for line in report_lines(calibrated):
-            typer.echo(line)
-        if write is not None and calibrated.succeeded:
-            backup = write_config(calibrated, write)
-            typer.echo(f"{write} written; as it was: {backup}; restart the system to use it")
-        elif write is not None:
-            typer.echo(f"{write} stays as it is")
-        raise typer.Exit(OK if calibrated.succeeded else FAILED)
+    if write is not None and not write.is_file():
+        raise ConfigError(f"there is no configuration {str(write)!r}", valid=["a copy of config/robot.yaml"])
+    calibrated = run(typer.echo, rounds=rounds, speeds=speed or (), rest_s=rest)
+    for line in report_lines(calibrated):
+        typer.echo(line)
+    if write is not None and calibrated.succeeded:
+        backup = write_config(calibrated, write)
+        typer.echo(f"{write} written; as it was: {backup}; restart the system to use it")
+    elif write is not None:
+        typer.echo(f"{write} stays as it is")
+    raise typer.Exit(OK if calibrated.succeeded else FAILED)
 
 
 kinect = typer.Typer(help="The Kinect: record what it sees.", no_args_is_help=True)
@@ -122,18 +118,17 @@ def record(
     A second takes about 20 MB, with colour 45. Pictures are written with 640 x 480 pixels, as fakenect wants.
     Ctrl-C ends it early; what came until then can be played.
     """
-    with errors_to_exit_codes():
-        from florence_bt.app.devices.kinect_recording import record as run
+    from florence_bt.app.devices.kinect_recording import record as run
 
-        made = run(source, folder, seconds, colour=colour, library=library)
-        typer.echo(
-            f"{folder}: {made.depth_pictures} depth and {made.colour_pictures} colour pictures, "
-            f"{made.readings} accelerometer readings in {made.seconds:.1f} s"
-        )
-        if made.without_motor:
-            typer.echo(f"no accelerometer: {made.without_motor}")
-        typer.echo(
-            f"play it: kinect_node: {{source: 'recording:{folder.resolve()}'}} in the robot's configuration"
-        )
-        if made.interrupted:
-            raise KeyboardInterrupt
+    made = run(source, folder, seconds, colour=colour, library=library)
+    typer.echo(
+        f"{folder}: {made.depth_pictures} depth and {made.colour_pictures} colour pictures, "
+        f"{made.readings} accelerometer readings in {made.seconds:.1f} s"
+    )
+    if made.without_motor:
+        typer.echo(f"no accelerometer: {made.without_motor}")
+    typer.echo(
+        f"play it: kinect_node: {{source: 'recording:{folder.resolve()}'}} in the robot's configuration"
+    )
+    if made.interrupted:
+        raise KeyboardInterrupt

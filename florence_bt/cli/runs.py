@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, app, errors_to_exit_codes, key_values
+from florence_bt.cli._common import EXIT_CODES, app, key_values
 from florence_bt.cli.exit_codes import FAILED, OK
 
 
@@ -34,24 +34,23 @@ def run(
     detach: Annotated[bool, typer.Option(help="Return once the mission is accepted.")] = False,
 ) -> None:
     """Trigger a mission on the running system and watch it to its end."""
-    with errors_to_exit_codes():
-        from rich.console import Console
+    from rich.console import Console
 
-        from florence_bt.app.runs.remote import run_mission
+    from florence_bt.app.runs.remote import run_mission
 
-        raise typer.Exit(
-            OK
-            if run_mission(
-                mission,
-                key_values(inputs or []),
-                policy=policy.value,
-                priority=priority,
-                console=Console(),
-                headless=headless,
-                detach=detach,
-            )
-            else FAILED
+    raise typer.Exit(
+        OK
+        if run_mission(
+            mission,
+            key_values(inputs or []),
+            policy=policy.value,
+            priority=priority,
+            console=Console(),
+            headless=headless,
+            detach=detach,
         )
+        else FAILED
+    )
 
 
 @app.command(
@@ -73,17 +72,16 @@ def status(
     ] = False,
 ) -> None:
     """Show the tree of the current or last run as ASCII text, with reasons."""
-    with errors_to_exit_codes():
-        if folder is not None or events:
-            from florence_bt.app.runs.journal_view import run_text
+    if folder is not None or events:
+        from florence_bt.app.runs.journal_view import run_text
 
-            typer.echo(run_text(folder, run_id, events=events))
-            raise typer.Exit(OK)
-        from rich.console import Console
+        typer.echo(run_text(folder, run_id, events=events))
+        raise typer.Exit(OK)
+    from rich.console import Console
 
-        from florence_bt.app.runs.remote import show_status
+    from florence_bt.app.runs.remote import show_status
 
-        raise typer.Exit(OK if show_status(run_id, Console(), watch=watch) else FAILED)
+    raise typer.Exit(OK if show_status(run_id, Console(), watch=watch) else FAILED)
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence stop\n\n{EXIT_CODES}")
@@ -91,10 +89,9 @@ def stop(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
 ) -> None:
     """Stop the running mission; the robot stands still."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.remote import stop_mission
+    from florence_bt.app.runs.remote import stop_mission
 
-        _end_with(*stop_mission(run_id))
+    _end_with(*stop_mission(run_id))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence pause --reason 'a visitor'\n\n{EXIT_CODES}")
@@ -103,10 +100,9 @@ def pause(
     reason: Annotated[str, typer.Option(help="Why, for the status and the journal.")] = "",
 ) -> None:
     """Pause the running mission: the robot stands still, and no time passes for the mission."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.remote import pause_mission
+    from florence_bt.app.runs.remote import pause_mission
 
-        _end_with(*pause_mission(run_id, reason))
+    _end_with(*pause_mission(run_id, reason))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence resume\n\n{EXIT_CODES}")
@@ -114,37 +110,33 @@ def resume(
     run_id: Annotated[str, typer.Option("--run", help="A run's id.", show_default="the current run")] = "",
 ) -> None:
     """Go on with a paused mission; the skills that were stopped are started again."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.remote import resume_mission
+    from florence_bt.app.runs.remote import resume_mission
 
-        _end_with(*resume_mission(run_id))
+    _end_with(*resume_mission(run_id))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence override\n\n{EXIT_CODES}")
 def override() -> None:
     """Stop the base at once and let nothing but `manual_cmd_vel` drive it until `florence release`."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.switch_override import switch_override
+    from florence_bt.app.runs.switch_override import switch_override
 
-        typer.echo(switch_override(True))
+    typer.echo(switch_override(True))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence release\n\n{EXIT_CODES}")
 def release() -> None:
     """End the manual override: missions may start again. What it stopped stays stopped."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.switch_override import switch_override
+    from florence_bt.app.runs.switch_override import switch_override
 
-        typer.echo(switch_override(False))
+    typer.echo(switch_override(False))
 
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 def reload() -> None:
     """Take edited mission files over; a file with an error keeps its version of before, and says so."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.remote import reload_missions
+    from florence_bt.app.runs.remote import reload_missions
 
-        _end_with(*reload_missions())
+    _end_with(*reload_missions())
 
 
 def _end_with(success: bool, message: str) -> None:
@@ -168,8 +160,7 @@ def runs(
     ] = None,
 ) -> None:
     """List recorded runs, the latest first; no system needs to be up."""
-    with errors_to_exit_codes():
-        from florence_bt.app.runs.journal_view import runs_table
+    from florence_bt.app.runs.journal_view import runs_table
 
-        for line in runs_table(folder, mission=mission, state=state, limit=limit):
-            typer.echo(line)
+    for line in runs_table(folder, mission=mission, state=state, limit=limit):
+        typer.echo(line)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
+from florence_bt.cli._common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, OK
 from florence_bt.core.errors import ConfigError
 
@@ -44,24 +44,23 @@ def demo(
     tree live, and ends with the final tree, the reason, the distance to the person, the time and the folder
     of the run.
     """
-    with errors_to_exit_codes():
-        from rich.console import Console
+    from rich.console import Console
 
-        from florence_bt.app.bringup.options import BringUp
-        from florence_bt.app.demo.demo import print_result, run_demo
+    from florence_bt.app.bringup.options import BringUp
+    from florence_bt.app.demo.demo import print_result, run_demo
 
-        console = Console()
-        options = BringUp(
-            folder=str(out.absolute()),
-            person=person,
-            world_file=_absolute(world),
-            world_seed=world_seed,
-            seed=seed,
-            speed=speed,
-        )
-        result = run_demo(options, console, headless=headless)
-        print_result(result, console)
-        raise typer.Exit(OK if result.succeeded else FAILED)
+    console = Console()
+    options = BringUp(
+        folder=str(out.absolute()),
+        person=person,
+        world_file=_absolute(world),
+        world_seed=world_seed,
+        seed=seed,
+        speed=speed,
+    )
+    result = run_demo(options, console, headless=headless)
+    print_result(result, console)
+    raise typer.Exit(OK if result.succeeded else FAILED)
 
 
 @app.command(
@@ -99,34 +98,33 @@ def up(
     out: Annotated[Path, typer.Option(help="Folder for the logs and the runs.")] = Path("runs/up"),
 ) -> None:
     """Bring the whole system up and keep it running until Ctrl-C."""
-    with errors_to_exit_codes():
-        if sim == (robot is not None):
-            raise ConfigError("say what to bring up", valid=["--sim", "--robot CONFIG"])
-        if robot and (config or (start and not emulate)):
-            raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
-        if emulate and (sim or speed != 1.0):
-            raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
-        from florence_bt.app.bringup.options import BringUp, parse_start
-        from florence_bt.app.bringup.up import run_up
+    if sim == (robot is not None):
+        raise ConfigError("say what to bring up", valid=["--sim", "--robot CONFIG"])
+    if robot and (config or (start and not emulate)):
+        raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
+    if emulate and (sim or speed != 1.0):
+        raise ConfigError("--emulate rehearses a robot in real time", valid=["--robot CONFIG --emulate"])
+    from florence_bt.app.bringup.options import BringUp, parse_start
+    from florence_bt.app.bringup.up import run_up
 
-        run_up(
-            BringUp(
-                folder=str(out.absolute()),
-                simulated=sim,
-                emulated=emulate,
-                config_file=_absolute(robot or config),
-                map_file=_absolute(map_file),
-                hotspots_file=_absolute(hotspots),
-                home_file=_absolute(home),
-                mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
-                person=person,
-                start=parse_start(start) if start else None,
-                world_file=_absolute(world),
-                world_seed=world_seed,
-                seed=seed,
-                speed=speed,
-            )
+    run_up(
+        BringUp(
+            folder=str(out.absolute()),
+            simulated=sim,
+            emulated=emulate,
+            config_file=_absolute(robot or config),
+            map_file=_absolute(map_file),
+            hotspots_file=_absolute(hotspots),
+            home_file=_absolute(home),
+            mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
+            person=person,
+            start=parse_start(start) if start else None,
+            world_file=_absolute(world),
+            world_seed=world_seed,
+            seed=seed,
+            speed=speed,
         )
+    )
 
 
 def _absolute(path: Path | None) -> str | None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from florence_bt.cli._common import EXIT_CODES, FolderOption, app, errors_to_exit_codes
+from florence_bt.cli._common import EXIT_CODES, FolderOption, app
 from florence_bt.cli.exit_codes import FAILED, INTERRUPTED, NOT_THERE, OK, USAGE
 from florence_bt.core.errors import ConfigError
 
@@ -41,20 +41,17 @@ def test(
     ] = None,
 ) -> None:
     """Test missions with scenarios: mocked skills, no robot, no waiting. pytest runs them."""
-    with errors_to_exit_codes():
-        try:
-            import pytest
-        except ModuleNotFoundError as error:
-            raise ConfigError(
-                "florence test needs pytest", valid=["pip install 'florence-bt[test]'"]
-            ) from error
+    try:
+        import pytest
+    except ModuleNotFoundError as error:
+        raise ConfigError("florence test needs pytest", valid=["pip install 'florence-bt[test]'"]) from error
 
-        arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
-        arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]
-        arguments += ["-p", "no:cacheprovider", "--noconftest"]
-        arguments += ["-k", keyword] if keyword else []
-        arguments += [f"--florence-missions={folder}" for folder in folders or []]
-        arguments += [f"--junitxml={junit}"] if junit is not None else []
-        arguments += ["--florence-coverage"] if coverage else []
-        arguments += [f"--florence-min-coverage={min_coverage}"] if min_coverage is not None else []
-        raise typer.Exit(_CODES.get(int(pytest.main(arguments)), FAILED))
+    arguments = [*files, *_SETTINGS, f"--config-file={os.devnull}", f"--rootdir={Path.cwd()}"]
+    arguments += ["--disable-plugin-autoload", "-p", "florence_bt.mission_testing.plugin"]
+    arguments += ["-p", "no:cacheprovider", "--noconftest"]
+    arguments += ["-k", keyword] if keyword else []
+    arguments += [f"--florence-missions={folder}" for folder in folders or []]
+    arguments += [f"--junitxml={junit}"] if junit is not None else []
+    arguments += ["--florence-coverage"] if coverage else []
+    arguments += [f"--florence-min-coverage={min_coverage}"] if min_coverage is not None else []
+    raise typer.Exit(_CODES.get(int(pytest.main(arguments)), FAILED))

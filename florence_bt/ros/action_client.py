@@ -66,12 +66,15 @@ class ActionClient:
         node: The node that talks.
         action_type: The action.
         name: Its name.
+
+    Attributes:
+        name: The resolved name of the action.
     """
 
     def __init__(self, node: FlorenceNode, action_type: Any, name: str) -> None:
         self._node = node
         self._types = action_type.Impl
-        self._name = node.resolve_service_name(name)
+        self.name = node.resolve_service_name(name)
         self._goals = node.create_client(self._types.SendGoalService, f"{name}/_action/send_goal")
         self._results = node.create_client(self._types.GetResultService, f"{name}/_action/get_result")
         self._cancels = node.create_client(CancelGoal, f"{name}/_action/cancel_goal")
@@ -80,13 +83,8 @@ class ActionClient:
         )
 
     @property
-    def name(self) -> str:
-        """The resolved name of the action."""
-        return self._name
-
-    @property
     def _status_topic(self) -> str:
-        return f"{self._name}/_action/status"
+        return f"{self.name}/_action/status"
 
     def server_is_ready(self) -> bool:
         """Whether all of a server is in sight."""

@@ -9,7 +9,7 @@ import heapq
 import itertools
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rclpy.clock import Clock as RclClock
 from rclpy.clock import ClockChange, ClockType, JumpThreshold, TimeJump
@@ -20,8 +20,7 @@ from florence_bt.core.clock import Callback
 
 if TYPE_CHECKING:
     from florence_bt.ros.node import FlorenceNode
-if TYPE_CHECKING:
-    from florence_bt.ros.node import FlorenceNode
+    from florence_bt.ros.shared_clock import SharedClock
 
 NANO = 1_000_000_000
 
@@ -140,17 +139,6 @@ FIRST_TIME_S = 1.0
 """A simulated clock that starts below this is taken to have been known from the beginning."""
 
 
-class TimeSource(Protocol):
-    """What gives a node the simulated time; see :mod:`florence_bt.ros.shared_clock`."""
-
-    @property
-    def listens(self) -> bool:
-        """Whether the time is being received."""
-
-    def listen(self) -> None:
-        """Receive the time now and from now on."""
-
-
 class SteadyClock(TimerQueue):
     """The time of this machine, whatever the simulated time does.
 
@@ -189,7 +177,7 @@ class RosClock(TimerQueue):
         ros_clock = node.get_clock()
         super().__init__(node, ros_clock)
         self._call_soon = call_soon
-        self.source: TimeSource | None = None
+        self.source: SharedClock | None = None
         self.sure = True
         self._asked = False
         self._latest = 0.0

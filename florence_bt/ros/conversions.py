@@ -250,17 +250,25 @@ def _covariance(values: Sequence[float]) -> list[float]:
 def scan_to_ros(scan: LaserScan) -> LaserScanMsg:
     """A laser scan."""
     return LaserScanMsg(
-        header=header_to_ros(scan.frame_id, scan.stamp),
-        angle_min=float(scan.angle_min),
-        angle_max=float(scan.angle_max),
-        angle_increment=float(scan.angle_increment),
-        time_increment=float(scan.time_increment),
-        scan_time=float(scan.scan_time),
-        range_min=float(scan.range_min),
-        range_max=float(scan.range_max),
+        **_geometry_to_ros(scan),
         ranges=_to_array("f", scan.ranges, np.float32),
         intensities=_to_array("f", scan.intensities, np.float32),
     )
+
+
+def _geometry_to_ros(scan: LaserScan) -> dict[str, Any]:
+    """The fields that the messages of a scan have in common."""
+    names = (
+        "angle_min",
+        "angle_max",
+        "angle_increment",
+        "time_increment",
+        "scan_time",
+        "range_min",
+        "range_max",
+    )
+    numbers = {name: float(getattr(scan, name)) for name in names}
+    return {"header": header_to_ros(scan.frame_id, scan.stamp), **numbers}
 
 
 def scan_from_ros(message: LaserScanMsg) -> LaserScan:
@@ -288,14 +296,7 @@ def echoes_to_ros(scan: LaserScan, echoes: FloatArray, intensities: FloatArray) 
         intensities: Shape (n, k) likewise, or (n, 0) without intensities.
     """
     return MultiEchoLaserScan(
-        header=header_to_ros(scan.frame_id, scan.stamp),
-        angle_min=float(scan.angle_min),
-        angle_max=float(scan.angle_max),
-        angle_increment=float(scan.angle_increment),
-        time_increment=float(scan.time_increment),
-        scan_time=float(scan.scan_time),
-        range_min=float(scan.range_min),
-        range_max=float(scan.range_max),
+        **_geometry_to_ros(scan),
         ranges=_to_echoes(echoes),
         intensities=_to_echoes(intensities) if intensities.size else [],
     )
@@ -307,16 +308,7 @@ def _to_echoes(beams: FloatArray) -> list[LaserEcho]:
 
 def depth_to_ros(image: DepthImage) -> Image:
     """A depth picture in the encoding 32FC1, metres."""
-    rows, columns = image.depth.shape
-    return Image(
-        header=header_to_ros(image.frame_id, image.stamp),
-        height=rows,
-        width=columns,
-        encoding="32FC1",
-        is_bigendian=0,
-        step=4 * columns,
-        data=_to_array("B", image.depth, np.float32),
-    )
+    return _image_to_ros("32FC1", image.depth, np.float32, image.frame_id, image.stamp)
 
 
 def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
@@ -342,16 +334,7 @@ def depth_from_ros(message: Image, camera: CameraModel) -> DepthImage:
 
 def colour_to_ros(image: ColourImage) -> Image:
     """A colour picture in the encoding rgb8."""
-    rows, columns, _ = image.pixels.shape
-    return Image(
-        header=header_to_ros(image.frame_id, image.stamp),
-        height=rows,
-        width=columns,
-        encoding="rgb8",
-        is_bigendian=0,
-        step=3 * columns,
-        data=_to_array("B", image.pixels, np.uint8),
-    )
+    return _image_to_ros("rgb8", image.pixels, np.uint8, image.frame_id, image.stamp)
 
 
 _CHANNELS: dict[str, tuple[int, ...]] = {
@@ -490,13 +473,20 @@ def points_to_ros(points: NDArray[np.float32], frame_id: str, stamp: float) -> P
 
 def millimetres_to_ros(millimetres: NDArray[np.uint16], frame_id: str, stamp: float) -> Image:
     """A depth picture in the encoding 16UC1: whole millimetres, 0 where nothing was measured."""
-    rows, columns = millimetres.shape
+    return _image_to_ros("16UC1", millimetres, np.uint16, frame_id, stamp)
+
+
+def _image_to_ros(
+    encoding: str, pixels: NDArray[Any], kind: type[np.generic], frame_id: str, stamp: float
+) -> Image:
+    data = _to_array("B", pixels, kind)
+    rows, columns = pixels.shape[:2]
     return Image(
         header=header_to_ros(frame_id, stamp),
         height=rows,
         width=columns,
-        encoding="16UC1",
+        encoding=encoding,
         is_bigendian=0,
-        step=2 * columns,
-        data=_to_array("B", millimetres, np.uint16),
+        step=len(data) // max(rows, 1),
+        data=data,
     )

@@ -10,7 +10,6 @@ tasks wake it instead, and every callback of a :class:`FlorenceNode` hands its e
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from typing import Any
 
 from rclpy.context import Context
@@ -82,11 +81,6 @@ class SpinLoop:
                 if not self._keep_going:
                     raise error
                 node.fail(error)
-
-    def spin_while(self, go_on: Callable[[], bool]) -> None:
-        """Handle events as long as a condition holds; :meth:`interrupt` makes it look again."""
-        while go_on():
-            self.spin_once()
 
     def drain(self, events: int = 100) -> None:
         """Handle what is waiting already, at most some events."""

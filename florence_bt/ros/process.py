@@ -67,10 +67,6 @@ def run_nodes(
     heartbeat = _Heartbeat(beat)
     failed = False
 
-    def go_on() -> bool:
-        heartbeat.keep()
-        return not asked()
-
     with _asked_to_end(loop) as asked:
         try:
             for make in factories:
@@ -86,7 +82,10 @@ def run_nodes(
             gc.freeze()
             if nodes:
                 _when_ready(nodes, partial(_ready, nodes[0], on_ready, heartbeat), asked)
-            loop.spin_while(go_on)
+            heartbeat.keep()
+            while not asked():
+                loop.spin_once()
+                heartbeat.keep()
         except Exception as error:
             failed = True
             _report(error)

@@ -322,10 +322,6 @@ def _song(message: Any, now: Now | None) -> None:
         _between("a duration", duration, 0.0, MAX_NOTE_S, "s")
 
 
-def _drive_goal(message: Any, now: Now | None) -> None:
-    _pose_stamped(message.pose, now)
-
-
 _SPEED_LIMITS = (
     _range("max_lin_speed", 0.0, MAX_SPEED_MPS, "m/s"),
     _range("max_ang_speed", 0.0, MAX_TURN_RATE, "rad/s"),
@@ -385,7 +381,7 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/LookForUser_Goal": _all(
         _range("window", 0.0, MAX_LOOK_S, "s"), _numbers(MAX_DISTANCE_M, "m", "x", "y")
     ),
-    "nav2_msgs/NavigateToPose_Goal": _drive_goal,
+    "nav2_msgs/NavigateToPose_Goal": lambda message, now: _pose_stamped(message.pose, now),
     "nav2_msgs/Spin_Goal": _numbers(MAX_ANGLE_RAD, "rad", "target_yaw"),
 }
 """Type -> its check. A type that is not here is not checked."""

@@ -115,10 +115,6 @@ class Executor:
         """Why no mission may start, or None."""
         return next(iter(self._blocks.values()), None)
 
-    @blocked_by.setter
-    def blocked_by(self, reason: str | None) -> None:
-        self.block("", reason)
-
     # ---- the runs that are known ------------------------------------------------------------------------
 
     @property

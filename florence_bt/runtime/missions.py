@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -67,7 +67,6 @@ class MissionFolders:
     Args:
         load: Reads all folders again.
         declarations: What the skills say about themselves.
-        hotspots: The labels of all hotspots, None when they are not known.
         date_ns: Tells the date, in the unit of the files' stamps.
 
     Attributes:
@@ -82,14 +81,12 @@ class MissionFolders:
         self,
         load: Callable[[], MissionLibrary],
         declarations: Mapping[str, SkillDeclaration],
-        hotspots: Collection[str] | None = None,
         *,
         date_ns: Callable[[], int] = time.time_ns,
     ) -> None:
         self.held: dict[str, str] = {}
         self._load = load
         self._declarations = declarations
-        self._hotspots = hotspots
         self._date_ns = date_ns
         self._known_versions: dict[str, str] = {}
         self._checked: dict[str, tuple[Mission, list[Finding]]] = {}
@@ -107,7 +104,6 @@ class MissionFolders:
         declarations: Mapping[str, SkillDeclaration],
         *,
         built_in: bool = True,
-        hotspots: Collection[str] | None = None,
     ) -> MissionFolders:
         """The missions of some folders, behind those that come with the package.
 
@@ -115,12 +111,11 @@ class MissionFolders:
             folders: Mission folders; a later one shadows missions of the same name in an earlier one.
             declarations: What the skills say about themselves.
             built_in: Whether to begin with the missions that come with the package.
-            hotspots: The labels of all hotspots, None when they are not known.
 
         Raises:
             ConfigError: A folder does not exist.
         """
-        return cls(partial(MissionLibrary.load, folders, built_in=built_in), declarations, hotspots)
+        return cls(partial(MissionLibrary.load, folders, built_in=built_in), declarations)
 
     def refresh(self) -> ReloadReport:
         """Take edits over, if there are any; a look at the files' dates when there are none.
@@ -254,7 +249,7 @@ class MissionFolders:
         except ConfigError as error:
             return str(error) if name in library.unreadable() else ""
         declarations = library.with_declared(self._declarations)
-        findings = check(mission, library, declarations, self._hotspots)
+        findings = check(mission, library, declarations)
         return next((str(f.as_error()) for f in findings if f.severity == ERROR), "")
 
     def _file_versions(self, library: MissionLibrary) -> dict[str, str]:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.runtime.journal import JournalReader
-from florence_bt.runtime.journal.rows import typed
 from florence_bt.runtime.run import RUN_ID, MissionRequest, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -124,7 +123,4 @@ def same_again(request: MissionRequest, library: MissionLibrary, runs_folder: Pa
         raise ConfigError(
             f"{run_id} is a run, and runs again with the inputs that it had", valid=["no inputs"]
         )
-    mission = library.find(row.mission)
-    ports = mission.inputs if mission is not None else {}
-    inputs = {name: typed(value, ports.get(name)) for name, value in row.inputs.items()}
-    return replace(request, mission=row.mission, inputs=inputs)
+    return replace(request, mission=row.mission, inputs=row.typed_inputs(library.find(row.mission)))

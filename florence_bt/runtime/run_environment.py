@@ -9,7 +9,7 @@ from florence_bt.behaviours.context import OpenRun
 from florence_bt.core.clock import Clock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure
-from florence_bt.core.skill import FinishedRun, Inputs, Skill
+from florence_bt.core.skill import InstantSkill, Skill
 from florence_bt.runtime.event_bus import EventBus
 from florence_bt.trees.language.loader import MissionLibrary
 
@@ -44,21 +44,6 @@ class RunEnvironment:
     yield_cpu: Callable[[], None] = _nothing
 
 
-class RejectingSkill:
-    """A skill that does not start: somebody drives the robot by hand.
-
-    Args:
-        reason: Why, for people.
-    """
-
-    def __init__(self, reason: str) -> None:
-        self._reason = reason
-
-    def start(self, inputs: Inputs) -> FinishedRun:
-        """Fail at once."""
-        return FinishedRun(failure("rejected", self._reason))
-
-
 def keep_off_the_base(
     skills: MutableMapping[str, Skill],
     declarations: Mapping[str, SkillDeclaration],
@@ -75,9 +60,10 @@ def keep_off_the_base(
         reason: Why, for people.
         on_error: Called when a skill breaks while it is cancelled; the others are cancelled anyway.
     """
+    rejecting = InstantSkill(lambda inputs: failure("rejected", reason))
     for name, declaration in declarations.items():
         if BASE in declaration.resources and name in skills:
-            skills[name] = RejectingSkill(reason)
+            skills[name] = rejecting
     for entry in tuple(runs):
         if BASE in entry.resources:
             try:

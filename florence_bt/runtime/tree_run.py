@@ -196,17 +196,13 @@ class TreeRun:
         )
         self._resume_when_drained()
 
-    def still_ending(self) -> list[str]:
-        """The skills that were cancelled for the pause and have not reported their ends."""
-        return [entry.skill for entry in self._context.still_ending()]
-
     def _resume_when_drained(self) -> None:
         if not self._context.still_ending():
             self._go_on()
 
     def _resume_late(self) -> None:
         """The skills had their time to stop; without their ends they cannot be started again."""
-        silent = ", ".join(dict.fromkeys(self.still_ending()))
+        silent = ", ".join(dict.fromkeys(entry.skill for entry in self._context.still_ending()))
         reason = f"after the pause: not known to have ended: {silent}"
         self.end(RunStatus.FAILED, Why(self.run.mission, "timed_out", reason))
 
@@ -362,11 +358,7 @@ class TreeRun:
         self._after_tick(partial(self._publish_started, path, skill, inputs))
 
     def _on_skill_ended(self, path: str, skill: str, result: Result) -> None:
-        publish = partial(self._publish_ended, path, skill, result, self._context.pause.active)
-        if self._held is None:
-            publish()
-        else:
-            self._held.append(publish)
+        self._after_tick(partial(self._publish_ended, path, skill, result, self._context.pause.active))
 
     def _publish_started(self, path: str, skill: str, inputs: Mapping[str, Any]) -> None:
         self._environment.event_bus.publish(

@@ -48,6 +48,7 @@ class HeartbeatMonitor:
 
     Attributes:
         writer: The file descriptor for the process; :meth:`started` closes it here.
+        has_beaten: Whether the process has answered at all.
         silent_s: Seconds without a beat so far, as :data:`KILLED_AFTER_S` counts them; 0 before the first,
             because a process that starts has a budget of its own.
     """
@@ -57,7 +58,7 @@ class HeartbeatMonitor:
         for descriptor in (self._reader, self.writer):
             os.set_blocking(descriptor, False)
         self._looked = now
-        self._has_beaten = False
+        self.has_beaten = False
         self._pid = 0
         self._run_delay_s = 0.0
         self.silent_s = 0.0
@@ -66,11 +67,6 @@ class HeartbeatMonitor:
     def is_silent(self) -> bool:
         """Whether the process does not answer."""
         return self.silent_s >= SILENT_S
-
-    @property
-    def has_beaten(self) -> bool:
-        """Whether the process has answered at all."""
-        return self._has_beaten
 
     def started(self, pid: int) -> None:
         """The process has its end of the pipe now."""
@@ -89,8 +85,8 @@ class HeartbeatMonitor:
         except BlockingIOError:
             came = b""
         if came:
-            self._has_beaten, self.silent_s = True, 0.0
-        elif self._has_beaten:
+            self.has_beaten, self.silent_s = True, 0.0
+        elif self.has_beaten:
             if self.is_silent:
                 before, self._run_delay_s = self._run_delay_s, run_delay(self._pid)
                 passed -= min(passed, self._run_delay_s - before)

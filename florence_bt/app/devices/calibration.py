@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
+from rclpy.parameter import parameter_value_to_python
 
 from florence_bt.app.devices.config_edit import set_numbers
 from florence_bt.app.runs.client import ANSWER_BUDGET_S, LIVE_STATES, OVERRIDDEN, MissionClient
@@ -27,8 +27,6 @@ SIMULATED_PATIENCE_S = 30.0
 this machine's time, in which a simulation may run far ahead."""
 LOOK_PERIOD_S = 0.5
 """Wall seconds between two questions whether a mission or a person wants the base."""
-_BOOLEAN, _DOUBLE = 1, 3
-"""Types of rcl_interfaces/ParameterValue."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,13 +173,8 @@ def _parameters_of_base(client: MissionClient) -> dict[str, float]:
     answer = client.call(
         GetParameters, f"{BASE_NODE}/get_parameters", GetParameters.Request(names=names), repeat=True
     )
-    values = dict(zip(names, (_value(value) for value in answer.values), strict=False))
+    numbers = [float(parameter_value_to_python(value) or 0.0) for value in answer.values]
+    values = dict(zip(names, numbers, strict=False))
     if values.pop("has_gyro", 0.0) != 1.0:
         values.pop(GYRO_PARAMETER, None)
     return values
-
-
-def _value(value: ParameterValue) -> float:
-    if value.type == _BOOLEAN:
-        return float(value.bool_value)
-    return float(value.double_value if value.type == _DOUBLE else value.integer_value)

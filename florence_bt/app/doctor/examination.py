@@ -11,7 +11,7 @@ from florence_bt.app.bringup.config import load_config, refuse_unknown_nodes
 from florence_bt.app.bringup.topology import NODES
 from florence_bt.app.doctor.finding import HealthFinding, good, note, problem
 from florence_bt.app.doctor.firmware import check_firmware
-from florence_bt.app.doctor.graph import GraphView, check_graph, check_settings
+from florence_bt.app.doctor.graph import check_graph, check_settings
 from florence_bt.app.doctor.home import check_home
 from florence_bt.app.doctor.libraries import check_libraries
 from florence_bt.app.doctor.machine import check_machine
@@ -83,14 +83,7 @@ def _ros() -> Iterator[HealthFinding]:
     except ModuleNotFoundError as error:
         yield note("ROS", "rclpy", f"{error.name} is not installed", "make setup, or source a ROS 2 Jazzy")
         return
-    view: list[GraphView] = []
-    yield from _guarded("ROS", lambda: _watched(view, watch_graph))
-    yield from (finding for seen in view for finding in check_graph(seen))
-
-
-def _watched(view: list[GraphView], watch: Callable[[float, float], GraphView]) -> Iterator[HealthFinding]:
-    view.append(watch(WATCH_S, WATCH_LONGER_S))
-    return iter(())
+    yield from _guarded("ROS", lambda: check_graph(watch_graph(WATCH_S, WATCH_LONGER_S)))
 
 
 def _guarded(group: str, check: Callable[[], Iterator[HealthFinding]]) -> Iterator[HealthFinding]:

@@ -64,6 +64,19 @@ def problem(group: str, item: str, found: str, advice: str) -> HealthFinding:
     return HealthFinding(group, item, HealthLevel.PROBLEM, found, advice)
 
 
+BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
+"""Share of the charge below which a warning or a problem is reported (our choice)."""
+
+
+def charge_of_battery(share: float, found: str) -> HealthFinding:
+    """Whether a charge, as a share of the capacity, is enough."""
+    if share < BATTERY_EMPTY:
+        return problem("battery", "base", found, "charge the robot before the next mission")
+    if share < BATTERY_LOW:
+        return warning("battery", "base", found, "charge the robot soon")
+    return good("battery", "base", found)
+
+
 _STYLES = {
     HealthLevel.OK: "green",
     HealthLevel.NOTE: "cyan",

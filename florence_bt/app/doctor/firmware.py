@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from florence_bt.app.doctor.finding import HealthFinding, good, problem, warning
+from florence_bt.app.doctor.finding import HealthFinding, charge_of_battery, good, problem, warning
 from florence_bt.core.errors import DeviceError, FlorenceError
 from florence_bt.drivers.hokuyo import codec as scip
 from florence_bt.drivers.serial_port import BytePort, SerialPort
@@ -23,7 +23,6 @@ ANSWER_S = 2.0
 MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY = 35, 21, 22, 25, 26
 ASKED = (MODE, CHARGING, VOLTAGE, CHARGE, CAPACITY)
 """Packets of the base (REFERENCE 1.5)."""
-LOW, EMPTY = 0.3, 0.15
 LASER_BAUD = 115200
 
 OpenPort = Callable[[str, int], BytePort]
@@ -105,25 +104,17 @@ def _battery(values: Mapping[int, int]) -> HealthFinding:
     found = f"{share:.0%} of {values[CAPACITY]} mAh"
     if values[CHARGING] in (1, 2, 3):
         return good("battery", "base", f"{found}, charging")
-    if share < EMPTY:
-        return problem("battery", "base", found, "charge the robot before the next mission")
-    if share < LOW:
-        return warning("battery", "base", found, "charge the robot soon")
-    return good("battery", "base", found)
+    return charge_of_battery(share, found)
 
 
 def _ask_laser(port: BytePort, now: Callable[[], float]) -> Iterator[HealthFinding]:
-    parser = scip.ReplyParser()
+    def version_in(data: bytes) -> scip.ScipReply | None:
+        return next((reply for reply in scip.ReplyParser().feed(data) if reply.command == "VV"), None)
+
     port.write(scip.request("QT"))
     _drop_what_comes(port, now)
     port.write(scip.request("VV"))
-    replies: list[scip.ScipReply] = []
-
-    def answered(data: bytes) -> bool:
-        return any(reply.command == "VV" for reply in replies)
-
-    _read(port, now, answered, on_data=lambda data: replies.extend(parser.feed(data)))
-    version = next((reply for reply in replies if reply.command == "VV"), None)
+    version = version_in(_read(port, now, lambda data: version_in(data) is not None))
     item = f"laser at {port.name}"
     if version is None:
         yield problem(
@@ -146,16 +137,9 @@ def _drop_what_comes(port: BytePort, now: Callable[[], float]) -> None:
         port.read(0.05)
 
 
-def _read(
-    port: BytePort,
-    now: Callable[[], float],
-    enough: Callable[[bytes], bool],
-    on_data: Callable[[bytes], None] = lambda data: None,
-) -> bytes:
+def _read(port: BytePort, now: Callable[[], float], enough: Callable[[bytes], bool]) -> bytes:
     data = b""
     end = now() + ANSWER_S
     while not enough(data) and (left := end - now()) > 0.0:
-        new = port.read(min(left, 0.2))
-        on_data(new)
-        data += new
+        data += port.read(min(left, 0.2))
     return data

@@ -7,12 +7,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from florence_bt.app.bringup.topology import NODES, OPTIONAL
-from florence_bt.app.doctor.finding import HealthFinding, HealthLevel, good, note, problem, warning
+from florence_bt.app.doctor.finding import (
+    HealthFinding,
+    HealthLevel,
+    charge_of_battery,
+    good,
+    note,
+    problem,
+    warning,
+)
 from florence_bt.ros.environment import PROFILES, RANGE, reach_of
 
 GROUP = "ROS"
-BATTERY_LOW, BATTERY_EMPTY = 0.3, 0.15
-"""Share of the charge below which a warning or a problem is reported (our choice)."""
 _LEVELS = {0: HealthLevel.OK, 1: HealthLevel.WARNING, 2: HealthLevel.PROBLEM, 3: HealthLevel.PROBLEM}
 
 
@@ -92,7 +98,7 @@ def check_graph(view: GraphView) -> Iterator[HealthFinding]:
     else:
         yield good(GROUP, "system", f"all {len(wanted)} nodes are there")
     yield from _twice(view)
-    yield from _battery(view.charge)
+    yield _battery(view.charge)
     for name, (level, message) in sorted(view.diagnostics.items()):
         severity = _LEVELS.get(level, HealthLevel.PROBLEM)
         well = severity is HealthLevel.OK
@@ -115,16 +121,8 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
         )
 
 
-def _battery(charge: float | None) -> Iterator[HealthFinding]:
+def _battery(charge: float | None) -> HealthFinding:
     if charge is None:
-        yield warning(
-            "battery", "base", "the charge is not published", "look at the findings about turtlebot_node"
-        )
-        return
-    found = f"{charge:.0%} of its charge"
-    if charge < BATTERY_EMPTY:
-        yield problem("battery", "base", found, "charge the robot before the next mission")
-    elif charge < BATTERY_LOW:
-        yield warning("battery", "base", found, "charge the robot soon")
-    else:
-        yield good("battery", "base", found)
+        advice = "look at the findings about turtlebot_node"
+        return warning("battery", "base", "the charge is not published", advice)
+    return charge_of_battery(charge, f"{charge:.0%} of its charge")

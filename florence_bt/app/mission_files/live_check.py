@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-from florence_interfaces.srv import GetHotspot, ListMissions
+from florence_interfaces.srv import GetHotspot
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.runs.client import MissionClient, SystemNotThere
@@ -18,6 +18,7 @@ from florence_bt.core.errors import DeviceTimeout, closest_first
 from florence_bt.core.plain_yaml import Position
 from florence_bt.core.skill import Skill
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.served_skill import ServedSkill
 from florence_bt.trees.language.findings import ERROR, WARNING, Finding
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import CallMission, Mission, RunSkill
@@ -26,17 +27,6 @@ SEARCH_S = 5.0
 """Wall seconds in which the mission server, and then the servers of the skills, must come in sight."""
 _HOTSPOT_SERVICE = "florenceLocator/getHotspot"
 _START = ("florence up --sim", "florence up --robot CONFIG")
-
-
-class _Served(Protocol):
-    """A skill that some server performs."""
-
-    @property
-    def label(self) -> str:
-        """What serves it, for people."""
-
-    def server_is_there(self) -> bool:
-        """Whether a server is in sight."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +71,7 @@ def compare_with_system(
     with MissionClient("florence_check") as client:
         # A client that is brand new needs a moment to see who is there.
         client.spin_until(lambda: client.servers() > 0, SEARCH_S)
-        answer = client.call(ListMissions, "florence_bt/list_missions", ListMissions.Request(), repeat=True)
-        served = {info.name: info for info in answer.missions}
+        served = {info.name: info for info in client.missions().missions}
         findings = [finding for mission in missions for finding in _compare_mission(mission, served)]
         findings += _compare_skills(client, _skills_of(missions, library), skills(client.node))
         return findings + _compare_hotspots(client, missions, labels)
@@ -148,13 +137,14 @@ def _skills_below(name: str, library: MissionLibrary) -> Iterator[tuple[str, str
 
 
 def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[str, Skill]) -> list[Finding]:
-    findings, waiting = [], {}
+    findings: list[Finding] = []
+    waiting: dict[str, ServedSkill] = {}
     for need in needs:
-        skill: Any = skills.get(need.name)
+        skill = skills.get(need.name)
         if skill is None:
             message = f"the robot has no skill {need.name!r}: nothing connects it to a server"
             findings.append(need.finding(message, closest_first(need.name, skills)))
-        elif callable(getattr(skill, "server_is_there", None)):
+        elif isinstance(skill, ServedSkill):
             waiting[need.name] = skill
     client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
     lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
+
 import rclpy
 from florence_interfaces.msg import RunState
 from florence_interfaces.srv import (
@@ -23,14 +24,14 @@ from florence_interfaces.srv import (
 )
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
+
+from florence_bt.app.bringup.locks import bring_up_here
+from florence_bt.app.bringup.signals import held_back
 from florence_bt.core.errors import DeviceTimeout, FlorenceError
 from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
-from florence_bt.app.bringup.locks import bring_up_here
-from florence_bt.app.bringup.signals import held_back
-from florence_bt.core.errors import DeviceTimeout
 
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
@@ -173,7 +174,9 @@ class MissionClient:
         """
         client = self._client(service_type, name)
         if not self._comes_in_sight(client):
-            raise SystemNotThere(f"no server of {name} is in sight; is the system up? Start it with: florence up --sim")
+            raise SystemNotThere(
+                f"no server of {name} is in sight; is the system up? Start it with: florence up --sim"
+            )
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):
             passed = time.monotonic() - begin
@@ -227,13 +230,9 @@ class MissionClient:
         )
         return self.call(RunMission, "florence_bt/run_mission", request)
 
-    def status(
-        self, run_id: str = "", *, colour: bool = False, visited_only: bool = False, durations: bool = False
-    ) -> Any:
-        """The status of a run, or of the current or last one; the options are those of the tree's text."""
-        question = MissionStatus.Request(
-            run_id=run_id, colour=colour, visited_only=visited_only, durations=durations
-        )
+    def status(self, run_id: str = "", *, durations: bool = False) -> Any:
+        """The status of a run, or of the current or last one, perhaps with durations in the tree's text."""
+        question = MissionStatus.Request(run_id=run_id, durations=durations)
         return self.call(MissionStatus, "florence_bt/status", question, repeat=True)
 
     def ask_status(self) -> Any:
@@ -340,12 +339,12 @@ class RunWatch:
         self._unanswered = 0
         self._answered = time.monotonic()
         if self._run_id and not status.found:
-            raise SystemNotThere(
-                f"the mission server was restarted and does not know the run {self._run_id}"
-            )
+            raise SystemNotThere(f"the mission server was restarted and does not know the run {self._run_id}")
         return bool(self._run_id) and status.state not in LIVE_STATES
 
     def _gone(self) -> SystemNotThere:
         state = self._client.state
-        last = f"; its last reason was: {state.reason}" if state.run_id == self._run_id and state.reason else ""
+        last = (
+            f"; its last reason was: {state.reason}" if state.run_id == self._run_id and state.reason else ""
+        )
         return SystemNotThere(f"the mission server went away, see the logs of the bring-up{last}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+
 from py_trees.common import Status
 from rich.console import Console
 from rich.live import Live
@@ -10,7 +11,6 @@ from rich.panel import Panel
 from rich.text import Text
 
 from florence_bt.trees.drawings.ascii import MARKS
-
 
 STYLES = {Status.SUCCESS: "green", Status.FAILURE: "red", Status.RUNNING: "bold cyan", Status.INVALID: "dim"}
 

@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
-from florence_bt.app.runs.client import MissionClient
-from florence_bt.app.runs.client import RunWatch
 from florence_bt.app.bringup.signals import held_back
+from florence_bt.app.runs.client import MissionClient, RunWatch
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,15 +56,12 @@ def run_mission(
 
 
 def _watch(client: MissionClient, run_id: str, console: Console, *, headless: bool) -> Any:
-    """Show a run until it is over; gives its status."""
+    """Show a run until it is over, or without an id what runs until Ctrl-C; gives its status."""
     from florence_bt.app.runs.live import make_display
 
-    display = make_display(console, headless=headless)
-    try:
-        watch = RunWatch(client, run_id)
+    watch = RunWatch(client, run_id)
+    with closing(make_display(console, headless=headless)) as display:
         client.spin_until(watch.over, FOREVER_S, watch=lambda: display.show(client.tree))
-    finally:
-        display.close()
     return watch.result()
 
 
@@ -77,15 +74,8 @@ def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
             for line in _what_waits(status):
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
             return bool(status.found or not run_id)
-        from florence_bt.app.runs.live import make_display
-
-        display = make_display(console, headless=False)
-        try:
-            client.tree = status.tree
-            server = RunWatch(client)
-            client.spin_until(server.over, FOREVER_S, watch=lambda: display.show(client.tree))
-        finally:
-            display.close()
+        client.tree = status.tree
+        _watch(client, "", console, headless=False)
     return True
 
 

@@ -49,7 +49,8 @@ def switch_override(on: bool) -> str:
     finally:
         rclpy.shutdown(context=context)
     if on:
-        return "the manual override is on: the base takes commands from manual_cmd_vel only; it ends with florence release"
+        how_long = "it ends with florence release"
+        return f"the manual override is on: the base takes commands from manual_cmd_vel only; {how_long}"
     return "the manual override is off: missions may start again; what was stopped stays stopped"
 
 

@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Annotated
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.limits import Limits, NotNegative, check_limits
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.journal.reader import JournalReader
 from florence_bt.runtime.journal.rows import run_changes, run_values
@@ -52,20 +54,15 @@ class JournalParameters:
         busy_s: Seconds to wait when another process locks the file.
     """
 
-    keep_runs: int = 1000
-    events_per_run: int = 200_000
-    max_waiting: int = 20_000
-    flush_limit_s: float = 1.0
-    busy_s: float = 0.5
+    keep_runs: Annotated[int, Limits(1)] = 1000
+    events_per_run: Annotated[int, Limits(1)] = 200_000
+    max_waiting: Annotated[int, Limits(1)] = 20_000
+    flush_limit_s: NotNegative = 1.0
+    busy_s: NotNegative = 0.5
 
     def __post_init__(self) -> None:
         """Check the values."""
-        for name in ("keep_runs", "events_per_run", "max_waiting"):
-            if getattr(self, name) < 1:
-                raise ConfigError(f"{name} must be at least 1, not {getattr(self, name)}", valid=["1000"])
-        for name in ("flush_limit_s", "busy_s"):
-            if not getattr(self, name) >= 0.0:
-                raise ConfigError(f"{name} must be zero or more seconds", valid=["0.5"])
+        check_limits(self)
 
 
 class Journal:

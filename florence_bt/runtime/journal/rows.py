@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import isfinite
 from types import NoneType
 from typing import Any
@@ -16,12 +16,7 @@ from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.events import EventKind, RunEvent, plain
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunStatus, TriggerPolicy
-
-RUN_COLUMNS = (
-    "run_id, mission, caller, policy, priority, inputs, version, accepted, state, note, code, reason, cause, "
-    "outputs, started, ended, ticks, tree, lost"
-)
-EVENT_COLUMNS = "seq, time, tick, kind, node, old, new, code, reason, skill, inputs, outputs, data"
+from florence_bt.trees.language.model import Mission
 
 _OWN_COLUMNS = ("node", "old", "new", "code", "reason", "skill")
 _JSON_COLUMNS = ("inputs", "outputs")
@@ -84,6 +79,11 @@ class JournaledRun:
         """The state of the run."""
         return RunStatus(self.state)
 
+    def typed_inputs(self, mission: Mission | None) -> dict[str, Any]:
+        """The inputs as its mission declares them, as far as it is known."""
+        ports = mission.inputs if mission is not None else {}
+        return {name: typed(value, ports.get(name)) for name, value in self.inputs.items()}
+
     def as_run(self) -> MissionRun:
         """The run with plain values, to be shown."""
         request = MissionRequest(
@@ -140,6 +140,10 @@ class JournaledEvent:
     inputs: Mapping[str, Any]
     outputs: Mapping[str, Any]
     data: Mapping[str, Any]
+
+
+RUN_COLUMNS = ", ".join(field.name for field in fields(JournaledRun))
+EVENT_COLUMNS = ", ".join(field.name for field in fields(JournaledEvent))
 
 
 def run_values(run: MissionRun, accepted: str) -> tuple[Any, ...]:

@@ -91,21 +91,19 @@ class Store:
         folder: The folder of the runs; made when needed.
         keep_runs: How many runs that ended are kept, with their folders.
         busy_s: Seconds to wait when another process locks the file.
+
+    Attributes:
+        path: The file.
     """
 
     def __init__(self, folder: Path, keep_runs: int, busy_s: float) -> None:
         self.folder = folder
-        self._file = folder / JOURNAL_FILE
+        self.path = folder / JOURNAL_FILE
         self._keep_runs = keep_runs
         self._busy_s = busy_s
         self._connection: sqlite3.Connection | None = None
         self._inode = 0
         self._new_runs = keep_runs  # what older processes left counts too
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._file
 
     def apply(self, jobs: Iterable[Job]) -> None:
         """Write a batch.
@@ -154,11 +152,11 @@ class Store:
             self.close()
         if self._connection is None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._file = self.folder / JOURNAL_FILE
+            self.path = self.folder / JOURNAL_FILE
             try:
                 self._connection = self._connect()
             except JournalTooNew:
-                self._file = self.folder / OWN_FILE
+                self.path = self.folder / OWN_FILE
                 self._connection = self._connect()
             self._inode = self.path.stat().st_ino
         return self._connection
@@ -180,7 +178,7 @@ class Store:
 
     def _in_place(self) -> bool:
         try:
-            return os.stat(self._file).st_ino == self._inode
+            return os.stat(self.path).st_ino == self._inode
         except FileNotFoundError:
             return False
 

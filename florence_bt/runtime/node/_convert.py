@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import uuid
 from collections.abc import Mapping
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import KeyValue as DiagnosticValue
 from florence_interfaces.msg import MissionInfo, MissionPort, RunState
 from py_trees_ros_interfaces.msg import ActivityItem, Behaviour, BehaviourTree, KeyValue, Statistics
 from unique_identifier_msgs.msg import UUID
 
 from florence_bt.core.declaration import Port
+from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.status import RUN_STATES
 from florence_bt.runtime.viewers.snapshot import NodeSnapshot
@@ -20,8 +19,6 @@ from florence_bt.runtime.viewers.tick_statistics import TickStatistics
 from florence_bt.runtime.viewers.variables import Activity
 from florence_bt.trees.language.model import Mission
 from florence_bt.trees.language.quantities import format_value
-
-NANO = 1_000_000_000
 
 
 def run_state_to_ros(run: MissionRun) -> RunState:
@@ -92,12 +89,6 @@ def activity_to_ros(activity: list[Activity]) -> list[ActivityItem]:
     ]
 
 
-def time_to_ros(seconds: float) -> Time:
-    """A point in time; seconds since the epoch of the ROS clock."""
-    nanoseconds = round(max(seconds, 0.0) * NANO) if math.isfinite(seconds) else 0
-    return Time(sec=nanoseconds // NANO, nanosec=nanoseconds % NANO)
-
-
 def _node_to_ros(node: NodeSnapshot) -> Behaviour:
     return Behaviour(
         name=node.name,
@@ -124,7 +115,7 @@ def _uuid_to_ros(value: uuid.UUID | None) -> UUID:
 def _statistics_to_ros(ticks: TickStatistics) -> Statistics:
     return Statistics(
         count=ticks.count,
-        stamp=time_to_ros(ticks.stamp),
+        stamp=stamp_to_ros(ticks.stamp),
         tick_duration=ticks.duration,
         tick_duration_average=ticks.duration_average,
         tick_duration_variance=ticks.duration_variance,

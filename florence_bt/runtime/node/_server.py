@@ -172,8 +172,9 @@ class MissionNode(FlorenceNode):
     def close(self) -> None:
         """Stop what runs; the skills' cancels go out, and their answers are waited for only for a moment."""
         self._on_recorded = None
-        self._missions.blocked_by = "the mission server is shutting down"
-        self._missions.abandon("the mission server is shutting down")
+        reason = "the mission server is shutting down"
+        self._missions.block("shutdown", reason)
+        self._missions.abandon(reason)
 
     def on_failure(self, reason: str) -> None:
         """Stop the robot, and the run that may not go on as it should; those that wait are not touched."""

@@ -16,8 +16,8 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_topic_name import validate_topic_name
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.ros.latched_publisher import LatchedPublisher
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.watched_publisher import LatchedPublisher
 from florence_bt.runtime.viewers.streams import MAX_STREAMS, topic_of
 
 LOOK_S = 0.1
@@ -128,6 +128,11 @@ class ViewerStreams(Generic[T]):
         if stream.users == 0:
             self._end(topic)
         return True
+
+    def on_close(self, request: Any, response: Any) -> Any:
+        """Serve the service that closes a stream."""
+        response.result = self.close(request.topic_name)
+        return response
 
     def _full_name(self, wanted: str) -> str:
         relative = topic_of(wanted, self._count, folder=self._folder, automatic=self._automatic)

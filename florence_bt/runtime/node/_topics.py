@@ -55,8 +55,11 @@ class RunTopics:
 
     def on_event(self, run: MissionRun, event: RunEvent) -> None:
         """Something happened to a run."""
-        if event.kind in _QUEUE_EVENTS and self._missions.current not in (None, run):
-            self._publish_queue_change(run, event)
+        current = self._missions.current
+        if event.kind in _QUEUE_EVENTS and current is not None and current is not run:
+            # A run that waits; the last message is about the one that runs.
+            self._state.publish(run_state_to_ros(run))
+            self._state.publish(run_state_to_ros(current))
         elif event.kind is EventKind.STARTED:
             self._published = ""
             self._state.publish(run_state_to_ros(run))
@@ -67,13 +70,6 @@ class RunTopics:
             self._forget_later()
             self._state.publish(run_state_to_ros(run))
             self._tree.publish(String(data=status_text(run, run.tree, self._node.timebase.now())))
-
-    def _publish_queue_change(self, run: MissionRun, event: RunEvent) -> None:
-        """A run was queued, or left the queue before it began; the current run is published last."""
-        self._state.publish(run_state_to_ros(run))
-        current = self._missions.current
-        assert current is not None
-        self._state.publish(run_state_to_ros(current))
 
     def _publish_later(self) -> None:
         self._later = None

@@ -119,14 +119,8 @@ class Triggers:
         def start(problem: str, report: ReloadReport) -> None:
             response.accepted, response.run_id, response.message = (False, "", problem)
             if not problem:
-                response.accepted, response.run_id, response.message = self._start(
-                    request.mission,
-                    request.input_names,
-                    request.input_values,
-                    request.caller or "run_mission service",
-                    request.policy,
-                    request.priority,
-                )
+                answered = self._start_asked(request, "run_mission service")
+                response.accepted, response.run_id, response.message = answered
             answer.answer(response)
 
         self._edits.when_fresh(start)
@@ -171,14 +165,13 @@ class Triggers:
         if older is not None and goal.policy == TriggerPolicy.QUEUE.value:
             queued = "to queue more use the service run_mission"
             return False, "", f"this action has one goal at a time, now {older}; {queued}"
-        return self._start(
-            goal.mission,
-            goal.input_names,
-            goal.input_values,
-            goal.caller or "execute_mission action",
-            goal.policy,
-            goal.priority,
-        )
+        return self._start_asked(goal, "execute_mission action")
+
+    def _start_asked(
+        self, asked: RunMission.Request | ExecuteMission.Goal, caller: str
+    ) -> tuple[bool, str, str]:
+        names, values = asked.input_names, asked.input_values
+        return self._start(asked.mission, names, values, asked.caller or caller, asked.policy, asked.priority)
 
     def _start(
         self,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from py_trees.common import Status
@@ -22,26 +23,26 @@ from py_trees_ros_interfaces.srv import (
 from std_msgs.msg import String
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.ros.latched_publisher import LatchedPublisher
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.watched_publisher import WatchedPublisher
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.node._convert import activity_to_ros, snapshot_to_ros, variables_to_ros
 from florence_bt.runtime.node._streams import ViewerStream, ViewerStreams
 from florence_bt.runtime.run import MissionRun
 from florence_bt.runtime.viewers.snapshot import NodeSnapshot, snapshot_of, statuses
 from florence_bt.runtime.viewers.streams import StreamParameters, checked_variables, keys_text
-from florence_bt.runtime.viewers.tick_statistics import TickStatistics, TickStatisticsWindow
+from florence_bt.runtime.viewers.tick_statistics import TickStatisticsWindow
 from florence_bt.runtime.viewers.variables import Activity, Variables, changes, lookup, variables_of
 from florence_bt.trees.language.compile import CompiledTree
 
 
+@dataclass(frozen=True, slots=True)
 class _Board:
     """What a watcher of keys wants: some or all (empty), on the visited path only, with what happened."""
 
-    def __init__(self, names: tuple[str, ...], *, visited: bool, activity: bool) -> None:
-        self.names = names
-        self.visited = visited
-        self.activity = activity
+    names: tuple[str, ...]
+    visited: bool
+    activity: bool
 
 
 class Watching:
@@ -71,7 +72,7 @@ class Watching:
             node, String, folder="blackboard_streams", automatic="_watcher_", show=self._show_board_to_joiner
         )
         self._default: ViewerStream[StreamParameters] = ViewerStream(
-            WatchedPublisher(node, BehaviourTree, "~/snapshots", on_join=lambda: self._show(self._default)),
+            LatchedPublisher(node, BehaviourTree, "~/snapshots", on_join=lambda: self._show(self._default)),
             StreamParameters(),
         )
         self._create_services()
@@ -80,10 +81,10 @@ class Watching:
         for kind, name, callback in (
             (OpenSnapshotStream, "snapshot_streams/open", self._on_open),
             (ReconfigureSnapshotStream, "snapshot_streams/reconfigure", self._on_reconfigure),
-            (CloseSnapshotStream, "snapshot_streams/close", self._on_close),
+            (CloseSnapshotStream, "snapshot_streams/close", self._snapshots.on_close),
             (GetBlackboardVariables, "blackboard_streams/get_variables", self._on_get_variables),
             (OpenBlackboardStream, "blackboard_streams/open", self._on_open_board),
-            (CloseBlackboardStream, "blackboard_streams/close", self._on_close_board),
+            (CloseBlackboardStream, "blackboard_streams/close", self._boards.on_close),
         ):
             self._node.create_service(kind, f"~/{name}", callback)
 
@@ -175,9 +176,8 @@ class Watching:
             self._publish(stream)
 
     def _publish(self, stream: ViewerStream[StreamParameters]) -> None:
-        message = snapshot_to_ros(
-            self._nodes, changed=self._nodes != stream.shown, statistics=self._statistics()
-        )
+        changed, statistics = self._nodes != stream.shown, self._ticks.as_of(self._count)
+        message = snapshot_to_ros(self._nodes, changed=changed, statistics=statistics)
         if stream.wanted.data and self._variables is not None:
             names = self._variables.used_by(node.own_id for node in self._nodes if node.is_active)
             message.blackboard_on_visited_path = variables_to_ros(
@@ -188,9 +188,6 @@ class Watching:
         stream.publisher.publish(message)
         stream.shown = self._nodes
         stream.shown_at = self._node.steady.now()
-
-    def _statistics(self) -> TickStatistics:
-        return self._ticks.as_of(self._count)
 
     def _on_open(
         self, request: OpenSnapshotStream.Request, response: OpenSnapshotStream.Response
@@ -216,12 +213,6 @@ class Watching:
         response.result = stream is not None
         return response
 
-    def _on_close(
-        self, request: CloseSnapshotStream.Request, response: CloseSnapshotStream.Response
-    ) -> CloseSnapshotStream.Response:
-        response.result = self._snapshots.close(request.topic_name)
-        return response
-
     # ---- keys -------------------------------------------------------------------------------------------
 
     def _on_get_variables(
@@ -236,20 +227,11 @@ class Watching:
         self, request: OpenBlackboardStream.Request, response: OpenBlackboardStream.Response
     ) -> OpenBlackboardStream.Response:
         try:
-            board = _Board(
-                checked_variables(request.variables),
-                visited=request.filter_on_visited_path,
-                activity=request.with_activity_stream,
-            )
+            names = checked_variables(request.variables)
+            board = _Board(names, request.filter_on_visited_path, request.with_activity_stream)
             response.topic = self._boards.open("", board)
         except ConfigError as error:
             self._node.get_logger().warning(f"blackboard stream refused: {error}")
-        return response
-
-    def _on_close_board(
-        self, request: CloseBlackboardStream.Request, response: CloseBlackboardStream.Response
-    ) -> CloseBlackboardStream.Response:
-        response.result = self._boards.close(request.topic_name)
         return response
 
     def _show_board_to_joiner(self, stream: ViewerStream[_Board]) -> None:

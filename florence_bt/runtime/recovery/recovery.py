@@ -29,7 +29,6 @@ from florence_bt.runtime.journal import (
     JournalReader,
     JournalTooNew,
 )
-from florence_bt.runtime.journal.rows import typed
 from florence_bt.runtime.journal.schema import OWN_FILE
 from florence_bt.runtime.journal.text import tree_from_events, with_one_clock
 from florence_bt.runtime.recovery.replay import ReplayDiverged, replay
@@ -334,9 +333,7 @@ class Recovery:
     def _run_of(self, past: LeftRun) -> MissionRun:
         """The run as it began, with inputs of the types that its mission declares."""
         row = past.row
-        mission = self._executor.library.find(row.mission)
-        ports = mission.inputs if mission is not None else {}
-        inputs = {name: typed(value, ports.get(name)) for name, value in row.inputs.items()}
+        inputs = row.typed_inputs(self._executor.library.find(row.mission))
         request = MissionRequest(row.mission, inputs, row.caller, TriggerPolicy(row.policy), row.priority)
         run = MissionRun(row.run_id, request, inputs, version=row.version, note=row.note)
         run.ticks = row.ticks

@@ -114,9 +114,7 @@ class _Replay:
         self._between = _between_ticks(self._events, self._last_change)
         self._records: dict[int, _Recorded] = {}
         self._over: tuple[RunStatus, Why | None] | None = None
-        self._skills = {
-            name: _RecordedSkill(name, declaration, run) for name, declaration in declarations.items()
-        }
+        self._skills = {name: _RecordedSkill(declaration, run) for name, declaration in declarations.items()}
         self._give_ends()
         event_bus = EventBus(self._clock, NoLog())
         event_bus.add_listener(lambda run, event: self._done.append(event))
@@ -267,10 +265,9 @@ class _Recorded:
 class _RecordedSkill:
     """A skill that answers what it answered then, run by run in the order of the starts."""
 
-    def __init__(self, name: str, declaration: SkillDeclaration, mission: MissionRun) -> None:
+    def __init__(self, declaration: SkillDeclaration, mission: MissionRun) -> None:
         self.declaration = declaration
         self.records: list[_Recorded] = []
-        self._name = name
         self._mission = mission
         self._starts = 0
         self._open: list[_RecordedRun] = []

@@ -209,7 +209,7 @@ def test_a_timeout_cancels_the_skill_and_waits_for_its_end(bench):
 
 
 def test_while_triggers_are_blocked_nothing_starts(bench):
-    bench.executor.blocked_by = "the manual override is on"
+    bench.executor.block("override", "the manual override is on")
     with pytest.raises(RequestRefused, match="manual override"):
         bench.executor.trigger(MissionRequest("drive_once"))
 
