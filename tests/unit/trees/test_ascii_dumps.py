@@ -13,8 +13,8 @@ from florence_bt.behaviours.decorators import Invert
 from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.core.clock import ManualClock
-from florence_bt.mission_testing.ticking import make_context
 from florence_bt.trees.drawings.ascii import ascii_tree, draw_rows, tree_rows
+from tests.ticking import make_context
 
 
 @pytest.fixture
