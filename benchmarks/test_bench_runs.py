@@ -13,7 +13,7 @@ from florence_bt.core.declaration import Kind, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import success
 from florence_bt.core.skill import Inputs, SkillRun
-from florence_bt.mission_testing.mocks.mocks import ScriptedRun, ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
 from florence_bt.runtime.event_bus import EventLog
 from florence_bt.runtime.events import EventKind, RunEvent
 from florence_bt.runtime.executor import Executor
@@ -21,6 +21,7 @@ from florence_bt.runtime.journal import Journal, JournalParameters
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.run import MissionRequest, MissionRun, RunIds, RunStatus
 from florence_bt.trees.language.declarations import collect_declarations
+from tests.scripted_skill import ScriptedSkill
 
 VALUES = {Kind.POSE: Pose2(1.0, 2.0, 0.5), Kind.TEXT: "kitchen", Kind.BOOLEAN: True, Kind.INTEGER: 1}
 

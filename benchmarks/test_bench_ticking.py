@@ -23,8 +23,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import success
 from florence_bt.core.skill import BaseRun, Event
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import make_context
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, RunIds
 from florence_bt.runtime.ticking import Ticker
@@ -32,6 +31,8 @@ from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import make_context
 
 BRANCHES, LEAVES = 6, 5
 BARE, RECORDED = 4.0, 2.0

@@ -45,14 +45,12 @@ class Document:
 
     Attributes:
         file: The file, or the folder of all files.
-        version: 3 or 4.
         main: The name of the tree that is executed, None when the file does not say.
         trees: The trees by name, in the order of the files.
         models: What nodes declare.
     """
 
     file: Path
-    version: int
     main: str | None = None
     trees: dict[str, Tree] = field(default_factory=dict)
     models: dict[str, NodeModel] = field(default_factory=dict)
@@ -80,7 +78,8 @@ def load_document(path: Path, notes: LossNotes) -> Document:
             column=root.position.column,
             valid=["<root>"],
         )
-    document = Document(path, _version(root, path))
+    _check_version(root, path)
+    document = Document(path)
     loader.add(root, path, document)
     loader.check_main(root, document)
     _finish(document, notes)
@@ -100,12 +99,12 @@ def _load_folder(folder: Path, notes: LossNotes) -> Document:
         raise ConfigError(problem, file=folder, valid=[f"1 to {MAX_FILES} XML files"])
     roots = {file: read_xml(file) for file in files}
     ids = Counter(name for root in roots.values() for name in {tree.get("ID") for tree in _trees_in(root)})
-    loader, document = _Loader(notes), Document(folder, 4)
+    loader, document = _Loader(notes), Document(folder)
     for file, root in roots.items():
         if root.tag != "root":
             notes.notice(file, root.position, f"a file that begins with <{root.tag}> is left out")
         elif not loader.has_seen(file):
-            _version(root, file)
+            _check_version(root, file)
             _name_by_file(root, file, {name for name, count in ids.items() if name and count > 1})
             loader.add(root, file, document)
     if not document.trees:
@@ -176,7 +175,7 @@ def _left_over(element: Element) -> Iterator[str]:
             yield name
 
 
-def _version(root: Element, path: Path) -> int:
+def _check_version(root: Element, path: Path) -> None:
     written = root.attributes.get("BTCPP_format")
     if written not in (None, "3", "4"):
         raise ConfigError(
@@ -186,7 +185,6 @@ def _version(root: Element, path: Path) -> int:
             column=root.position.column,
             valid=['BTCPP_format="4"', 'BTCPP_format="3"'],
         )
-    return 4 if written == "4" else 3
 
 
 class _Loader:

@@ -299,7 +299,7 @@ class MissionBench:
         self.recorded = []
         self.safety = FakeSafety()
 
-        from florence_bt.mission_testing.mocks.mocks import ScriptedSkill
+        from tests.scripted_skill import ScriptedSkill
 
         def make_skills(node):
             self.drive = ScriptedSkill(DRIVE, node.timebase, script)

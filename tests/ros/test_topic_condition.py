@@ -11,11 +11,12 @@ pytest.importorskip("rclpy")
 from sensor_msgs.msg import BatteryState
 
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
 from florence_bt.skills.base.declaration import BATTERY_ABOVE
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.scripted_skill import ScriptedSkill
 
 pytestmark = pytest.mark.ros
 

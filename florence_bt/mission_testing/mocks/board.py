@@ -16,11 +16,10 @@ from florence_bt.core.skill import Inputs, SkillRun
 from florence_bt.mission_testing.mocks.mocks import Routine, RoutineRun, ScriptedRun, Step, broken_function
 from florence_bt.mission_testing.mocks.scripts import (
     Function,
-    Item,
     MockReply,
     Script,
-    item_per_call,
-    items_of,
+    replies_of,
+    reply_per_call,
     to_step,
 )
 from florence_bt.mission_testing.paths import (
@@ -75,7 +74,7 @@ class Mock:
     Attributes:
         pattern: The skills or nodes that it answers.
         default: Whether every mock that is not a default comes before it, and it need not be used.
-        items: What its calls get, one after the other; empty when a function decides.
+        replies: What its calls get, one after the other; empty when a function decides.
         function: The function that decides, or None.
         calls: The calls that it answered.
         asked: Whether a call came to it at all.
@@ -84,27 +83,27 @@ class Mock:
 
     pattern: Pattern
     default: bool
-    items: tuple[Item, ...]
+    replies: tuple[MockReply, ...]
     function: Function | None
     calls: list[SkillCall] = field(default_factory=list)
     asked: bool = False
     until: float = float("-inf")
-    _turns: Iterator[Item] | None = None
-    _lasting: Item | None = None
+    _turns: Iterator[MockReply] | None = None
+    _lasting: MockReply | None = None
 
     @property
     def inputs(self) -> list[Mapping[str, Any]]:
         """The inputs of the calls that it answered."""
         return [call.inputs for call in self.calls]
 
-    def next(self, now: float) -> Item | None:
+    def next(self, now: float) -> MockReply | None:
         """What the next call gets, None when the script provides for no more."""
         if self._turns is None:
-            self._turns = item_per_call(self.items)
+            self._turns = reply_per_call(self.replies)
         if now >= self.until:
-            item = self._lasting = next(self._turns, None)
-            if isinstance(item, MockReply) and item.lasts is not None:
-                self.until = now + item.lasts
+            reply = self._lasting = next(self._turns, None)
+            if reply is not None and reply.lasts is not None:
+                self.until = now + reply.lasts
         return self._lasting
 
 
@@ -159,12 +158,12 @@ class MockBoard:
             ConfigError: The pattern or the script cannot be read, or the skill that it names cannot do that.
         """
         function = script if callable(script) else None
-        items = () if callable(script) else items_of(script)
-        mock = Mock(read_pattern(pattern), default, items, function)
+        replies = () if callable(script) else replies_of(script)
+        mock = Mock(read_pattern(pattern), default, replies, function)
         declaration = self._declarations.get(pattern)
         if declaration is not None:
-            for item in items:
-                to_step(item, declaration)
+            for reply in replies:
+                to_step(reply, declaration)
         self._mocks.append(mock)
         self._chosen.clear()
         return mock
@@ -189,7 +188,7 @@ class MockBoard:
         for place in places:
             chosen = self.mock_for(place)
             if chosen is not None:
-                self._check_items(chosen, place)
+                self._check_replies(chosen, place)
         self._chosen.clear()
 
     def mock_for(self, place: Place) -> Mock | None:
@@ -233,13 +232,13 @@ class MockBoard:
         mock.calls.append(call)
         return self._run(answer, declaration, call)
 
-    def _next(self, mock: Mock, declaration: SkillDeclaration) -> Item | None:
+    def _next(self, mock: Mock, declaration: SkillDeclaration) -> MockReply | None:
         """The next step of a script; a skill that reports changes reports when it is over."""
         before, now = mock.until, self._clock.now()
-        item = mock.next(now)
+        reply = mock.next(now)
         if declaration.wakes and mock.until > max(before, now):
             self._clock.call_at(mock.until, partial(self._report_change, declaration.name))
-        return item
+        return reply
 
     def watch(self, skill: str, callback: Callable[[], None]) -> Callable[[], None]:
         """Call back when a mock of a skill that reports changes goes to its next step."""
@@ -294,12 +293,12 @@ class MockBoard:
         """A default need not be used, but a plain name in it must be that of a skill."""
         return mock.default and (not mock.pattern.plain or mock.pattern.text in self._declarations)
 
-    def _check_items(self, mock: Mock, place: Place) -> None:
+    def _check_replies(self, mock: Mock, place: Place) -> None:
         if place.skill is None:
             return
-        for item in mock.items:
+        for reply in mock.replies:
             try:
-                check_outputs(to_step(item, self._declarations[place.skill]), place)
+                check_outputs(to_step(reply, self._declarations[place.skill]), place)
             except ConfigError as error:
                 raise ConfigError(
                     f"the mock {mock.pattern.text!r} at {place.shown}: {error.problem}", valid=error.valid

@@ -26,7 +26,7 @@ from typing import Any
 
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.core.outcome import COMMON_CODES, Outcome, Result, cancelled, failure, success
+from florence_bt.core.outcome import COMMON_CODES, Result, cancelled, failure, success
 from florence_bt.core.skill import Inputs
 from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.mission_testing.values import read_duration, read_port
@@ -231,25 +231,11 @@ def read_outputs(outputs: Mapping[str, Any], declaration: SkillDeclaration) -> d
     return values
 
 
-def check_result(result: Result, declaration: SkillDeclaration) -> None:
-    """Hold a ready result against a declaration.
-
-    Raises:
-        ConfigError: It is one that the real skill could not give.
-    """
-    if result.outcome is Outcome.SUCCEEDED:
-        read_outputs(result.outputs, declaration)
-    elif result.outcome is Outcome.FAILED:
-        _code(result.code, declaration)
-
-
 Function = Callable[[Inputs], Any]
-"""A mock as a function: from the inputs of a call to a text, a reply, outputs or a result; or a generator
+"""A mock as a function: from the inputs of a call to a text, a reply or outputs; or a generator
 (:class:`florence_bt.mission_testing.mocks.mocks.RoutineRun`)."""
-Item = MockReply | Step | Result
-"""What one call gets."""
-Script = str | Item | Function | Sequence[str | Item]
-"""A text, one item, a list of both (the last is for every further call), or a function."""
+Script = str | MockReply | Function | Sequence[str | MockReply]
+"""A text, one reply, a list of both (the last is for every further call), or a function."""
 
 _VALID = ("'running 3 s, then SUCCESS'", "succeed()", "fail('no_path')", "never()", "a function")
 
@@ -474,50 +460,46 @@ def _in_brackets(text: str, start: int) -> tuple[int, list[tuple[int, str]]]:
     raise ScriptError(f"the {text[start]!r} is never closed", start)
 
 
-def items_of(script: Script) -> tuple[Item, ...]:
-    """The items of a script that is not a function.
+def replies_of(script: Script) -> tuple[MockReply, ...]:
+    """The replies of a script that is not a function.
 
     Raises:
         ConfigError: It cannot be read.
     """
     if isinstance(script, str):
         return parse_script(script)
-    if isinstance(script, (MockReply, Step, Result)):
+    if isinstance(script, MockReply):
         return (script,)
     if not isinstance(script, Sequence):
         raise ConfigError(f"{script!r} is not a script", valid=_VALID)
     if not script:
         raise ConfigError("a script needs at least one step", valid=_VALID)
-    items: list[Item] = []
+    replies: list[MockReply] = []
     for part in script:
-        if items and _is_endless(items[-1]):
+        if replies and replies[-1].times in (ALWAYS, AGAIN):
             raise ConfigError("nothing can follow a step that is for always or starts again", valid=_VALID)
-        items += items_of(part)
-    return tuple(items)
+        replies += replies_of(part)
+    return tuple(replies)
 
 
-def _is_endless(item: Item) -> bool:
-    return isinstance(item, MockReply) and item.times in (ALWAYS, AGAIN)
-
-
-def item_per_call(items: Sequence[Item]) -> Iterator[Item]:
-    """The item of each call; it ends when the script provides for no further call."""
+def reply_per_call(replies: Sequence[MockReply]) -> Iterator[MockReply]:
+    """The reply to each call; it ends when the script provides for no further call."""
     again = True
     while again:
         again = False
-        for index, item in enumerate(items):
-            times = item.times if isinstance(item, MockReply) else None
+        for index, reply in enumerate(replies):
+            times = reply.times
             if times is None:
-                times = ALWAYS if index == len(items) - 1 else 1
+                times = ALWAYS if index == len(replies) - 1 else 1
             while times == ALWAYS:
-                yield item
+                yield reply
             again = times == AGAIN
             for _ in range(1 if again else times):
-                yield item
+                yield reply
 
 
 def to_step(answer: Any, declaration: SkillDeclaration) -> Step:
-    """The run that an item, or the answer of a function, means for a skill.
+    """The run that a reply, or the answer of a function, means for a skill.
 
     Raises:
         ConfigError: The skill cannot do that, or it is nothing that a script may hold.
@@ -537,11 +519,4 @@ def to_step(answer: Any, declaration: SkillDeclaration) -> Step:
             return bind_reply(MockReply(Ending.SUCCESS, outputs=answer), declaration)
         case MockReply():
             return bind_reply(answer, declaration)
-        case Step():
-            if answer.result is not None:
-                check_result(answer.result, declaration)
-            return answer
-        case Result():
-            check_result(answer, declaration)
-            return Step(answer)
     raise ConfigError(f"a mock of {declaration.name} cannot be {answer!r}", valid=_VALID)

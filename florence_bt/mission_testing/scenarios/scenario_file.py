@@ -26,8 +26,8 @@ from florence_bt.mission_testing.mocks.scripts import (
     MockReply,
     Script,
     ScriptError,
-    item_per_call,
     parse_script,
+    reply_per_call,
     to_step,
 )
 from florence_bt.mission_testing.mocks.stubs import copied, mocked_missions, put_stubs
@@ -540,8 +540,8 @@ def _choice(
     name: str, cases: list[tuple[Any, tuple[MockReply, ...]]], default: tuple[MockReply, ...]
 ) -> Script:
     """The script of a mock with ``switch``; each case counts its own calls."""
-    calls = [(value, item_per_call(replies)) for value, replies in cases]
-    otherwise = item_per_call(default)
+    calls = [(value, reply_per_call(replies)) for value, replies in cases]
+    otherwise = reply_per_call(default)
 
     def choose(inputs: Inputs) -> Any:
         found = next((replies for value, replies in calls if same(value, inputs[name])), otherwise)

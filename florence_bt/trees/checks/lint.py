@@ -25,7 +25,7 @@ from florence_bt.trees.language.findings import (
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Mission, RunSkill
 
-__all__ = ["KnownPlaces", "check", "check_files", "errors_of_called", "read_files", "written_labels"]
+__all__ = ["KnownPlaces", "check", "errors_of_called", "read_files", "written_labels"]
 
 
 def check(
@@ -56,27 +56,6 @@ def check(
             *_lacking_skills(mission, declarations, library),
         ]
     return limit_findings(findings)
-
-
-def check_files(
-    files: Iterable[Path],
-    library: MissionLibrary,
-    declarations: Mapping[str, SkillDeclaration],
-    hotspots: Collection[str] | KnownPlaces | None = None,
-) -> list[Finding]:
-    """Check mission files, which join the library first so that they can call each other.
-
-    Args:
-        files: The files.
-        library: Where called missions are found; the files' missions shadow those of the same name.
-        declarations: The skills by name.
-        hotspots: As in :func:`check`.
-
-    Returns:
-        Everything that was found, by file and place; files that are not YAML included.
-    """
-    missions, findings = read_files(files, library)
-    return limit_findings([*findings, *check(missions, library, declarations, hotspots)])
 
 
 def read_files(files: Iterable[Path], library: MissionLibrary) -> tuple[list[Mission], list[Finding]]:

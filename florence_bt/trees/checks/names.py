@@ -55,12 +55,7 @@ class NameChecks:
                 check(count, COUNT, "retry")
             case model.Repeat(rounds=count):
                 check(count, COUNT, "repeat")
-            case (
-                model.Timeout(duration=duration)
-                | model.Wait(duration=duration)
-                | model.Delay(duration=duration)
-                | model.Cooldown(duration=duration)
-            ):
+            case model.Timed(duration=duration) | model.Wait(duration=duration):
                 check(duration, PAUSE, type(node).__name__.lower())
             case model.Set(values=values):
                 for key, value in values:

@@ -66,13 +66,11 @@ class Prospects:
         kinds: The kinds of its inputs and keys, as far as they are known.
         keys: Every input and key that it has, whether the kind is known or not.
         codes: The codes it can fail with, mistakes in a mission or a robot included.
-        can_succeed: Whether it can succeed.
     """
 
     kinds: Mapping[str, Kind]
     keys: frozenset[str]
     codes: frozenset[str]
-    can_succeed: bool
 
 
 def prospects_of(
@@ -93,5 +91,4 @@ def prospects_of(
         kinds=known.kinds,
         keys=frozenset({*mission.inputs, *mission.keys, *written}),
         codes=outcomes.codes | MISTAKES,
-        can_succeed=outcomes.can_succeed,
     )

@@ -61,11 +61,6 @@ LeftNodes = Callable[[Behaviour], Left | None]
 """Tells where a node stood that stands at INVALID now; None when it was not reached."""
 
 
-def nothing_left(node: Behaviour) -> Left | None:
-    """Nothing is known of nodes that were left."""
-    return None
-
-
 @dataclass(frozen=True, slots=True)
 class TreeRow:
     """One node of a dump.
@@ -92,49 +87,26 @@ class TreeRow:
         return STOPPED if self.left and self.status is Status.RUNNING else MARKS[self.status]
 
 
-def ascii_tree(
-    root: Behaviour,
-    *,
-    colour: bool = False,
-    visited_only: bool = False,
-    durations: Callable[[Behaviour], float | None] | None = None,
-    width: int | None = None,
-) -> str:
-    """Draw a tree as text.
+def tree_rows(
+    root: Behaviour, durations: Callable[[Behaviour], float | None], left: LeftNodes
+) -> tuple[TreeRow, ...]:
+    """The nodes of a tree as they stand now, in the order of a dump; to be drawn later.
 
     Args:
         root: The tree.
-        colour: Whether to colour the marks for a terminal.
-        visited_only: Whether to leave out nodes that were not reached.
-        durations: Seconds that a node took; without it the text has no times, equal trees give equal texts.
-        width: Characters of a line at most; what a node says is cut, never its name.
-
-    Returns:
-        One line per node: a mark, the name, the kind of composites, and what the node says about itself.
+        durations: Gives the seconds that a node took, or has been running.
+        left: Tells where nodes stood that were left.
     """
-    rows = tree_rows(root, durations)
-    return draw_rows(
-        rows, colour=colour, visited_only=visited_only, durations=durations is not None, width=width
-    )
-
-
-def tree_rows(
-    root: Behaviour,
-    durations: Callable[[Behaviour], float | None] | None = None,
-    left: LeftNodes = nothing_left,
-) -> tuple[TreeRow, ...]:
-    """The nodes of a tree as they stand now, in the order of a dump; to be drawn later."""
     rows = []
     known: dict[Behaviour, Why] = {}
     todo = [(root, 0)]
     while todo:
         node, depth = todo.pop()
-        seconds = durations(node) if durations is not None else None
         title = f"{shown_name(node)}{_kind(node)}"
         stood = left(node) if node.status is Status.INVALID else None
         status = node.status if stood is None else stood.status
         says = _says(node, known, left)
-        rows.append(TreeRow(depth, status, title, says, seconds, left=stood is not None))
+        rows.append(TreeRow(depth, status, title, says, durations(node), left=stood is not None))
         todo.extend((child, depth + 1) for child in reversed(node.children))
     return tuple(rows)
 
@@ -147,7 +119,18 @@ def draw_rows(
     durations: bool = False,
     width: int | None = None,
 ) -> str:
-    """Draw the nodes of a tree as text; see :func:`ascii_tree`."""
+    """Draw the nodes of a tree as text.
+
+    Args:
+        rows: The nodes.
+        colour: Whether to colour the marks for a terminal.
+        visited_only: Whether to leave out nodes that were not reached.
+        durations: Whether to show how long nodes took; without it equal trees give equal texts.
+        width: Characters of a line at most; what a node says is cut, never its name.
+
+    Returns:
+        One line per node: a mark, the name, the kind of composites, and what the node says about itself.
+    """
     lines = []
     hidden_below: int | None = None
     for row in rows:

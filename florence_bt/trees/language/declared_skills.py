@@ -30,12 +30,10 @@ class DeclaredSkills:
     """The skills of a file.
 
     Attributes:
-        file: The file.
         declarations: The skills by name.
         findings: What was wrong with the file.
     """
 
-    file: Path
     declarations: dict[str, SkillDeclaration]
     findings: tuple[Finding, ...] = ()
 
@@ -60,7 +58,7 @@ def read_skills_file(path: Path) -> DeclaredSkills:
         reader.error(
             source.position, "a file of skills needs a mapping of them", ["skills: {a_skill: {...}}"]
         )
-        return DeclaredSkills(path, {}, tuple(reader.findings))
+        return DeclaredSkills({}, tuple(reader.findings))
     for key, _ in source.entries:
         if key.text != "skills":
             reader.unknown(
@@ -75,7 +73,7 @@ def read_skills_file(path: Path) -> DeclaredSkills:
             )
         elif name is not None:
             declared[name.text] = _skill(reader, name.text, item)
-    return DeclaredSkills(path, declared, tuple(reader.findings))
+    return DeclaredSkills(declared, tuple(reader.findings))
 
 
 def _skill(reader: Reader, name: str, source: YamlNode) -> SkillDeclaration:

@@ -86,9 +86,9 @@ class FindingList:
             self.findings.append(Finding(self._file, *place, severity, message, tuple(valid)))
 
 
-def finding_from_error(error: ConfigError, severity: str = ERROR) -> Finding:
+def finding_from_error(error: ConfigError) -> Finding:
     """A configuration error as a finding."""
-    return Finding(error.file or "", error.line or 1, error.column or 1, severity, error.problem, error.valid)
+    return Finding(error.file or "", error.line or 1, error.column or 1, ERROR, error.problem, error.valid)
 
 
 def sort_findings(findings: Iterable[Finding]) -> list[Finding]:

@@ -325,10 +325,15 @@ class Repeat(Wrapper):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Timeout(Wrapper):
-    """``timeout``: stopped when it takes too long."""
+class Timed(Wrapper):
+    """A node with one node below and a time."""
 
     duration: Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Timeout(Timed):
+    """``timeout``: stopped when it takes too long."""
 
     @property
     def default_title(self) -> str:
@@ -337,10 +342,8 @@ class Timeout(Wrapper):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Delay(Wrapper):
+class Delay(Timed):
     """``delay``: a pause before the start."""
-
-    duration: Value
 
     @property
     def default_title(self) -> str:
@@ -349,10 +352,8 @@ class Delay(Wrapper):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cooldown(Wrapper):
+class Cooldown(Timed):
     """``cooldown``: no new start within a time after a success."""
-
-    duration: Value
 
     @property
     def default_title(self) -> str:
@@ -610,7 +611,5 @@ def values_of(node: Node) -> Iterator[Value]:
             yield from (value for _, value in values)
         case Retry(attempts=value) | Repeat(rounds=value) | Switch(value=value) | Fail(reason=value):
             yield value
-        case Timeout(duration=value) | Wait(duration=value) | Delay(duration=value):
-            yield value
-        case Cooldown(duration=value):
+        case Timed(duration=value) | Wait(duration=value):
             yield value

@@ -51,6 +51,10 @@ class NodeOutcomes:
 
 SUCCEEDS = NodeOutcomes(True, frozenset())
 _NO_CODES = frozenset[str]()
+_TIMED_CODES: dict[type[Node], frozenset[str]] = {
+    model.Timeout: frozenset({"timed_out"}),
+    model.Cooldown: frozenset({"cooling_down"}),
+}
 _WHATEVER_A_VALUE_DOES = frozenset({"missing_key", "bad_input"})
 
 
@@ -151,16 +155,9 @@ class MissionOutcomes:
                 return NodeOutcomes(
                     child.can_fail, frozenset({"inverted"}) if child.can_succeed else _NO_CODES
                 )
-            case model.Timeout(duration=value):
-                return NodeOutcomes(
-                    child.can_succeed, child.codes | self._of_value(value, PAUSE) | {"timed_out"}
-                )
-            case model.Cooldown(duration=value):
-                return NodeOutcomes(
-                    child.can_succeed, child.codes | self._of_value(value, PAUSE) | {"cooling_down"}
-                )
-            case model.Delay(duration=value):
-                return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE))
+            case model.Timed(duration=value):
+                own = _TIMED_CODES.get(type(node), _NO_CODES)
+                return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, PAUSE) | own)
             case model.Retry(attempts=value) | model.Repeat(rounds=value):
                 return NodeOutcomes(child.can_succeed, child.codes | self._of_value(value, COUNT))
         return child

@@ -386,18 +386,12 @@ class _MissionParser(Reader):
         codes = self.identifiers(on, "a code in on") if on is not None else ()
         if child is None or argument is None:
             return None
-        match key.text:
-            case "retry":
-                return model.Retry(
-                    child=child, attempts=argument, on=codes, attempt_key=attempt_key, **fields
-                )
-            case "repeat":
-                return model.Repeat(child=child, rounds=argument, **fields)
-            case "timeout":
-                return model.Timeout(child=child, duration=argument, **fields)
-            case "delay":
-                return model.Delay(child=child, duration=argument, **fields)
-        return model.Cooldown(child=child, duration=argument, **fields)
+        if key.text == "retry":
+            return model.Retry(child=child, attempts=argument, on=codes, attempt_key=attempt_key, **fields)
+        if key.text == "repeat":
+            return model.Repeat(child=child, rounds=argument, **fields)
+        timed = {"timeout": model.Timeout, "delay": model.Delay, "cooldown": model.Cooldown}[key.text]
+        return timed(child=child, duration=argument, **fields)
 
     # ---- leaves ---------------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port
 from florence_bt.core.geometry import Pose2
-from florence_bt.mission_testing.ticking import make_context
+from tests.ticking import make_context
 
 
 def test_read_write_reset():

@@ -10,8 +10,9 @@ from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import explain
 from florence_bt.core.declaration import SkillDeclaration
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import drain, make_context, tick_until
 
 LOOK = SkillDeclaration(
     "look", "Look", failures={"nobody": "nobody is there", "broken": "the camera is broken"}

@@ -6,8 +6,9 @@ from florence_bt.behaviours.run_skill import RunSkill
 from florence_bt.behaviours.why import explain
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import cancelled, failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import drain, make_context, tick_until
 
 DRIVE = SkillDeclaration(
     "drive",

@@ -10,7 +10,7 @@ from florence_bt.behaviours.keys import KeyReference, KeyStore, TextTemplate
 from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Retry
 from florence_bt.behaviours.why import Because, Why, explain
-from florence_bt.mission_testing.ticking import make_context, tick_until
+from tests.ticking import make_context, tick_until
 
 
 def run(clock, build):

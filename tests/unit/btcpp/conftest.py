@@ -12,9 +12,9 @@ from florence_bt.core.declaration import REQUIRED, Kind
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import COMMON_CODES, failure, success
 from florence_bt.core.skill import BaseRun, Event
-from florence_bt.mission_testing.ticking import Wake, drain, make_context
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.ticking import Wake, drain, make_context
 
 SAMPLES = {
     Kind.TEXT: ["kitchen", "bedroom", "fast"],

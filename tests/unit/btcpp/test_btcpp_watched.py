@@ -4,9 +4,10 @@ import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.language.compile import compile_mission
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import make_context, tick_until
 
 NO = failure("rejected", "it is not")
 

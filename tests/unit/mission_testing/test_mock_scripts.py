@@ -11,8 +11,8 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.outcome import Outcome, Result, failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
+from florence_bt.core.outcome import Outcome, Result
+from florence_bt.mission_testing.mocks.mocks import ScriptedRun
 from florence_bt.mission_testing.mocks.scripts import (
     Ending,
     MockReply,
@@ -20,11 +20,11 @@ from florence_bt.mission_testing.mocks.scripts import (
     ScriptError,
     bind_reply,
     fail,
-    item_per_call,
-    items_of,
     never,
     parse_script,
     raises,
+    replies_of,
+    reply_per_call,
     succeed,
     to_step,
 )
@@ -45,7 +45,7 @@ DRIVE = SkillDeclaration(
 
 def endings(text, count=6):
     """The endings and codes of the first calls."""
-    replies = itertools.islice(item_per_call(items_of(text)), count)
+    replies = itertools.islice(reply_per_call(replies_of(text)), count)
     return [reply.code or reply.ending.value for reply in replies]
 
 
@@ -180,8 +180,8 @@ def test_outputs_are_read_with_their_units():
         ("FAILURE 207", "timed_out", 207),
         ("FAILURE server_lost", "server_lost", 0),
         (fail(203), "no_path", 203),
-        (failure("blocked", "a chair"), "blocked", 0),
-        (Step(failure("blocked", "a chair"), after=3.0), "blocked", 0),
+        (fail("blocked", "a chair"), "blocked", 0),
+        (fail("blocked", "a chair", after="3 s"), "blocked", 0),
     ],
 )
 def test_codes_that_the_declaration_knows(item, code, number):
@@ -202,10 +202,10 @@ def test_codes_that_the_declaration_knows(item, code, number):
         ("SUCCESS (pose=(1 m, 2 m))", "pose is needed", ""),
         ("SUCCESS (pose=(1, 2, 3))", "needs a unit", "1 m"),
         ({"rom": "kitchen"}, "no output 'rom'", "room"),
-        (success(rom="x"), "no output 'rom'", "room"),
-        (success(n="two"), "whole number", ""),
-        (failure("nope", "x"), "cannot fail with 'nope'", "no_path"),
-        (Step(success(n=0.5)), "integer is needed", ""),
+        (succeed(rom="x"), "no output 'rom'", "room"),
+        (succeed(n="two"), "whole number", ""),
+        (fail("nope", "x"), "cannot fail with 'nope'", "no_path"),
+        (succeed(n=0.5), "integer is needed", ""),
         ("SUCCESS twice", "for several calls", ""),
         (42, "cannot be 42", "succeed()"),
     ],
@@ -222,17 +222,17 @@ def test_a_skill_without_declared_failures_is_rejected():
 
 
 def test_lists_mix_texts_and_replies():
-    items = items_of(["FAILURE no_path twice", fail("blocked"), succeed(room="hall")])
-    codes = [reply.code or "ok" for reply in itertools.islice(item_per_call(items), 5)]
+    replies = replies_of(["FAILURE no_path twice", fail("blocked"), succeed(room="hall")])
+    codes = [reply.code or "ok" for reply in itertools.islice(reply_per_call(replies), 5)]
     assert codes == ["no_path", "no_path", "blocked", "ok", "ok"]
-    items = items_of([fail("no_path"), fail("no_path"), "FAILURE blocked once"])
-    assert [reply.code for reply in item_per_call(items)] == ["no_path", "no_path", "blocked"]
+    replies = replies_of([fail("no_path"), fail("no_path"), "FAILURE blocked once"])
+    assert [reply.code for reply in reply_per_call(replies)] == ["no_path", "no_path", "blocked"]
 
 
 @pytest.mark.parametrize("script", [[], 7, {"room": "kitchen"}, [7]])
 def test_what_is_no_script(script):
     with pytest.raises(ConfigError):
-        items_of(script)
+        replies_of(script)
 
 
 def test_phases_change_the_feedback():
@@ -276,4 +276,4 @@ def test_a_reply_means_something_else_to_another_skill_of_the_same_name():
 @pytest.mark.parametrize("first", ["SUCCESS always", "FAILURE twice, again"])
 def test_nothing_follows_what_never_comes_to_an_end(first):
     with pytest.raises(ConfigError, match="nothing can follow"):
-        items_of([first, succeed()])
+        replies_of([first, succeed()])

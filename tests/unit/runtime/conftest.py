@@ -13,11 +13,12 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import success
 from florence_bt.core.skill import Skill
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.events import RunEvent
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.run import MissionRun, RunIds
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.scripted_skill import ScriptedSkill
 
 DRIVE = SkillDeclaration(
     "drive",

@@ -9,12 +9,13 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalReader
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds
+from tests.scripted_skill import ScriptedSkill
 
 DRIVE = SkillDeclaration(
     "drive",

@@ -10,11 +10,12 @@ import pytest
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.errors import ConfigError
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.missions import READINGS, MissionFolders, ReloadReport
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus, TriggerPolicy
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.scripted_skill import ScriptedSkill
 
 SPEAK = SkillDeclaration("speak", "Say something", inputs={"text": Port(Kind.TEXT, "what to say")})
 

@@ -8,12 +8,13 @@ import pytest
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal
 from florence_bt.runtime.missions import MissionFolders
 from florence_bt.runtime.recovery.recovery import Recovery
 from florence_bt.runtime.run import MissionRequest, RunIds, RunStatus
+from tests.scripted_skill import ScriptedSkill
 from tests.unit.runtime.recovery_bench import Late
 from tests.unit.runtime.test_recovery_random import process
 from tests.unit.runtime.ticking.random_missions import DECLARATIONS, SUB, Author

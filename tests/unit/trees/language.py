@@ -8,11 +8,12 @@ from florence_bt.behaviours.why import explain
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import drain, make_context, tick_until
 
 DECLARATIONS = {
     skill.name: skill

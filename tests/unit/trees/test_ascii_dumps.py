@@ -13,8 +13,9 @@ from florence_bt.behaviours.decorators import Invert
 from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Wait
 from florence_bt.core.clock import ManualClock
-from florence_bt.mission_testing.ticking import make_context
-from florence_bt.trees.drawings.ascii import ascii_tree, draw_rows, tree_rows
+from florence_bt.trees.drawings.ascii import draw_rows, tree_rows
+from tests.ticking import make_context
+from tests.unit.trees.dumps import ascii_tree
 
 
 @pytest.fixture
@@ -82,7 +83,7 @@ def test_a_narrow_text_cuts_what_nodes_say_and_never_their_names(root, width):
 
 
 def test_rows_can_be_drawn_after_the_tree_has_forgotten_everything(root):
-    rows = tree_rows(root)
+    rows = tree_rows(root, lambda node: None, lambda node: None)
     for node in root.iterate():
         node.feedback_message = ""
     assert draw_rows(rows) == WHOLE

@@ -6,10 +6,11 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.inputs import parse_inputs
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import drain, make_context, tick_until
 
 
 class Bench:

@@ -1,7 +1,7 @@
 import pytest
 
 from florence_bt.core.declaration import Kind
-from florence_bt.trees.checks.lint import check, check_files
+from florence_bt.trees.checks.lint import check, read_files
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.values import fits
@@ -216,14 +216,19 @@ def test_parallel_resources_in_called_missions(workshop):
     assert "'run other' and 'turn' both need the base" in line
 
 
-def test_check_files(workshop, tmp_path):
+def test_files_are_read_and_checked(workshop, tmp_path):
     good = workshop.write("tree: {run: helper}\n", "good")
     helper = workshop.write("tree: {wait: 1 s}\n", "helper")
     broken = tmp_path / "broken.yaml"
     broken.write_text("a: [\n")
     library = MissionLibrary.load(built_in=False)
-    assert check_files([good, helper], library, workshop.declarations) == []
-    (finding,) = check_files([good, helper, broken], library, workshop.declarations)
+
+    def found(*files):
+        missions, findings = read_files(files, library)
+        return [*findings, *check(missions, library, workshop.declarations)]
+
+    assert found(good, helper) == []
+    (finding,) = found(good, helper, broken)
     assert (finding.file, finding.severity) == (str(broken), "error")
 
 

@@ -18,13 +18,14 @@ from florence_bt.behaviours.why import explain
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
 from florence_bt.core.outcome import failure, success
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.analysis import Analysis
 from florence_bt.trees.language.compile import compile_mission, origin_of
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.parse import parse_mission
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import make_context, tick_until
 
 WORK = SkillDeclaration(
     "work",

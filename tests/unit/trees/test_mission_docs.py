@@ -11,8 +11,7 @@ from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import Kind
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Outcome, Result
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
-from florence_bt.mission_testing.ticking import drain, make_context, tick_until
+from florence_bt.mission_testing.mocks.mocks import Step
 from florence_bt.trees.checks.lint import check
 from florence_bt.trees.language.compile import compile_mission
 from florence_bt.trees.language.declarations import collect_declarations
@@ -21,6 +20,8 @@ from florence_bt.trees.language.inputs import parse_inputs
 from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.quantities import UNITS
 from florence_bt.trees.language.vocabulary import ANYWHERE, MODIFIERS, NODE_KINDS, TREE_CODES
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import drain, make_context, tick_until
 from tools.skills_page import skills_page
 
 DOCS = Path(__file__).parents[3] / "docs"

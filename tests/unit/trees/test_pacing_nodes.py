@@ -3,7 +3,7 @@
 import pytest
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.trees.drawings.ascii import ascii_tree
+from tests.unit.trees.dumps import ascii_tree
 from tests.unit.trees.language import BROKEN, ENDLESS, Play, measured, takes
 
 

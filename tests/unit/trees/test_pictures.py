@@ -6,8 +6,8 @@ from florence_bt.behaviours.composites import Selector
 from florence_bt.behaviours.leaves import Fail, SetKey
 from florence_bt.behaviours.pacing import Retry, Wait
 from florence_bt.core.clock import ManualClock
-from florence_bt.mission_testing.ticking import make_context, tick_until
-from florence_bt.trees.drawings.ascii import ascii_tree
+from tests.ticking import make_context, tick_until
+from tests.unit.trees.dumps import ascii_tree
 
 
 def ticked():

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from florence_bt.core.clock import ManualClock
 from florence_bt.core.declaration import SkillDeclaration
-from florence_bt.mission_testing.mocks.mocks import ScriptedSkill, Step
+from florence_bt.mission_testing.mocks.mocks import ScriptedRun, Step
 from florence_bt.runtime.events import EventKind
 from florence_bt.runtime.executor import Executor
 from florence_bt.runtime.journal import Journal, JournalParameters
@@ -15,6 +15,14 @@ from florence_bt.trees.language.loader import MissionLibrary
 
 def say(*words):
     print(*words, flush=True)
+
+
+class Work:
+    def __init__(self, clock):
+        self._clock = clock
+
+    def start(self, inputs):
+        return ScriptedRun(self._clock, Step(after=1.0), inputs)
 
 
 def main(folder: Path, mode: str) -> None:
@@ -28,7 +36,7 @@ def main(folder: Path, mode: str) -> None:
         background=mode == "background",
         on_trouble=lambda text: say("trouble", text),
     )
-    skills = {"work": ScriptedSkill(work, clock, [Step(after=1.0)])}
+    skills = {"work": Work(clock)}
     executor = Executor(library, skills, {"work": work}, clock, RunIds("K"), log=journal)
 
     def told(run, event):
@@ -44,7 +52,6 @@ def main(folder: Path, mode: str) -> None:
         executor.pause("a rest")
         executor.resume()
         clock.advance(60.0)
-        skills["work"].runs.clear()
 
 
 main(Path(sys.argv[1]), sys.argv[2])
