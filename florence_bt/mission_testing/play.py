@@ -173,7 +173,7 @@ class Play:
         """The run has this status."""
         wanted = status.upper()
         if wanted not in RunStatus.__members__:
-            raise ConfigError(f"{status!r} is nott a status of a run", valid=RunStatus.__members__)
+            raise ConfigError(f"{status!r} is not a status of a run", valid=RunStatus.__members__)
         if self.status != wanted:
             self.fail(f"{self.run.mission} is {self._state_text()}, not {wanted}")
         return self

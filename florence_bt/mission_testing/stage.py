@@ -253,7 +253,7 @@ class Stage:
             self._wait(lambda: bool(what()), wanted, "did not come to what was waited for", limit)
             return wanted
         if status.upper() not in STATUSES:
-            raise ConfigError(f"{status!r} is nott a status of a node", valid=STATUSES)
+            raise ConfigError(f"{status!r} is not a status of a node", valid=STATUSES)
         paths = [place.path for place in wanted.check_pattern(what)]
         statuses = wanted.record.statuses
 

@@ -23,6 +23,9 @@ BIT_RATES = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 KINDS = ("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE")
 """The measurement commands."""
 
+LARGEST_STEP = 9999
+"""A command has four digits for each of its steps."""
+
 
 def request(command: str) -> bytes:
     """A request as the sensor wants it: the command with its parameters, and LF."""
@@ -54,7 +57,8 @@ class Measurement:
     count: int = 0
 
     def __post_init__(self) -> None:
-        limits = {"first_step": 9999, "last_step": 9999, "cluster": 99, "skip": 9, "count": 99}
+        limits = {"cluster": 99, "skip": 9, "count": 99}
+        limits |= {"first_step": LARGEST_STEP, "last_step": LARGEST_STEP}
         if self.kind not in KINDS:
             raise ConfigError(f"there is no measurement {self.kind!r}", valid=KINDS)
         for name, highest in limits.items():

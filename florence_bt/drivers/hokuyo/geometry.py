@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import FrameError
 from florence_bt.core.sensing import FloatArray, LaserScan
+from florence_bt.drivers.hokuyo.codec import LARGEST_STEP
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class SensorGeometry:
         """Read the fields of a PP reply.
 
         Raises:
-            FrameError: A field is missing, no number, or the numbers contradict each other.
+            FrameError: A field is missing, no number, or the numbers cannot be right.
         """
         tags = ("DMIN", "DMAX", "ARES", "AMIN", "AMAX", "AFRT", "SCAN")
         missing = [tag for tag in tags if not fields.get(tag, "").isdecimal()]
@@ -57,12 +58,12 @@ class SensorGeometry:
         geometry = SensorGeometry(*(int(fields[tag]) for tag in tags))
         sane = (
             geometry.minimum_mm < geometry.maximum_mm
-            and geometry.first_step <= geometry.front_step <= geometry.last_step
+            and geometry.first_step <= geometry.front_step <= geometry.last_step <= LARGEST_STEP
             and geometry.steps_per_turn > 0
             and geometry.rpm > 0
         )
         if not sane:
-            raise FrameError(f"the numbers of the PP reply contradict each other: {geometry}")
+            raise FrameError(f"the numbers of the PP reply cannot be right: {geometry}")
         return geometry
 
     @property

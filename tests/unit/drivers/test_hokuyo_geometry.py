@@ -34,6 +34,7 @@ def test_the_pp_reply_gives_the_urg() -> None:
         {"AFRT": "800"},
         {"DMIN": "6000"},
         {"AMAX": "-1"},
+        {"AMAX": "10000"},
     ],
 )
 def test_a_broken_pp_reply_is_refused(change: dict[str, str]) -> None:
