@@ -43,7 +43,7 @@ SAMPLE_S, AFTER_S = 0.1, 10.0
 """How often the truth is looked at; how long the robot has to come near when the walk is over."""
 
 SPARE_S = 60.0
-"""A walk that takes twice the time that it would take alone, and this much more, is blocked."""
+"""A walk that takes twice the time that it would take alone, its pauses, and this much more, is blocked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +194,8 @@ def trigger(rig: Rig, walk: LedWalk) -> MissionRun:
 def watch(rig: Rig, walk: LedWalk, run: MissionRun) -> list[Sample]:
     """The truth from when the leader sets off, to ``AFTER_S`` after the walk or until it is blocked."""
     rig.clock.advance_to(walk.leader.wait)
-    limit = rig.clock.now() + 2.0 * route_length(walk.leader) / walk.leader.speed + SPARE_S
+    alone = route_length(walk.leader) / walk.leader.speed
+    limit = rig.clock.now() + 2.0 * alone + sum(walk.leader.pauses) + SPARE_S
     samples: list[Sample] = []
     end = limit
     while rig.clock.now() < end:
@@ -220,8 +221,9 @@ HEAD = """# Seeded runs of follow_me in the rig
 
 Made by `python tools/follow_trials.py --out docs/follow.md`, judged by the simulation's truth at every 0.1 s
 from when the person sets off, not by what the mission says. Somebody leads the robot over 60 m or more from
-room to room, at 0.25 to 0.45 m/s, through ways where a circle of 0.3 m fits; somebody else walks to and fro
-across that way ([homes.md](homes.md)). Every distance is between the middles of robot and person.
+room to room, at 0.25 to 0.45 m/s, through ways where a circle of 0.3 m fits, and stands for 2 to 6 s in
+each; somebody else walks to and fro across that way ([homes.md](homes.md)). Every distance is between the
+middles of robot and person.
 
 - *walk over*: the person came to the end; a robot that stays in a door blocks them.
 - *kept*: then the robot came nearer than 1.5 m within 10 s, and the mission still ran.

@@ -46,6 +46,8 @@ class PersonSpec:
         load: What the person carries.
         wait: How long a walking person stands at each end of the route before they set off, in seconds.
         once: Whether the route is walked once, and not there and back for ever.
+        pauses: How long somebody who walks once stands at each point of the route before they walk on, in
+            seconds; points beyond the last number are passed without a stop.
     """
 
     name: str
@@ -61,6 +63,7 @@ class PersonSpec:
     load: Load = "none"
     wait: float = 0.0
     once: bool = False
+    pauses: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the numbers.

@@ -50,6 +50,9 @@ _TURN_M, _BEHIND_M, _PAST_M, _ROUND_M = 0.45, 1.0, 0.7, 2.0
 """Who leads turns round where so much is free, if possible such that they get past a robot that is so far
 behind, at this distance, without walking this much further."""
 
+_ERRAND_S = 2.0, 6.0
+"""How long somebody who leads the robot stands in each room that they go to."""
+
 _CROSSING_M, _CLEAR_OF_START_M = (0.5, 1.5), 2.0
 """How far to each side of the way somebody crosses it, and how far from where the walk begins."""
 
@@ -206,14 +209,18 @@ def led_walk(flat: Flat, rng: Random, length_m: float = 60.0) -> LedWalk:
     """
     space = free_space_of(flat)
     for _ in range(_LED_TRIES):
-        route = _way_through_rooms(flat, space, rng, length_m)
+        legs = _ways_to_rooms(flat, space, rng, length_m)
+        route = list(itertools.chain(*legs))
         start = _start_behind(space, route[:2]) if route else None
         crossing = _crossing(space, rng, route) if start is not None else None
         if start is None or crossing is None:
             continue
         leader = _on_route(rng, route, _LED_SPEEDS)
         visitor = _on_route(rng, crossing, _CROSSING_SPEEDS)
-        return LedWalk(start, replace(leader, wait=_LED_AFTER_S, once=True), replace(visitor, name="visitor"))
+        # Only at the end of a leg; the first point of all is where they stand.
+        stops = itertools.chain(*([0.0] * (len(leg) - 1) + [_errand(rng)] for leg in legs[1:]))
+        leader = replace(leader, wait=_LED_AFTER_S, once=True, pauses=tuple(stops))
+        return LedWalk(start, leader, replace(visitor, name="visitor"))
     raise ConfigError(f"nobody can lead the robot through {flat.name!r}", valid=["another home"])
 
 
@@ -233,11 +240,19 @@ def _covers(cells: BoolGrid, flat: Flat, point: Point) -> bool:
     return flat.room_at(*point) is not None and bool(cells[free_space_of(flat).frame.cell_of(*point)])
 
 
-def _way_through_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float) -> list[Point]:
-    """Points between which the robot can go straight, in other rooms again and again; empty without a way."""
-    route = [_free_place(flat, space, rng, _TURN_M)]
-    reached = space.reachable(route[0], ROBOT_RADIUS_M)
-    while _length(route) < length:
+def _errand(rng: Random) -> float:
+    return round(float(rng.uniform(*_ERRAND_S)), 1)
+
+
+def _ways_to_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float) -> list[list[Point]]:
+    """Points between which the robot can go straight, to other rooms again and again; empty without a way.
+
+    Returns:
+        Where the walk begins, alone, and then the further points of the way to each next room.
+    """
+    legs = [[_free_place(flat, space, rng, _TURN_M)]]
+    reached = space.reachable(legs[0][0], ROBOT_RADIUS_M)
+    while _length(route := list(itertools.chain(*legs))) < length:
         leg: list[Point] = []
         for _ in range(_LEG_TRIES):
             goal = _free_place(flat, space, rng, _TURN_M, among=reached)
@@ -251,8 +266,8 @@ def _way_through_rooms(flat: Flat, space: FreeSpace, rng: Random, length: float)
                 break
         if not leg:
             return []
-        route += leg
-    return route
+        legs.append(leg)
+    return legs
 
 
 def _can_turn_round(space: FreeSpace, way: Sequence[Point]) -> bool:

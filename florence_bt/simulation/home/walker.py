@@ -37,12 +37,17 @@ _RETHINK_S = 0.5
 _PATIENCE_S = 3.0, 10.0
 """After how long somebody who walks to and fro turns round before another person, and before the robot."""
 
+_SQUEEZE_AFTER_S, _SQUEEZE_S, SQUEEZE_M = 3.0, 5.0, 0.1
+"""Who has waited for so long passes nearer by, for so long, by so much: half a metre between the middles is
+as near as one gets past the robot, or somebody in a door, without touching."""
+
 
 class Walker:
     """Leads a person along a route: there and back for ever, or once.
 
     Round the robot and other people the person walks where the floor is free; where it is not (in a door),
-    the person waits; somebody who walks to and fro turns round when that takes long.
+    the person waits, and tries to pass nearer by when that takes long; somebody who walks to and fro turns
+    round then. Somebody who walks once stands for a while where they have something to do (``pauses``).
 
     Args:
         spec: A person with a route.
@@ -58,12 +63,19 @@ class Walker:
             raise ConfigError(f"the route of {spec.name!r} leads nowhere")
         self._spec = spec
         self._flat = flat
-        self._distance = STOP_DISTANCE_M + max(0.0, forward_reach(spec) - BODY_RADIUS_M)
+        self._usual = STOP_DISTANCE_M + max(0.0, forward_reach(spec) - BODY_RADIUS_M)
         self._walked = 0.0
         self._detour: _Detour | None = None
         self._time = self._waited = self._rethink = 0.0
+        self._squeezes_until, self._next_squeeze = -math.inf, 0.0
         self._off_at = spec.wait
+        self._pauses = list(zip(self._route.ends, spec.pauses, strict=False)) if spec.once else []
         self.pose = self._pose_after(0.0)
+
+    @property
+    def _distance(self) -> float:
+        """How far from everybody else the person keeps now, metres."""
+        return self._usual - (SQUEEZE_M if self._time < self._squeezes_until else 0.0)
 
     @property
     def arrived(self) -> bool:
@@ -103,16 +115,36 @@ class Walker:
             self._walked, self._detour = self._detour.back_at, None
         if self._walked // self._route.length > leg:
             self._off_at = self._time + self._spec.wait
+        while self._pauses and self._walked >= self._pauses[0][0]:
+            self._off_at = self._time + self._pauses.pop(0)[1]
         return self.pose
 
     def _wait(self, seconds: float, there: Pose2, bodies: Sequence[Pose2]) -> None:
         self._waited += seconds
         person = self._waited >= _PATIENCE_S[0] and self._runs_into(there, bodies[1:])
-        if not self._spec.once and (person or self._waited >= _PATIENCE_S[1]):
-            self._walked = 2 * self._route.length - self._walked % (2 * self._route.length)
+        turns_round = self._waited >= _PATIENCE_S[1] or (person and not self._spec.once)
+        if turns_round:
             self._waited = 0.0
-        if self._detour is not None:
+            if not self._spec.once:
+                self._walked = 2 * self._route.length - self._walked % (2 * self._route.length)
+            if self._detour is not None:
+                self._detour = self._detour.back(self._walked)
+            return
+        if self._waited >= _SQUEEZE_AFTER_S and self._time >= self._next_squeeze:
+            self._squeeze_past(bodies)
+        elif self._detour is not None:
             self._look_for_way_round(bodies)
+
+    def _squeeze_past(self, bodies: Sequence[Pose2]) -> None:
+        """Pass nearer by for a while, if that leads anywhere."""
+        self._next_squeeze = self._time + _SQUEEZE_AFTER_S
+        self._squeezes_until = self._time + _SQUEEZE_S
+        before, self._rethink = self._detour, 0.0
+        if before is None and not any(self._runs_into(point, bodies) for point in self._ahead(bodies)):
+            return
+        self._look_for_way_round(bodies)
+        if self._detour is before:
+            self._squeezes_until = -math.inf
 
     def _pose_after(self, walked: float) -> Pose2:
         total = self._route.length
@@ -184,19 +216,31 @@ class _Line:
 
     Args:
         points: At least two, map frame.
+
+    Attributes:
+        ends: How far along each leg ends, metres.
+        length: Of all legs, metres.
     """
 
     def __init__(self, points: Sequence[Point]) -> None:
         self._points = points
-        self._ends = list(itertools.accumulate(math.dist(a, b) for a, b in itertools.pairwise(points)))
-        self.length = self._ends[-1]
+        self.ends = list(itertools.accumulate(math.dist(a, b) for a, b in itertools.pairwise(points)))
+        self.length = self.ends[-1]
+
+    def back_from(self, along: float) -> _Line | None:
+        """The way from so many metres along back to the beginning; None when that is here."""
+        if along <= 0.0:
+            return None
+        here = self.at(min(along, self.length))
+        passed = [point for point, end in zip(self._points[1:], self.ends, strict=True) if end < along]
+        return _Line([(here.x, here.y), *reversed(passed), self._points[0]])
 
     def at(self, along: float) -> Pose2:
         """The point at so many metres from the beginning, looking along the leg."""
-        leg = min(bisect.bisect_right(self._ends, along), len(self._ends) - 1)
+        leg = min(bisect.bisect_right(self.ends, along), len(self.ends) - 1)
         (ax, ay), (bx, by) = self._points[leg], self._points[leg + 1]
-        start = self._ends[leg - 1] if leg else 0.0
-        length = self._ends[leg] - start
+        start = self.ends[leg - 1] if leg else 0.0
+        length = self.ends[leg] - start
         part = (along - start) / length if length > 0.0 else 0.0
         yaw = normalize_angle(math.atan2(by - ay, bx - ax))
         return Pose2(ax + part * (bx - ax), ay + part * (by - ay), yaw)
@@ -214,6 +258,15 @@ class _Detour:
         self.back_at = back_at
         self._way = way
         self._gone = 0.0
+
+    def back(self, left_at: float) -> _Detour | None:
+        """The same way back to where the person left the route; None where they have just left it.
+
+        Args:
+            left_at: How much of the route has been walked there, metres.
+        """
+        way = self._way.back_from(self._gone)
+        return None if way is None else _Detour(way, left_at)
 
     def after(self, step: float) -> Pose2:
         """Where the person is so many metres further on."""

@@ -119,6 +119,21 @@ def test_a_led_walk_is_long_and_goes_through_doors_where_the_robot_fits(led):
         assert 0.25 <= walk.leader.speed <= 0.45 and walk.leader.once
 
 
+def test_who_leads_stands_for_a_while_in_each_room_that_they_go_to(led):
+    for flat, walk in led:
+        stops = [
+            (point, pause)
+            for point, pause in zip(walk.leader.route, walk.leader.pauses, strict=True)
+            if pause
+        ]
+        assert all(2.0 <= pause <= 6.0 for _, pause in stops)
+        assert stops[-1][0] == walk.leader.route[-1]
+        rooms = [flat.room_at(walk.leader.pose.x, walk.leader.pose.y)]
+        rooms += [flat.room_at(*point) for point, _ in stops]
+        assert all(a != b for a, b in itertools.pairwise(rooms))
+    assert len(stops) >= 2
+
+
 def test_the_robot_starts_before_the_leader_with_nothing_between(led):
     for flat, walk in led:
         leader = walk.leader.pose

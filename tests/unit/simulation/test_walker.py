@@ -10,7 +10,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.walker import STOP_DISTANCE_M, Walker
+from florence_bt.simulation.home.walker import SQUEEZE_M, STOP_DISTANCE_M, Walker
 
 STEP_S = 0.02
 FAR = Pose2(100.0, 0.0)
@@ -87,6 +87,16 @@ def test_a_walker_waits_in_front_of_a_blocked_door_and_walks_on(flat):
     assert walker.arrived
 
 
+def test_who_has_waited_for_some_seconds_passes_nearer_by(flat):
+    """Beside the robot in the door there is half a metre, and not more."""
+    walker, robot = Walker(THROUGH_A_DOOR, flat), Pose2(6.71, 2.2)
+    poses = walk(walker, 3.9, robot)
+    assert min(pose.distance_to(robot) for pose in poses) >= STOP_DISTANCE_M - 1e-9
+    poses = walk(walker, 6.0, robot)
+    assert walker.arrived
+    assert min(pose.distance_to(robot) for pose in poses) >= STOP_DISTANCE_M - SQUEEZE_M - 1e-9
+
+
 def test_who_walks_to_and_fro_turns_round_before_somebody_in_a_door(flat):
     walker = Walker(PersonSpec("ann", Pose2(6.2, 3.4), "walking", ((6.2, 1.2),)), flat)
     poses = walk(walker, 5.2, people=[Pose2(6.2, 2.2)])
@@ -136,3 +146,13 @@ def test_nobody_waits_less_than_no_time():
 def test_the_same_bodies_give_the_same_way(flat):
     ways = [walk(Walker(LIVING_ROOM, flat), 8.0, Pose2(3.5, 5.35), [Pose2(4.5, 5.2)]) for _ in range(2)]
     assert ways[0] == ways[1]
+
+
+def test_who_walks_once_stands_for_a_while_where_they_have_something_to_do(flat):
+    route = ((3.2, 5.3), (4.2, 5.3), (5.0, 5.3))
+    walker = Walker(PersonSpec("ann", Pose2(2.2, 5.3), "walking", route, once=True, pauses=(0.0, 3.0)), flat)
+    poses = walk(walker, 8.7)
+    assert [pose.x for pose in (poses[99], poses[199], poses[345])] == pytest.approx(
+        [3.2, 4.2, 4.2], abs=0.02
+    )
+    assert poses[-1].x == pytest.approx(5.0) and walker.arrived

@@ -14,6 +14,7 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate import follow
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
+from florence_bt.skills.navigation.navigate.costmap import Rays
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
@@ -121,6 +122,30 @@ def test_without_room_behind_it_it_goes_where_the_person_can_pass() -> None:
     assert walk.trip.world.hits == 0
 
 
+def test_it_turns_after_who_walks_past_and_follows_them() -> None:
+    walk = Walk(Pose2(1.0, 2.4), along([(2.0, 2.4), (1.6, 3.0), (0.9, 3.05), (0.4, 3.4), (0.4, 4.4)], 0.35))
+    assert walk.go(12.0) is None
+    assert "stepping aside" not in walk.trip.texts
+    assert abs(walk.trip.world.pose.bearing_to(0.4, 4.4)) < 0.3
+    assert walk.distances[-1] == pytest.approx(1.0, abs=0.3)
+
+
+def test_without_a_way_it_forgets_what_the_camera_marked_where_somebody_was() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(2.6, 2.4), (3.4, 2.4)], 0.2))
+    costmaps = walk.trip.navigator.global_costmap, walk.trip.navigator.local_costmap
+    odom = walk.trip.world.odom @ walk.trip.world.pose.inverse()
+    across = np.array([(1.6, y) for y in np.arange(0.0, 5.0, 0.04)])
+    for costmap, points in zip(
+        costmaps, (across, np.array([odom.apply(*each) for each in across])), strict=True
+    ):
+        robot = Pose2(0.6, 2.4) if costmap is costmaps[0] else walk.trip.world.odom
+        ranges = np.hypot(*(points - [robot.x, robot.y]).T)
+        costmap.add_rays("overhangs", Rays(robot.x, robot.y, points, ranges, 1.2, 4.0), robot)
+    assert walk.go(20.0) is None
+    assert "following, round what is in the way" in walk.trip.texts
+    assert walk.distances[-1] == pytest.approx(1.0, abs=0.2)
+
+
 def test_without_a_speed_to_back_off_with_it_stands_before_who_comes_nearer() -> None:
     walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (2.6, 2.4), (2.25, 2.4)], 0.3))
     parameters = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))
@@ -154,7 +179,7 @@ def test_out_of_sight_it_goes_to_where_the_person_vanished_and_then_says_that_th
     walk = Walk(Pose2(1.2, 2.4), along(route, 0.45))
     walk.go(4.0)
     walk.blind = True
-    result = walk.go(40.0)
+    result = walk.go(140.0)
     assert result is not None
     assert (result.outcome, result.code) == (Outcome.FAILED, "user_lost")
     assert walk.trip.world.command == STANDSTILL
@@ -189,7 +214,7 @@ def test_somebody_who_comes_back_into_view_is_followed_on() -> None:
             in_odom = trip.world.odom @ trip.world.pose.inverse() @ Pose2(*person)
             trip.navigator.saw_person(trip.world.now, LEADER, in_odom.x, in_odom.y)
         assert trip.cycle() is None
-    assert "going to where the person was seen last" in trip.texts
+    assert "looking for the person" in trip.texts
     assert trip.texts[-1] == "following"
     assert 0.5 < math.dist((trip.world.pose.x, trip.world.pose.y), walk.place(99.0)) < 1.15
 
@@ -266,12 +291,12 @@ def test_who_stands_too_near_to_be_seen_is_given_room_and_found() -> None:
 
     def sees(person: Point) -> bool:
         away = math.dist(person, (world.pose.x, world.pose.y))
-        return see(person) and away > 0.8 and not 0.3 < world.now < 8.0
+        return see(person) and away > 0.6 and not 0.3 < world.now < 8.0
 
     walk.sees = sees  # type: ignore[method-assign]
     assert walk.go(40.0) is None
     assert min(walk.distances) < 0.65
-    assert "stepping aside" in walk.trip.texts
+    assert "looking at what may be the person" in walk.trip.texts
     assert walk.trip.texts[-1] == "following"
     assert walk.trip.world.hits == 0
 

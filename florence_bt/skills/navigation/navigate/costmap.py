@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -273,6 +274,26 @@ class Costmap:
         for source, marks in self._layers.items():
             if source != CONTACTS:
                 _cells.clear_polygon(marks, corners)
+        self._master = None
+
+    def clear_disc(self, sources: Iterable[str], place: tuple[float, float], radius: float) -> None:
+        """Set what some sensors marked round a place to free.
+
+        Args:
+            sources: Names of the sensors.
+            place: x, y in the frame of this costmap, metres.
+            radius: Cells whose centres are so near are cleared, metres.
+        """
+        reach = math.ceil(radius / self.resolution)
+        row, column = self._row(place[1]), self._column(place[0])
+        first_row, first_column = max(0, row - reach), max(0, column - reach)
+        rows = np.arange(first_row, min(self._static.shape[0], row + reach + 1))
+        columns = np.arange(first_column, min(self._static.shape[1], column + reach + 1))
+        dx = self.origin_x + (columns + 0.5) * self.resolution - place[0]
+        dy = self.origin_y + (rows + 0.5) * self.resolution - place[1]
+        near = np.hypot(dx[None, :], dy[:, None]) <= radius
+        for marks in (self._layers[source] for source in sources if source in self._layers):
+            marks[first_row : first_row + len(rows), first_column : first_column + len(columns)][near] = 0
         self._master = None
 
     def add_contact(self, robot: Pose2, now: float) -> None:

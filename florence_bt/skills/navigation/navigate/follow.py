@@ -14,14 +14,22 @@ from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
-from florence_bt.skills.navigation.navigate.legs import LEGS_ALONE_S, Place, all_legs, go_on_with_legs
+from florence_bt.skills.navigation.navigate.legs import (
+    LEGS_ALONE_S,
+    REACH_M,
+    Place,
+    all_legs,
+    go_on_with_legs,
+)
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
+from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
+from florence_bt.skills.navigation.navigate.trails import CAMERA_SOURCES
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _BODY_M = 0.6
@@ -31,6 +39,8 @@ _ARRIVED_M = 0.4
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
+_BEFORE_RAD = 1.0
+"""Who is further to the side does not come towards the robot: they walk past it."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
 _DOUBT_S = 1.5
@@ -38,8 +48,6 @@ _LOOK_RADPS = 0.6
 """How fast the robot turns while it looks for who vanished."""
 _WORTH_LOOKING = 0.12
 """It turns to look when so much of what is likely would get into the picture; else it drives on."""
-_BLIND_M = 0.65
-"""Of somebody so near the camera sees nothing, or the legs at most: once in a search the robot makes room."""
 _CHOICE_S = 2.5
 """How long it stays with a place to drive to, at least."""
 _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
@@ -53,9 +61,16 @@ _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 much further away than it follows."""
 _STUCK_S, _BACK_OUT_S = 1.0, 3.0
 """When no wanted motion is free for so long, the robot backs out for so long at most."""
+_MAKE_ROOM_S = 1.0
+"""In a search it backs out for so long only, as they may be behind it, where it is blind; once in a search
+also from who is too near to be seen."""
 _NEARLY_M = 0.2
 """What keeps the robot so much further away than wanted is no trouble: a shoe, or a pillow."""
+_NO_WAY_S = 15.0
+"""A search in which the robot cannot move for so long is over."""
 _PLAN_PERIOD_S = 0.5
+_FORGET_AFTER_S, _FORGET_M = 2.0, 3.0
+"""Without a way for so long, the robot forgets what the camera has marked up to so far away."""
 _STEP_M = 0.05
 _OWN_PLACE_M = 0.2
 """A way is looked at from here on; the robot itself stands on what lies before."""
@@ -116,14 +131,16 @@ class Follow:
         self._trouble = ""
         self._faced = False
         self._whereabouts: Whereabouts | None = None
+        self._nearby: NearbyLegs | None = None
+        self._made_room = False
         self._heading: float | None = None
         self._turning = 0.0
         self._goal_place: Place | None = None
         self._next_choice = self._moved = now
-        self._gave_room = False
         self._cornered_since: float | None = None
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
+        self._no_way_since: float | None = None
         self._held = False
         self._stuck_since: float | None = None
         self._backs_until = -math.inf
@@ -174,7 +191,7 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._backs_until = state.now + _BACK_OUT_S
+            self._backs_until = state.now + (_BACK_OUT_S if self._nearby is None else _MAKE_ROOM_S)
         return command, feedback, result
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
@@ -202,13 +219,16 @@ class Follow:
     # In sight.
 
     def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
-        self._faced, self._whereabouts = False, None
+        self._faced, self._whereabouts, self._nearby, self._made_room = False, None, None, False
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         self._check_camera(state.now, distance, bearing)
         if distance < self._goal.distance - self._use.follow_give_way:
             self.path, self._next_plan, self._free_since = None, state.now, state.now
-            return self._give_way(state, (x, y), bearing), self._feedback("giving way"), None
+            if abs(bearing) < _BEFORE_RAD:
+                return self._give_way(state, (x, y), bearing), self._feedback("giving way"), None
+            self._cornered_since = None
+            return self._turn_towards(state, bearing), self._feedback("following"), None
         self._cornered_since = None
         command = self._law(state.pose, distance, bearing)
         direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
@@ -235,12 +255,17 @@ class Follow:
 
     def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
-        command = self._back_off(state)
+        command = self._back_off(state, bearing)
         self._note_way_back(state, person, backing=command.linear != 0.0)
         return self._turn_towards(state, bearing) if command.is_zero() else command
 
-    def _back_off(self, state: RobotState) -> Twist2:
-        """Back on the way the robot came, or straight; standstill where there is no room."""
+    def _back_off(self, state: RobotState, bearing: float = 0.0) -> Twist2:
+        """Back on the way the robot came, or straight; standstill where there is no room.
+
+        Args:
+            state: Of this moment.
+            bearing: Of the person who is given way to; the robot does not turn its back on them.
+        """
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
             trail.pop()
@@ -248,6 +273,8 @@ class Follow:
         if back == 0.0:
             return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
+        if abs(normalize_angle(bearing - left)) > _BEFORE_RAD:
+            left = 0.0
         turn = self._limited(self._use.follow_angular_gain * left)
         speed = back if abs(left) < _FACING_RAD else 0.0
         for command in (Twist2(speed, turn), Twist2(0.0, turn), Twist2(back, 0.0)):
@@ -273,7 +300,9 @@ class Follow:
         """Drive to where the robot can be passed."""
         there = state.map_from_odom.inverse().apply(*place)
         command, remaining = self._along_path(state, there)
-        if state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
+        person = self._target.at(state.now, self._use.follow_coast)
+        passed = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
+        if passed or state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
             self._aside, self.path, self._next_plan = None, None, state.now
             return STANDSTILL
         return command
@@ -342,9 +371,11 @@ class Follow:
         """Turn in place, if there is room."""
         if abs(bearing) <= self._use.follow_angle_tolerance:
             return STANDSTILL
-        command = Twist2(0.0, self._limited(self._use.follow_angular_gain * bearing))
-        self._held = not self._may(state, command)
-        return STANDSTILL if self._held else command
+        turn = self._limited(self._use.follow_angular_gain * bearing)
+        # No more of the turn needs to be free than there is to turn.
+        needed = math.copysign(min(abs(bearing), abs(turn) * self._use.follow_look_ahead), bearing)
+        self._held = not state.clearance.is_free(0.0, needed)
+        return STANDSTILL if self._held else Twist2(0.0, turn)
 
     def _limited(self, turn: float) -> float:
         return max(-self._goal.max_angular, min(self._goal.max_angular, turn))
@@ -380,9 +411,20 @@ class Follow:
         )
         if isinstance(plan, Result):
             self.path, self._trouble = None, plan.reason
+            self._forget_marks(state)
             return
-        self.path = plan.points
+        self.path, self._no_way_since = plan.points, None
         self._controller.set_plan(plan.points, plan.goal)
+
+    def _forget_marks(self, state: RobotState) -> None:
+        """Forget what the camera marked nearby when there has been no way for long: people have walked on."""
+        self._no_way_since = self._no_way_since or state.now
+        if state.now - self._no_way_since < _FORGET_AFTER_S:
+            return
+        self._no_way_since = None
+        here = state.map_pose
+        self._costmaps.global_costmap.clear_disc(CAMERA_SOURCES, (here.x, here.y), _FORGET_M)
+        self._costmaps.local_costmap.clear_disc(CAMERA_SOURCES, (state.pose.x, state.pose.y), _FORGET_M)
 
     def _without_person(self, there: Pose2) -> NDArray[np.uint8]:
         """The costs of the global costmap; round the person those of the map alone."""
@@ -402,22 +444,56 @@ class Follow:
     ) -> tuple[Twist2, Feedback, Result | None]:
         place = self._target.at(state.now, self._use.follow_coast)
         bearing = state.pose.bearing_to(*place)
+        self._cornered_since = None
         if unseen > self._use.follow_limit:
             return STANDSTILL, self._feedback("lost"), _lost_after(unseen)
         self._faced = self._faced or abs(bearing) < _FACING_RAD or not self._has_in_sight(state, place)
         if self._whereabouts is None and not self._faced and unseen <= self._use.follow_patience:
             # They may just have walked out of the picture.
             return self._turn_towards(state, bearing), self._feedback("turning after the person"), None
+        command = self._look_at_legs(state)
+        if command is not None:
+            return command, self._feedback("looking at what may be the person"), None
         if self._whereabouts is None:
             command, remaining = self._along_path(state, place)
-            if remaining > _ARRIVED_M and math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
+            if (
+                remaining > _ARRIVED_M
+                and math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M
+                and not self._looks_at(state, place)
+            ):
                 feedback = self._feedback("going to where the person was seen last")
                 if not command.is_zero() or unseen <= self._use.follow_patience:
                     return command, feedback, None
             self._begin_search(state, place)
         command = self._look_for_them(state)
-        over = state.now - self._moved > self._use.follow_patience
+        over = state.now - self._moved > _NO_WAY_S
         return command, self._feedback("looking for the person"), _lost_after(unseen) if over else None
+
+    def _look_at_legs(self, state: RobotState) -> Twist2 | None:
+        """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
+        self._nearby = self._nearby or NearbyLegs()
+        others = state.people.rows[:, :2]
+        unknown = [
+            each for each in all_legs(self._unknown) if all(math.dist(each, who) > REACH_M for who in others)
+        ]
+        legs = self._nearby.next(state.now, state.pose, unknown)
+        if legs is None:
+            return None
+        bearing = state.pose.bearing_to(*legs)
+        if abs(bearing) > _FACING_RAD:
+            turn = self._turn_round(state, bearing, self._goal.max_angular)
+            if turn.is_zero():
+                self._nearby.leave()
+            return turn
+        if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
+            self._made_room, self._backs_until = True, state.now + _MAKE_ROOM_S
+        return STANDSTILL
+
+    def _looks_at(self, state: RobotState, place: Place) -> bool:
+        """Whether somebody at a place would be seen whole; as the robot sees nobody, they have walked on."""
+        away = math.dist(place, (state.pose.x, state.pose.y))
+        in_view = abs(state.pose.bearing_to(*place)) < _VIEW_RAD and _VIEW_M[0] < away < _VIEW_M[1]
+        return in_view and self._has_in_sight(state, place)
 
     def _begin_search(self, state: RobotState, place: Place) -> None:
         assert self._target.seen is not None
@@ -426,7 +502,6 @@ class Follow:
         velocity = turned.apply(*self._target.velocity)
         self._whereabouts = Whereabouts(self._costmaps, in_map, velocity, self._target.seen)
         self._heading = self._goal_place = None
-        self._gave_room = False
         self._next_choice = self._moved = state.now
 
     def _look_for_them(self, state: RobotState) -> Twist2:
@@ -447,9 +522,9 @@ class Follow:
         command, _ = self._along_path(state, state.map_from_odom.inverse().apply(*self._goal_place))
         return command
 
-    def _turn_round(self, state: RobotState, left: float) -> Twist2:
+    def _turn_round(self, state: RobotState, left: float, speed: float = _LOOK_RADPS) -> Twist2:
         """Turn in place; where there is no room for it, the other way round."""
-        wanted = self._limited(math.copysign(_LOOK_RADPS, left))
+        wanted = self._limited(math.copysign(speed, left))
         # What was begun goes on, also when the other way has become shorter.
         ways = (wanted, -wanted) if wanted * self._turning >= 0.0 else (-wanted, wanted)
         self._turning = next((turn for turn in ways if self._may(state, Twist2(0.0, turn))), 0.0)
@@ -460,10 +535,6 @@ class Follow:
         assert self._whereabouts is not None
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose
-        near = [who for who in legs if math.dist(who, (robot.x, robot.y)) < _BLIND_M]
-        if near and not self._gave_room:
-            self._gave_room = True
-            self._begin_to_step_aside(state, near[0])
         heading, share = self._whereabouts.best_view(robot)
         place = self._whereabouts.best_place(robot)
         if place is None or (

@@ -25,6 +25,7 @@ from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES, Trails
 
 LASER = "scan"
 """The source in whose scans legs are found."""
@@ -118,6 +119,8 @@ class Navigator:
         self._fresh = Freshness(cycle.sensor_timeout, cycle.scan_timeout, cycle.required_sources)
         self._unmapped = Unmapped(self._costmaps)
         self._people = PeopleTracks(self._p.people)
+        self._trails = Trails()
+        self._left: list[Place] = []
         self._goal: Drive | Spin | Follow | Approach | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
@@ -169,6 +172,7 @@ class Navigator:
         if not odom_pose.is_finite():
             return
         self._fresh.saw(source, scan.stamp, scan.stamp if arrived is None else arrived)
+        self._clear_where_people_were(map_from_odom)
         in_base = rays_of(scan, sensor_in_base)
         if source == LASER:
             self._look_for_legs(scan.stamp, moved_rays(in_base, odom_pose).ends, odom_pose, map_from_odom)
@@ -178,6 +182,14 @@ class Navigator:
         ):
             if robot is not None:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot)
+
+    def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
+        """What the camera marked where somebody was who has walked on was that person."""
+        for place in self._left:
+            self.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
+            if map_from_odom is not None:
+                self.global_costmap.clear_disc(CAMERA_SOURCES, map_from_odom.apply(*place), BODY_M)
+        self._left.clear()
 
     def _look_for_legs(
         self, stamp: float, ends: NDArray[np.float64], odom_pose: Pose2, map_from_odom: Pose2 | None
@@ -189,6 +201,8 @@ class Navigator:
             return
         unknown = self._unmapped.unknown(ends, map_from_odom)
         self._people.saw_scan(stamp, unknown, odom_pose)
+        for sight in self._people.sights():
+            self._left += self._trails.saw(*sight)
         if isinstance(self._goal, Follow):
             self._goal.saw_scan(stamp, unknown, odom_pose)
 
@@ -271,6 +285,8 @@ class Navigator:
             y: Metres.
         """
         self._people.saw(stamp, user_id, x, y)
+        if math.isfinite(x) and math.isfinite(y):
+            self._left += self._trails.saw(stamp, user_id, (x, y))
         if isinstance(self._goal, Follow) and self._goal.user_id == user_id:
             self._goal.saw(stamp, x, y)
 

@@ -100,7 +100,8 @@ class FollowParameters:
         follow_look_ahead: A motion must be free for so many seconds.
         follow_coast: Not seen for so many seconds, a person is out of sight: the robot drives to where they
             were.
-        follow_patience: Out of sight for so many seconds, and the robot is there or has no way: lost.
+        follow_patience: For so many seconds the robot waits for the first sight of the person, turns after
+            who has left the picture, and stands before a blocked way; then it searches.
         follow_limit: Out of sight for so many seconds: lost, wherever the robot is.
 
     Source:
@@ -120,7 +121,7 @@ class FollowParameters:
     follow_look_ahead: Positive = 1.0
     follow_coast: Positive = 0.7
     follow_patience: Positive = 3.0
-    follow_limit: Positive = 40.0
+    follow_limit: Positive = 120.0
 
     def __post_init__(self) -> None:
         check_limits(self)

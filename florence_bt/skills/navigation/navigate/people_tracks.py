@@ -42,6 +42,14 @@ class PeopleTracks:
         for target in self._targets.values():
             go_on_with_legs(target, stamp, unknown, robot, self._p.people_keep_time)
 
+    def sights(self) -> list[tuple[float, int, Place]]:
+        """When and where each person was seen last, by camera or laser: seconds, their id, and metres."""
+        return [
+            (target.seen, who, target.at(target.seen, 0.0))
+            for who, target in self._targets.items()
+            if target.seen is not None
+        ]
+
     def people(self, now: float, without: int | None = None, place: Place | None = None) -> People:
         """Where people are now.
 

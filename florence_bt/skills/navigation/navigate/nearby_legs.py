@@ -1,0 +1,65 @@
+"""In a search for somebody: what is near the robot, may be their legs, and was not looked at yet."""
+
+from __future__ import annotations
+
+import math
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.navigation.navigate.legs import Place
+
+_REACH_M = 1.5
+"""Legs further away are left to the search."""
+_SAME_M = 0.3
+"""What is so near to a place was looked at there; who walks is soon somewhere else."""
+_STEP_M = 0.4
+"""Legs go no further from one scan to the next."""
+_VIEW_RAD, TOO_NEAR_M = 0.35, 0.55
+"""So near to the middle of the picture, and not nearer to the robot, the camera would see who it is ..."""
+_LOOK_S, _TRY_S = 1.0, 5.0
+"""... within this time. What the robot cannot look at for so long is left."""
+
+
+class NearbyLegs:
+    """Chooses what to look at next. All places are in one frame that does not jump."""
+
+    def __init__(self) -> None:
+        self._known: list[Place] = []
+        self._target: Place | None = None
+        self._since = self._unclear_since = 0.0
+
+    def next(self, now: float, robot: Pose2, legs: list[Place]) -> Place | None:
+        """What may be the legs of the person and is to be looked at, metres; None when there is nothing.
+
+        Args:
+            now: Seconds.
+            robot: The robot.
+            legs: Where something like legs is now, metres.
+        """
+        here = (robot.x, robot.y)
+        new = [
+            each
+            for each in legs
+            if math.dist(each, here) < _REACH_M and all(math.dist(each, at) > _SAME_M for at in self._known)
+        ]
+        if not new:
+            self._target = None
+            return None
+        old = self._target
+        near = [] if old is None else [each for each in new if math.dist(each, old) < _STEP_M]
+        if old is None or not near:
+            self._target = min(new, key=lambda each: math.dist(each, here))
+            self._since = self._unclear_since = now
+        else:
+            self._target = min(near, key=lambda each: math.dist(each, old))
+        in_view = abs(robot.bearing_to(*self._target)) < _VIEW_RAD
+        if not in_view or math.dist(self._target, here) < TOO_NEAR_M:
+            self._unclear_since = now
+        if now - self._unclear_since > _LOOK_S or now - self._since > _TRY_S:
+            self.leave()
+        return self._target
+
+    def leave(self) -> None:
+        """What was chosen last is not looked at again: the robot knows it, or cannot turn to it."""
+        if self._target is not None:
+            self._known.append(self._target)
+            self._target = None

@@ -1,0 +1,60 @@
+"""Where people have walked: what the camera marked there was they, and they have left."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from florence_bt.skills.navigation.navigate.legs import Place
+
+CAMERA_SOURCES = "depth", "overhangs"
+"""The sources of scans whose marks of somebody stay when the camera looks elsewhere, or is too near."""
+BODY_M = 0.35
+"""What was marked so near to the middle of somebody was that person: shoulders and arms, and the error of
+where they were seen."""
+_LEFT_M = 0.6
+"""Somebody so far away has left a place: body and a step."""
+_STEP_M = 0.1
+_FASTEST_MPS = 2.0
+"""Nobody in a home walks faster; a sighting further away is of somebody else, or a mistake."""
+_KEPT_S = 60.0
+"""Who was not seen for so long has not left anything that is still known."""
+
+
+class Trails:
+    """Remembers where each person was until they have walked away from there.
+
+    Places are in the odometry frame.
+    """
+
+    def __init__(self) -> None:
+        self._trails: dict[int, deque[Place]] = {}
+        self._seen: dict[int, float] = {}
+
+    def saw(self, stamp: float, user_id: int, place: Place) -> list[Place]:
+        """Somebody was seen.
+
+        Args:
+            stamp: Seconds.
+            user_id: Their persistent id.
+            place: Where they are, metres.
+
+        Returns:
+            The places that they have left since they were seen last, metres.
+        """
+        self._forget(stamp)
+        trail = self._trails.setdefault(user_id, deque())
+        passed = stamp - self._seen.get(user_id, stamp)
+        self._seen[user_id] = stamp
+        if trail and math.dist(trail[-1], place) > _LEFT_M + _FASTEST_MPS * passed:
+            trail.clear()
+        if not trail or math.dist(trail[-1], place) >= _STEP_M:
+            trail.append(place)
+        left = []
+        while math.dist(trail[0], place) > _LEFT_M:
+            left.append(trail.popleft())
+        return left
+
+    def _forget(self, now: float) -> None:
+        for user_id in [each for each, stamp in self._seen.items() if now - stamp > _KEPT_S]:
+            del self._trails[user_id], self._seen[user_id]
