@@ -231,8 +231,11 @@ class FreeSpace:
         return kept
 
     def fits(self, start: Point, end: Point, radius: float) -> bool:
-        """Whether something round can go straight from one point to another, both in the grid."""
-        return bool((self.clearance[self._cells_between(start, end)] >= radius).all())
+        """Whether something round can go straight from one point to another; beyond the grid nothing can."""
+        rows, columns = self._cells_between(start, end)
+        height, width = self.clearance.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        return bool(inside.all() and (self.clearance[rows, columns] >= radius).all())
 
     def sees(self, eye: tuple[float, float], target: tuple[float, float]) -> bool:
         """Whether nothing of a person's chest height or more stands between two points."""

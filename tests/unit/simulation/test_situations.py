@@ -104,6 +104,14 @@ def on_line(points):
     ]
 
 
+def test_beyond_the_home_nothing_fits(small):
+    space = free_space_of(small)
+    x, y = space.frame.centres()
+    corner = (float(x[0]), float(y[0]))
+    assert not space.fits((corner[0] - 3.0, corner[1]), corner, 0.0)
+    assert not space.fits(corner, (float(x[-1]) + 3.0, float(y[-1]) + 3.0), 0.0)
+
+
 def test_a_led_walk_is_long_and_goes_through_doors_where_the_robot_fits(led):
     for flat, walk in led:
         points = [(walk.leader.pose.x, walk.leader.pose.y), *walk.leader.route]
