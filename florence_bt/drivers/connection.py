@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Generic, Protocol, TypeVar
 
-from florence_bt.core.clock import Clock, Timer
+from florence_bt.core.clock import DeviceClock, Timer
 from florence_bt.core.errors import DeviceError
 
 T_co = TypeVar("T_co", covariant=True)
@@ -45,7 +45,7 @@ class Connection(Generic[D, T]):
 
     def __init__(
         self,
-        clock: Clock,
+        clock: DeviceClock,
         call_soon: Callable[[Callable[[], None]], None],
         open_device: Callable[[], D],
         *,
@@ -167,7 +167,7 @@ class Connection(Generic[D, T]):
     # ---- the reader's thread ----------------------------------------------------------------------------
 
     def _arrived(self, device: D, item: T) -> None:
-        arrived = self._clock.now()
+        arrived = self._clock.arrival_time()
         if self._on_readers_thread:
             self._on_item(item, arrived)
             return

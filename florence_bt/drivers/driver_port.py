@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from florence_bt.core.clock import Clock, Timer
+from florence_bt.core.clock import DeviceClock, Timer
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.connection import Connection
 from florence_bt.drivers.serial_port import BytePort
@@ -34,7 +34,7 @@ class DriverPort:
     def __init__(
         self,
         driver: ByteDriver,
-        clock: Clock,
+        clock: DeviceClock,
         call_soon: Callable[[Callable[[], None]], None],
         open_port: Callable[[], BytePort],
         *,

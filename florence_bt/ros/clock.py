@@ -212,6 +212,16 @@ class RosClock(TimerQueue):
             return self._read()
         return self.now()
 
+    def arrival_time(self) -> float:
+        """The time of what a device has just sent; for the thread that reads it.
+
+        The bytes of a simulated device overtake the message on ``/clock`` of their moment: a scan would be
+        stamped earlier than it was taken. So the next message is waited for.
+        """
+        if self.source is not None:
+            self.source.wait_for_message()
+        return self.now()
+
     def on_reset(self, callback: Callback) -> None:
         """Call back, on the executor, when the time starts or was set back: known stamps are useless then."""
         self._on_reset.append(callback)

@@ -13,6 +13,7 @@ believed: it may come from another program. The next one has to go on from it.
 from __future__ import annotations
 
 import struct
+import threading
 import time
 from typing import Any
 
@@ -34,6 +35,8 @@ IDLE_S = 5.0
 """How often to look whether anybody has asked for the time since, or waits for a moment; steady time."""
 FIRST_S = 0.5
 """How long to wait at most for the first message when it is needed again: the simulation may be standing."""
+MOST_WAIT_S = 0.1
+"""How long a thread that reads a device waits at most for the next message; steady time."""
 _PAUSE_S = 0.0005
 MOST_STEP_S = 10.0
 """Between two messages; a longer step, or one back, counts when the message after it goes on from there."""
@@ -58,6 +61,7 @@ class SharedClock:
         self._received_before = False
         self._sure = True
         self._look: Timer | None = None
+        self._message_came = threading.Condition()
 
     def add(self, node: Node) -> None:
         """Give a node the time from now on; nothing happens when it does not follow the simulated time."""
@@ -111,6 +115,14 @@ class SharedClock:
             time.sleep(_PAUSE_S)
         self._set_sure(sure=False)
 
+    def wait_for_message(self) -> None:
+        """Wait for the next message, but no longer than MOST_WAIT_S: the simulation may be standing.
+
+        For the threads that read devices: while the loop's own thread waits, no message comes.
+        """
+        with self._message_came:
+            self._message_came.wait(MOST_WAIT_S)
+
     def _rest(self) -> None:
         """Unsubscribe, unless a timer runs or the time was read lately."""
         self._look = None
@@ -159,6 +171,8 @@ class SharedClock:
         self._time, self._doubted, self._received_before = now, None, True
         for node in self._nodes:
             set_time(node, now)
+        with self._message_came:
+            self._message_came.notify_all()
         if not self._sure:
             self._set_sure(sure=True)
 

@@ -85,6 +85,54 @@ def test_a_removed_node_follows_the_time_by_itself(ros: Any) -> None:
     teller.tell(11.0, one, other)
 
 
+class Reader(threading.Thread):
+    """Has just read something from a device."""
+
+    def __init__(self, node: FlorenceNode) -> None:
+        super().__init__()
+        self._node = node
+        self.arrived: float | None = None
+        self.start()
+
+    def run(self) -> None:
+        self.arrived = self._node.ros_timebase.arrival_time()
+
+
+def test_what_overtook_the_time_of_its_moment_waits_for_it(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_clock, "MOST_WAIT_S", 600.0)
+    teller = Teller(ros)
+    node = ros.add(FlorenceNode("driver", parameters=SIMULATED))
+    teller.tell(10.0, node)
+    ros.spin_for(0.2)  # whatever is still on its way
+    reader = Reader(node)
+    ros.spin_for(0.05)
+    assert reader.arrived is None
+
+    def goes_on() -> bool:
+        teller.publish(10.5)
+        return reader.arrived is not None
+
+    ros.spin_until(goes_on, what="the moment of arrival")
+    assert reader.arrived == pytest.approx(10.5)
+
+
+def test_a_standing_simulation_holds_no_reader_up(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_clock, "MOST_WAIT_S", 0.01)
+    teller = Teller(ros)
+    node = ros.add(FlorenceNode("driver", parameters=SIMULATED))
+    teller.tell(10.0, node)
+    reader = Reader(node)
+    reader.join()
+    assert reader.arrived == pytest.approx(10.0)
+
+
+def test_on_the_wall_clock_no_reader_waits(ros: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_clock, "MOST_WAIT_S", 600.0)
+    reader = Reader(ros.add(FlorenceNode("driver")))
+    reader.join(60.0)
+    assert reader.arrived is not None
+
+
 @pytest.fixture
 def idle(ros: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     """A teller and a node on simulated time, 10 s, where nobody has asked for the time for long."""

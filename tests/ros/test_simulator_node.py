@@ -6,15 +6,16 @@ import itertools
 from types import SimpleNamespace
 
 import pytest
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters
 from florence_bt.drivers.turtlebot.report import Pace
-from florence_bt.ros.conversions import stamp_to_ros
+from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
-from florence_bt.ros.qos import SENSOR
+from florence_bt.ros.qos import RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster
 from florence_bt.simulation.hardware import node as simulator_node
 from florence_bt.simulation.hardware.node import (
@@ -134,6 +135,22 @@ def test_the_simulated_time_waits_for_navigation_and_the_driver_of_the_base(
     assert hardware.time == stands_at
     ros.spin_until(lambda: waits_for(stands_at) and hardware.time > stands_at)
     assert hardware.time <= stands_at + most_lag + 2 * LONGEST_BURST_S
+    ros.close_node(simulator)
+
+
+def test_who_is_waited_for_knows_the_time(ros, monkeypatch):
+    """A driver takes no bytes before it knows that it is as late as they are: else both would wait."""
+    monkeypatch.setattr(simulator_node, "CLOCK_PERIOD_S", 600.0)
+    hardware, simulator, _, told = simulator_beside_a_driver(ros, monkeypatch)
+    times = []
+    reader = ros.add(FlorenceNode("reader"))
+    reader.create_subscription(Clock, "/clock", lambda message: times.append(message.clock), RELIABLE)
+
+    def knows() -> bool:
+        told(0.0)
+        return hardware.served and times and stamp_from_ros(times[-1]) == pytest.approx(hardware.time)
+
+    ros.spin_until(knows, what="the time at which the simulation stands")
     ros.close_node(simulator)
 
 

@@ -78,7 +78,7 @@ class HokuyoNode(FlorenceNode):
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._port = DriverPort(
             self._driver,
-            self.timebase,
+            self.ros_timebase,
             self.call_soon,
             self._open,
             on_open=self._on_open,

@@ -159,8 +159,7 @@ class SimulatorNode(FlorenceNode):
             paced = server.time
             if now >= next_clock:
                 next_clock += RESTING_CLOCK_PERIOD_S if server.world.resting else CLOCK_PERIOD_S
-                if self._clock_topic is not None:
-                    self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
+                self._publish_clock(server)
             if now >= next_truth or server.motion != motion:
                 next_truth = server.time + TRUTH_PERIOD_S
                 motion = server.motion
@@ -183,7 +182,13 @@ class SimulatorNode(FlorenceNode):
             or any(reader.is_behind(server.time, now) for reader in self._placed.values())
         )
 
+    def _publish_clock(self, server: HardwareServer) -> None:
+        if self._clock_topic is not None:
+            self._clock_topic.publish(ClockMessage(clock=stamp_to_ros(server.time)))
+
     def _wait_for_readers(self, server: HardwareServer) -> None:
+        # A driver takes no bytes before it knows that it is as late as they are.
+        self._publish_clock(server)
         while not self._stop.is_set():
             select.select([], [], [], WAIT_S)
             if not self._readers_are_behind(server):
