@@ -31,13 +31,6 @@ class Clock(Protocol):
         """Call back once at ``when`` (at once, but never inside this call, when that has passed)."""
 
 
-class DeviceClock(Clock, Protocol):
-    """A clock that also tells when a device has sent something."""
-
-    def arrival_time(self) -> float:
-        """The time of what has just come; for the thread that reads the device, which may have to wait."""
-
-
 def call_every(clock: Clock, period: float, callback: Callback, *, start: float | None = None) -> Timer:
     """Call back again and again without drift.
 
@@ -108,10 +101,6 @@ class ManualClock:
 
     def now(self) -> float:
         """The time that was set by hand, in seconds."""
-        return self._now
-
-    def arrival_time(self) -> float:
-        """The same: nothing waits here."""
         return self._now
 
     def call_at(self, when: float, callback: Callback) -> ManualTimer:

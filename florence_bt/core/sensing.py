@@ -47,6 +47,11 @@ class LaserScan:
         """Angle of the last beam in radians."""
         return self.angle_min + self.angle_increment * (len(self.ranges) - 1)
 
+    @property
+    def middle(self) -> float:
+        """Time of the middle beam in seconds: the robot moves while the scanner turns."""
+        return self.stamp + self.time_increment * (len(self.ranges) - 1) / 2
+
     def angles(self) -> NDArray[np.float64]:
         """Angle of every beam, shape (n,), radians."""
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)

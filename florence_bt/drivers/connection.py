@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Generic, Protocol, TypeVar
 
-from florence_bt.core.clock import DeviceClock, Timer
+from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import DeviceError
 
 T_co = TypeVar("T_co", covariant=True)
@@ -45,7 +45,7 @@ class Connection(Generic[D, T]):
 
     def __init__(
         self,
-        clock: DeviceClock,
+        clock: Clock,
         call_soon: Callable[[Callable[[], None]], None],
         open_device: Callable[[], D],
         *,
@@ -56,6 +56,7 @@ class Connection(Generic[D, T]):
         delay_s: float,
         name: str,
         on_readers_thread: bool = False,
+        arrival_time: Callable[[], float] | None = None,
     ) -> None:
         """Prepare; :meth:`open` begins.
 
@@ -71,6 +72,8 @@ class Connection(Generic[D, T]):
             name: What the device is called, for the reader's thread.
             on_readers_thread: Call on_item on the reader's thread, for an owner that drops what it has no
                 time for. All other callbacks stay on the owner's.
+            arrival_time: The time of what has just come, called on the reader's thread; the clock's when not
+                given.
         """
         self._clock = clock
         self._call_soon = call_soon
@@ -81,6 +84,7 @@ class Connection(Generic[D, T]):
         self._on_problem = on_problem
         self._delay_s = delay_s
         self._on_readers_thread = on_readers_thread
+        self._arrival_time = arrival_time or clock.now
         self._name = name
         self._reader: DeviceReader[T] | None = None
         self._retry: Timer | None = None
@@ -167,7 +171,7 @@ class Connection(Generic[D, T]):
     # ---- the reader's thread ----------------------------------------------------------------------------
 
     def _arrived(self, device: D, item: T) -> None:
-        arrived = self._clock.arrival_time()
+        arrived = self._arrival_time()
         if self._on_readers_thread:
             self._on_item(item, arrived)
             return

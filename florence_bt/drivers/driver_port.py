@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from florence_bt.core.clock import DeviceClock, Timer
+from florence_bt.core.clock import Clock, Timer
 from florence_bt.core.errors import DeviceError
 from florence_bt.drivers.connection import Connection
 from florence_bt.drivers.serial_port import BytePort
@@ -34,7 +34,7 @@ class DriverPort:
     def __init__(
         self,
         driver: ByteDriver,
-        clock: DeviceClock,
+        clock: Clock,
         call_soon: Callable[[Callable[[], None]], None],
         open_port: Callable[[], BytePort],
         *,
@@ -45,6 +45,7 @@ class DriverPort:
         send: Callable[[BytePort, bytes], None],
         delay_s: float,
         name: str,
+        arrival_time: Callable[[], float] | None = None,
     ) -> None:
         """Prepare; :meth:`open` begins.
 
@@ -62,6 +63,7 @@ class DriverPort:
                 DeviceError to give the port up.
             delay_s: The first pause before the port is opened again; doubled each time, up to ten times.
             name: What the port is called.
+            arrival_time: As of :class:`Connection`.
         """
         self._driver = driver
         self._clock = clock
@@ -79,6 +81,7 @@ class DriverPort:
             on_problem=on_problem,
             delay_s=delay_s,
             name=name,
+            arrival_time=arrival_time,
         )
 
     @property

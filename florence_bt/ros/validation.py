@@ -231,8 +231,9 @@ def _scan(message: Any, now: Now | None) -> None:
     _within("the angle from the first to the last beam", message.angle_increment * beams, 2 * math.tau, "rad")
     _between("range_min", message.range_min, 0.0, MAX_DISTANCE_M, "m")
     _between("range_max", message.range_max, message.range_min, MAX_DISTANCE_M, "m")
-    for name in ("time_increment", "scan_time"):
-        _between(name, getattr(message, name), 0.0, MAX_STAMP_OFFSET_S, "s")
+    lasts = message.time_increment * beams
+    _between("the time from the first to the last beam", lasts, 0.0, MAX_STAMP_OFFSET_S, "s")
+    _between("scan_time", message.scan_time, 0.0, MAX_STAMP_OFFSET_S, "s")
 
 
 def _map(message: Any, now: Now | None) -> None:

@@ -78,7 +78,7 @@ class HokuyoNode(FlorenceNode):
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._port = DriverPort(
             self._driver,
-            self.ros_timebase,
+            self.timebase,
             self.call_soon,
             self._open,
             on_open=self._on_open,
@@ -88,6 +88,8 @@ class HokuyoNode(FlorenceNode):
             send=self._send,
             delay_s=self._settings.reconnect_delay_s,
             name=self._settings.place,
+            # The sensor's clock takes the earliest arrival for the true one.
+            arrival_time=self.ros_timebase.arrival_time,
         )
         self._port.open()
 

@@ -83,7 +83,7 @@ class KinectNode(FlorenceNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[FrameSource, Frame] = Connection(
-            self.ros_timebase,
+            self.timebase,
             self.call_soon,
             lambda: open_source(self._settings),
             on_open=self._on_open,

@@ -103,7 +103,7 @@ class TurtlebotNode(FlorenceNode):
         baud_rate = self._settings.baud_rate or parameters_of_driver.model.baud_rate
         self._port = DriverPort(
             self._driver,
-            self.ros_timebase,
+            self.timebase,
             self.call_soon,
             lambda: open_port(self._settings.port, baud_rate),
             on_open=self._on_open,

@@ -91,9 +91,9 @@ class CalibrationNode(FlorenceNode):
         wall = find_wall(scan, self._wall)
         readings = self.rounds.current.readings
         if isinstance(wall, str):
-            readings.take_no_wall(scan.stamp, wall)
+            readings.take_no_wall(scan.middle, wall)
         else:
-            readings.take(Source.WALL, scan.stamp, wall.angle)
+            readings.take(Source.WALL, scan.middle, wall.angle)
 
     def _on_state(self, message: TurtlebotSensorState) -> None:
         """The wheels alone: the heading of ``odom`` is the gyro's."""

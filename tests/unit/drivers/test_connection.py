@@ -43,7 +43,7 @@ class Device:
 class Owner:
     """Collects what the connection tells; other threads' callbacks wait until :meth:`serve`."""
 
-    def __init__(self, *, direct: bool = False) -> None:
+    def __init__(self, *, direct: bool = False, arrival_time: Callable[[], float] | None = None) -> None:
         self.clock = ManualClock()
         self.waiting: list[Device | DeviceError] = []
         self.opened: list[tuple[float, Device]] = []
@@ -64,6 +64,7 @@ class Owner:
             delay_s=0.5,
             name="device",
             on_readers_thread=direct,
+            arrival_time=arrival_time,
         )
 
     def serve(self) -> None:
@@ -89,6 +90,16 @@ class Owner:
 @pytest.fixture
 def owner() -> Owner:
     return Owner()
+
+
+def test_the_owner_may_tell_the_time_of_arrival() -> None:
+    owner = Owner(arrival_time=lambda: 7.0)
+    device = Device()
+    owner.waiting = [device]
+    owner.connection.open()
+    device.feed(b"abc")
+    owner.serve()
+    assert owner.items == [(b"abc", 7.0)]
 
 
 def test_reads_loses_and_opens_again(owner: Owner) -> None:

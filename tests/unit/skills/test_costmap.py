@@ -184,6 +184,15 @@ def test_reset_keeps_a_window() -> None:
     assert costmap.cost_at(1.01, 0.01) == 0
 
 
+def test_what_was_touched_is_forgotten_only_with_everything() -> None:
+    costmap = Costmap(PARAMETERS)
+    costmap.add_contact(Pose2(1.8, 0.01), 0.0)
+    costmap.reset_outside(0.0, 0.0, 3.0)
+    assert costmap.cost_at(2.01, 0.01) == 254
+    costmap.reset_outside(0.0, 0.0, 0.0)
+    assert costmap.cost_at(2.01, 0.01) == 0
+
+
 def test_footprint_cost() -> None:
     cells = np.zeros((60, 60), np.int8)
     cells[30, 40] = 100

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -192,6 +193,17 @@ def test_a_scan_waits_for_the_odometry() -> None:
     assert (source, scan.stamp) == ("scan", 1.05)
     assert pose.x == pytest.approx(0.5)
     assert queue.take_ready() == []
+
+
+def test_a_scan_is_placed_where_its_middle_beam_was_measured() -> None:
+    queue = ScanQueue()
+    turning = replace(scan_at(1.0), ranges=np.ones(101, np.float32), time_increment=0.001)
+    queue.add_scan("scan", turning)
+    queue.add_odometry(Odometry(1.0, Pose2()))
+    assert queue.take_ready() == []
+    queue.add_odometry(Odometry(1.1, Pose2(0.0, 0.0, 0.1)))
+    [(_, _, pose)] = queue.take_ready()
+    assert pose.yaw == pytest.approx(0.05)
 
 
 def test_scans_are_used_with_an_odometry_that_is_always_late() -> None:

@@ -393,10 +393,19 @@ def test_what_was_touched_long_ago_may_be_gone() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.navigator.global_costmap.add_contact(Pose2(1.8, 1.5), trip.world.now)
     assert trip.navigator.cost_at(2.0, 1.5) == LETHAL
-    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 59.0)
+    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 599.0)
     assert trip.navigator.cost_at(2.0, 1.5) == LETHAL
-    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 61.0)
+    trip.navigator.start(Pose2(3.0, 1.5, 0.0), trip.world.now + 601.0)
     assert trip.navigator.cost_at(2.0, 1.5) == 0
+
+
+def test_what_was_touched_a_while_ago_does_not_close_the_only_way() -> None:
+    trip = Trip(Pose2(1.0, 1.5, 0.0))
+    began = trip.world.now
+    for y in np.arange(0.0, 3.0, 0.2):
+        trip.navigator.global_costmap.add_contact(Pose2(1.8, float(y)), began - 50.0)
+    assert trip.go(Pose2(3.0, 1.5, 0.0)).succeeded
+    assert trip.world.now - began > 10.0  # until then it is believed
 
 
 def test_a_drive_that_finds_no_way_round_what_it_touches_ends() -> None:

@@ -67,7 +67,7 @@ class KinectMotorNode(FlorenceNode):
             self.create_subscription(UInt16, f"{NAMESPACE}/{name}", self._on_led, RELIABLE)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._connection: Connection[UsbMotor, codec.MotorState] = Connection(
-            self.ros_timebase,
+            self.timebase,
             self.call_soon,
             partial(open_motor, self._settings.device_index),
             on_open=self._on_open,

@@ -141,7 +141,7 @@ class LocaliserNode(FlorenceNode):
         if localiser.update(scan, laser_in_base, odom_pose) is None:
             return
         self._send_transform()
-        self._publish_pose(localiser, scan.stamp)
+        self._publish_pose(localiser, scan.middle)
 
     def _send_transform(self) -> None:
         if self._localiser is not None and self._localiser.map_from_odom is not None:

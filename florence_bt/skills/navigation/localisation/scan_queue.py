@@ -44,22 +44,22 @@ class ScanQueue:
         self._waiting.setdefault(source, deque(maxlen=MOST_WAITING)).append(scan)
 
     def take_ready(self) -> list[tuple[str, LaserScan, Pose2]]:
-        """The newest scan of each source whose moment the odometry has reached; older ones are dropped.
+        """The newest scan of each source whose middle the odometry has reached; older ones are dropped.
 
         Returns:
-            Source, scan and the pose of base_footprint in the odometry frame at the scan's moment.
+            Source, scan and the pose of base_footprint in the odometry frame at the scan's middle.
         """
         if self.odometry is None:
             return []
         ready = []
         for source, waiting in self._waiting.items():
             scan = None
-            while waiting and waiting[0].stamp <= self.odometry.stamp:
+            while waiting and waiting[0].middle <= self.odometry.stamp:
                 scan = waiting.popleft()
             if scan is None:
                 continue
             try:
-                ready.append((source, scan, self._poses.lookup_pose(_ODOM, _BASE, scan.stamp)))
+                ready.append((source, scan, self._poses.lookup_pose(_ODOM, _BASE, scan.middle)))
             except TransformUnavailable:
                 # Older than the odometry that is known: this scan cannot be placed.
                 continue

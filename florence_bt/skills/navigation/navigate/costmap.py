@@ -328,7 +328,7 @@ class Costmap:
     def reset_outside(self, x: float, y: float, side: float) -> None:
         """Forget what the sensors marked outside of a square window (metres) around a point.
 
-        A side of zero forgets everything.
+        What was touched stays: no sensor would mark it again. A side of zero forgets everything, that too.
 
         Source:
             REFERENCE 7.3, ClearCostmap.
@@ -337,7 +337,9 @@ class Costmap:
         half = side / 2.0
         first_u, last_u = self._column(x - half), self._column(x + half)
         first_v, last_v = self._row(y - half), self._row(y + half)
-        for marks in self._layers.values():
+        for source, marks in self._layers.items():
+            if source == CONTACTS and side > 0.0:
+                continue
             kept = marks[
                 max(0, first_v) : max(0, min(rows, last_v)), max(0, first_u) : max(0, min(columns, last_u))
             ]

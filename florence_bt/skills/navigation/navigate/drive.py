@@ -81,6 +81,8 @@ class ProgressWatch:
         return None
 
 
+_CONTACTS_SURE_S = 60.0
+"""When no way is left, what was touched last so long ago is not believed in any more."""
 _BEHAVIOUR_TIME_S = 25.0
 _NEAR_GOAL_M = 1.0
 _TYPICAL_SPEED, _TYPICAL_TURN_SPEED = 0.35, 0.5
@@ -147,6 +149,8 @@ class Drive:
         if isinstance(plan, Result):
             self._trouble = (plan.code, plan.reason)
             self.path = None
+            for each in (costmap, self._costmaps.local_costmap):
+                each.forget_contacts(before=state.now - _CONTACTS_SURE_S)
             on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
             if isinstance(on_map, Result):
                 return on_map

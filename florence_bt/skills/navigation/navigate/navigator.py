@@ -29,7 +29,7 @@ from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
 
 LASER = "scan"
 """The source in whose scans legs are found."""
-_CONTACTS_KEPT_S = 60.0
+_CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact does not believe in it any more."""
 
 
