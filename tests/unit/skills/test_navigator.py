@@ -96,6 +96,15 @@ def test_around_a_table_top_that_only_the_camera_sees() -> None:
     trip.assert_at(Pose2(3.4, 2.4, 0.0))
 
 
+@pytest.mark.parametrize("goal", [Pose2(6.0, 1.5, 0.0), Pose2(6.0, 4.0, 1.0)])
+@pytest.mark.parametrize("start", [Pose2(4.1, 2.175, 0.0), Pose2(4.1, 2.185, 0.1), Pose2(4.1, 2.615, -0.1)])
+def test_a_robot_that_is_too_near_to_a_door_post_gets_clear_of_it(start: Pose2, goal: Pose2) -> None:
+    """As it comes to stand there on a busy machine: no turn is possible, nor any arc."""
+    trip = Trip(start)
+    assert trip.go(goal).succeeded
+    assert trip.world.hits == 0
+
+
 def test_somebody_closes_the_door() -> None:
     quick = NavigatorParameters(
         recovery=RecoveryParameters(planner_patience=1.0, controller_patience=1.0, rotate_angle=1.0)

@@ -32,7 +32,7 @@ class MapWalls:
 
     def touches(self, pose: Pose2) -> bool:
         """Whether the robot would stand in a wall (map frame)."""
-        return bool(count_touches(self.cells, self.frame, pose.x, pose.y, pose.yaw, self.outline))
+        return _touches(self.cells, self.frame, pose, self.outline)
 
     def free_part(self, pose: Pose2, way: float, turn: float) -> float:
         """How much of a motion from a pose in the map frame is free, 0..1."""
@@ -49,15 +49,25 @@ class Clearance:
         self._map_pose = map_pose
         self._outline = local.footprint.outline(local.resolution / 2.0)
 
+    @property
+    def _frame(self) -> NDArray[np.float64]:
+        return np.array([self._local.origin_x, self._local.origin_y, self._local.resolution])
+
+    @property
+    def is_wedged(self) -> bool:
+        """Whether the robot, with its padding, stands in something already."""
+        if _touches(self._local.master, self._frame, self._pose, self._outline):
+            return True
+        return self._walls is not None and self._map_pose is not None and self._walls.touches(self._map_pose)
+
     def free_part(self, way: float, turn: float) -> float:
-        """How much of a motion is free, 0..1.
+        """How much of a motion is free, 0..1. A robot that is wedged may move where it gets in no deeper.
 
         Args:
             way: Metres along the heading, below zero backwards.
             turn: Radians, spread evenly over the way.
         """
-        frame = np.array([self._local.origin_x, self._local.origin_y, self._local.resolution])
-        free = _free_part(self._local.master, frame, self._pose, way, turn, self._outline)
+        free = _free_part(self._local.master, self._frame, self._pose, way, turn, self._outline)
         if self._walls is not None and self._map_pose is not None:
             free = min(free, self._walls.free_part(self._map_pose, way, turn))
         return free
@@ -65,6 +75,10 @@ class Clearance:
     def is_free(self, way: float, turn: float) -> bool:
         """Whether a whole motion is free."""
         return self.free_part(way, turn) >= 1.0
+
+
+def _touches(cells: Cells, frame: NDArray[np.float64], pose: Pose2, outline: NDArray[np.float64]) -> bool:
+    return bool(count_touches(cells, frame, pose.x, pose.y, pose.yaw, outline))
 
 
 def _free_part(

@@ -94,6 +94,10 @@ class ControllerParameters:
 
 _SMALLEST_WAY_M = 0.02
 _BLOCKED_YAW_TOLERANCE = 0.15
+_CREEP_M, _CREEP_MPS, _CREEP_TURNS = 0.1, 0.08, (-0.3, -0.15, 0.0, 0.15, 0.3)
+"""Out of something that is too near: so far with each look, so fast, with these turns (radians)."""
+_AHEAD_RAD = 1.2
+"""Ahead leads out only when the path does so, too."""
 _PASSED_TOLERANCES = 1.6
 """Once reached, the position stays so until it is off by this many tolerances."""
 
@@ -298,7 +302,22 @@ class Controller:
         turn = self._turn(heading, clearance) if abs(heading) > 0.2 else None
         if turn is not None:
             return Control(turn, remaining, text="turning towards the path")
+        out = self._out_of_the_wedge(heading, clearance)
+        if out is not None:
+            return Control(out, remaining, text="getting clear of what is too near")
         return Control(STANDSTILL, remaining, blocked="every way forward would touch something")
+
+    def _out_of_the_wedge(self, bearing: float, clearance: Clearance) -> Twist2 | None:
+        """Creep ahead, where the robot stands in something already and gets in no deeper.
+
+        Beside a door post it can neither turn nor drive an arc: its corners would swing into the post.
+        """
+        if abs(bearing) > _AHEAD_RAD or not clearance.is_wedged:
+            return None
+        for turn in sorted(_CREEP_TURNS, key=lambda each: abs(each - bearing)):
+            if clearance.is_free(_CREEP_M, turn):
+                return Twist2(_CREEP_MPS, turn * _CREEP_MPS / _CREEP_M)
+        return None
 
     def _path_bearing(self, pose: Pose2, path: NDArray[np.float64]) -> float:
         """Where the path leads, relative to the robot's heading."""
