@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
+from builtin_interfaces.msg import Duration
 from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
@@ -24,6 +25,7 @@ from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool
+from std_srvs.srv import Empty
 
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.core.geometry import Pose2, angle_difference
@@ -561,3 +563,14 @@ def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:
     covariance[35] = 0.02
     publisher.publish(pose_with_covariance_to_ros(START @ Pose2(0.1, 0.1, 0.1), covariance, "map", 0.0))
     scene.play_until(lambda: scene.estimate().distance_to(START) < 0.03)
+
+
+def test_a_robot_that_was_carried_finds_itself(scene: Scene) -> None:
+    scene.add_navigation()
+    scene.robot.world.pose = Pose2(6.5, 3.5, 2.0)
+    service = scene.client.create_client(Empty, "reinitialize_global_localization")
+    scene.ros.spin_until(service.service_is_ready)
+    scene.ros.spin_until(service.call_async(Empty.Request()).done, what="the answer")
+    turn = Spin.Goal(target_yaw=3.0, time_allowance=Duration(sec=30))
+    scene.result_of(scene.send(scene.spins, turn))
+    assert scene.estimate().distance_to(scene.robot.world.pose) < 0.1

@@ -294,8 +294,10 @@ class _PeopleSkills:
 
     def on_pictures(self, depth: DepthImage, colour: ColourImage | None) -> None:
         now = self._clock.now()
-        if self._tracker.running:
-            robot, robot_in_odom = self._robot.pose, self._robot.odometry.pose
+        odom = self._robot.map_from_odom
+        if self._tracker.running and odom is not None:
+            robot_in_odom = self._robot.odometry.pose
+            robot = odom @ robot_in_odom
             found = detect_people(
                 depth, self._optical_in_base, colour, self._detector, known=self._known, robot=robot
             )
@@ -304,7 +306,7 @@ class _PeopleSkills:
                 [each.moved_by(robot_in_odom) for each in found],
                 view_of(depth, self._optical_in_base, robot_in_odom),
             )
-            users = [user.moved_by(self._robot.map_from_odom) for user in tracked]
+            users = [user.moved_by(odom) for user in tracked]
             if self._looking:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
             self.on_users(tracked)

@@ -137,7 +137,8 @@ class RigRobot:
         self._laser_filter = LaserFilter(parameters_of(LaserFilterParameters, config, "laser_filter"))
         self._localiser = Localiser(grid, parameters_of(LocaliserParameters, config, "localiser"), seed)
         self._localiser.set_pose(start, (0.05, 0.05, 0.03))
-        self.map_from_odom = start
+        self._localiser.believe(Pose2())
+        self._last_map_from_odom = start
         self._moved = clock.now()
         self._next_scan = self._next_kinect_scan = clock.now()
         call_every(clock, BASE_PERIOD_S, self._step_base)
@@ -145,9 +146,14 @@ class RigRobot:
         call_every(clock, KINECT_PERIOD_S, self._look)
 
     @property
+    def map_from_odom(self) -> Pose2 | None:
+        """The place of the odometry frame in the map, None while the robot is lost."""
+        return self._localiser.map_from_odom
+
+    @property
     def pose(self) -> Pose2:
-        """Where the robot believes to be in the map frame."""
-        return self.map_from_odom @ self.odometry.pose
+        """Where the robot believes to be in the map frame, or believed before it was lost."""
+        return self._last_map_from_odom @ self.odometry.pose
 
     @property
     def stop(self) -> tuple[str, str]:
@@ -193,9 +199,8 @@ class RigRobot:
         geometry = URG_04LX
         distances = self._laser.measure(geometry.first_step, geometry.last_step)
         scan = scan_from_distances(distances, geometry.first_step, 1, geometry, now, LASER_FRAME)
-        corrected = self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
-        if corrected is not None:
-            self.map_from_odom = corrected
+        self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
+        self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
         self._combinator.update_laser(scan, now)
 
     def _look(self) -> None:

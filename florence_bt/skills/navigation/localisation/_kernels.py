@@ -159,3 +159,96 @@ def match_terms(
         if abs(distance) < scale:
             near += 1
     return matrix, vector, total, near
+
+
+@njit(cache=True)
+def score_poses(
+    places: NDArray[np.float64],
+    headings: NDArray[np.float64],
+    points: NDArray[np.float64],
+    table: NDArray[np.float32],
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """How well a scan fits at each place with the best of some headings.
+
+    Args:
+        places: Shape (n, 2), metres in the map frame.
+        headings: Shape (h,), radians.
+        points: Shape (m, 2), beam ends in the base frame, metres.
+        table: Shape (rows, columns), 0 to 1: how well a beam fits that ends in the cell.
+        origin_x: Outer corner of cell [0, 0].
+        origin_y: Outer corner of cell [0, 0].
+        resolution: Metres per cell.
+
+    Returns:
+        Shape (n,): the mean over the beams, and the index of that heading.
+    """
+    rows, columns = table.shape
+    best, which = np.zeros(len(places)), np.zeros(len(places), np.int64)
+    x, y = np.empty(len(points)), np.empty(len(points))
+    for h in range(len(headings)):
+        c, s = math.cos(headings[h]), math.sin(headings[h])
+        for k in range(len(points)):
+            x[k] = c * points[k, 0] - s * points[k, 1] - origin_x
+            y[k] = s * points[k, 0] + c * points[k, 1] - origin_y
+        for i in range(len(places)):
+            total = 0.0
+            for k in range(len(points)):
+                column = math.floor((places[i, 0] + x[k]) / resolution)
+                row = math.floor((places[i, 1] + y[k]) / resolution)
+                if 0 <= row < rows and 0 <= column < columns:
+                    total += table[row, column]
+            if total > best[i]:
+                best[i], which[i] = total, h
+    return best / max(1, len(points)), which
+
+
+@njit(cache=True)
+def contradicted_part(
+    x: float,
+    y: float,
+    yaw: float,
+    points: NDArray[np.float64],
+    signed: NDArray[np.float32],
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    near: float,
+    beyond: float,
+) -> float:
+    """The part of a scan's beams that went through a wall of the map, seen from a pose.
+
+    A beam that is too short has met something that is not in the map. One that is too long contradicts it.
+
+    Args:
+        x: The base in the map frame, metres.
+        y: Metres.
+        yaw: Radians.
+        points: Shape (n, 2), beam ends in the base frame, metres.
+        signed: Shape (rows, columns), metres, below zero in what is solid.
+        origin_x: Outer corner of cell [0, 0].
+        origin_y: Outer corner of cell [0, 0].
+        resolution: Metres per cell.
+        near: A beam that ends so near to a surface has met it, metres.
+        beyond: It went through what is further before its end, metres.
+    """
+    rows, columns = signed.shape
+    c, s = math.cos(yaw), math.sin(yaw)
+    through = 0
+    for k in range(len(points)):
+        along_x, along_y = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
+        column = math.floor((x + along_x - origin_x) / resolution)
+        row = math.floor((y + along_y - origin_y) / resolution)
+        if 0 <= row < rows and 0 <= column < columns and abs(signed[row, column]) <= near:
+            continue
+        length = math.hypot(along_x, along_y)
+        for step in range(max(0, int((length - beyond) / resolution))):
+            share = step * resolution / length
+            column = math.floor((x + share * along_x - origin_x) / resolution)
+            row = math.floor((y + share * along_y - origin_y) / resolution)
+            if 0 <= row < rows and 0 <= column < columns and signed[row, column] < 0.0:
+                through += 1
+                break
+    return through / max(1, len(points))

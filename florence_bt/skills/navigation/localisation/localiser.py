@@ -13,7 +13,9 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.particle_filter import ParticleFilter
-from florence_bt.skills.navigation.localisation.scan_match import match_scan
+from florence_bt.skills.navigation.localisation.pose_search import PoseSearch, evenly
+from florence_bt.skills.navigation.localisation.recovery import Recovery
+from florence_bt.skills.navigation.localisation.scan_match import Match, match_scan
 
 INITIAL_DEVIATIONS = (0.5, 0.5, math.pi / 12.0)
 """Standard deviations of x, y (metres) and yaw (radians) of an initial pose (REFERENCE 7.7)."""
@@ -21,6 +23,9 @@ INITIAL_DEVIATIONS = (0.5, 0.5, math.pi / 12.0)
 _REST_DISTANCE_M, _REST_ANGLE = 0.002, 0.002
 _SETTLE_DISTANCE_M, _SETTLE_ANGLE = 0.01, 0.01
 _MIN_POINTS = 10
+_FOUND_DEVIATIONS = (0.1, 0.1, 0.06)
+_FOUND_SHARE = 0.8
+"""How far around a place that was found (metres, radians) which part of the particles is drawn again."""
 
 
 class Localiser:
@@ -31,10 +36,10 @@ class Localiser:
     3.5.3).
 
     Attributes:
-        pose: base_footprint in the map at the last update, None before the first.
+        pose: base_footprint in the map at the last update, None before the first; a guess while lost.
         covariance: Shape (3, 3), of x, y, yaw.
-        map_from_odom: The place of the odometry frame in the map, None before the first update or
-            :meth:`believe`.
+        map_from_odom: The place of the odometry frame in the map; None before the first update or
+            :meth:`believe`, and while the robot is lost.
     """
 
     def __init__(
@@ -45,6 +50,9 @@ class Localiser:
             grid, self._parameters.likelihood_max_dist, self._parameters.surface_offset
         )
         self._filter = ParticleFilter(self._field, self._parameters, np.random.default_rng(seed))
+        near = np.diag(np.square(_FOUND_DEVIATIONS))
+        search = PoseSearch(self._field, grid, lambda points, pose: self._fit(points, pose, near))
+        self._recovery = Recovery(search, self._parameters)
         self._given: Pose2 | None = None
         self._odom: Pose2 | None = None
         self._previous_odom: Pose2 | None = None
@@ -73,9 +81,26 @@ class Localiser:
         if not pose.is_finite() or not all(0.0 <= deviation < math.inf for deviation in standard_deviations):
             raise ValueError(f"the robot cannot be at {pose} with the deviations {standard_deviations}")
         self._filter.set_pose(pose, standard_deviations)
+        self._recovery.reset()
         self._given = pose
         self._odom = None
         self.covariance = np.diag(np.square(standard_deviations))
+
+    def lose(self) -> None:
+        """Forget where the robot is: it is looked for everywhere, and until it is found no place is told.
+
+        Raises:
+            ValueError: The parameter ``refine`` is off.
+        """
+        if not self._parameters.refine:
+            raise ValueError("without fits of scans the robot cannot be found (would have worked: refine)")
+        self._recovery.lose()
+        self._odom = self._given = self.map_from_odom = None
+
+    @property
+    def lost(self) -> bool:
+        """Whether the scans do not fit where the robot is believed to be, and it was not found elsewhere."""
+        return self._recovery.lost
 
     def believe(self, odom_pose: Pose2) -> None:
         """Take the pose of :meth:`set_pose` for true until a scan says better.
@@ -96,8 +121,8 @@ class Localiser:
             odom_pose: base_footprint in the odometry frame at the time of the scan.
 
         Returns:
-            The new map_from_odom, or None when the scan did not count: the robot has not moved, or
-            too few beams hit anything.
+            The new map_from_odom, or None: the robot has not moved, too few beams hit anything, or the
+            robot is lost.
         """
         if not odom_pose.is_finite() or not self._counts(odom_pose):
             return None
@@ -107,9 +132,9 @@ class Localiser:
         if self._odom is not None:
             self._filter.move(self._odom.inverse() @ odom_pose)
         self._odom, self._given = odom_pose, None
-        self._filter.weigh(_evenly(points, self._parameters.laser_max_beams), scan.range_max)
+        self._filter.weigh(evenly(points, self._parameters.laser_max_beams), scan.range_max)
         self.pose, self.covariance = self._estimate_and_resample(points)
-        self.map_from_odom = self.pose @ odom_pose.inverse()
+        self.map_from_odom = None if self._recovery.lost else self.pose @ odom_pose.inverse()
         return self.map_from_odom
 
     def _counts(self, odom_pose: Pose2) -> bool:
@@ -131,6 +156,17 @@ class Localiser:
         ends = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(ranges))], axis=1)
         return np.ascontiguousarray(laser_in_base.apply(ends)[:, :2])
 
+    def _fit(self, points: NDArray[np.float64], belief: Pose2, covariance: NDArray[np.float64]) -> Match:
+        p = self._parameters
+        return match_scan(
+            self._field,
+            evenly(points, p.match_max_beams),
+            belief,
+            covariance,
+            sigma=p.match_sigma,
+            independent_beams=p.match_independent_beams,
+        )
+
     def _estimate_and_resample(self, points: NDArray[np.float64]) -> tuple[Pose2, NDArray[np.float64]]:
         p = self._parameters
         mean, covariance = self._filter.estimate()
@@ -139,27 +175,18 @@ class Localiser:
             return mean, covariance
         # The cloud has seen this scan already and may be surer than it should be: it only guides the fit.
         floor = np.diag(np.square([p.match_prior_d, p.match_prior_d, p.match_prior_a]))
-        match = match_scan(
-            self._field,
-            _evenly(points, p.match_max_beams),
-            mean,
-            covariance + floor,
-            sigma=p.match_sigma,
-            independent_beams=p.match_independent_beams,
-        )
+        match = self._fit(points, mean, covariance + floor)
+        found = self._recovery.look(points, match)
+        if found:
+            wider = np.diag(np.square(_FOUND_DEVIATIONS))
+            self._filter.inject([(each.pose, each.covariance + wider) for each in found], _FOUND_SHARE)
+            return found[0].pose, found[0].covariance
         fits = match.near_fraction >= p.match_min_near
         if not fits or _moved(mean, match.pose, p.match_max_shift, p.match_max_turn):
             return mean, covariance
-        self._filter.inject(match.pose, match.covariance, p.match_inject)
+        self._filter.inject([(match.pose, match.covariance)], p.match_inject)
         return match.pose, match.covariance
 
 
 def _moved(start: Pose2, end: Pose2, distance: float, angle: float) -> bool:
     return start.distance_to(end) >= distance or abs(normalize_angle(end.yaw - start.yaw)) >= angle
-
-
-def _evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """At most ``count`` of the points, evenly chosen."""
-    if len(points) <= count:
-        return points
-    return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])

@@ -15,6 +15,7 @@ from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import LaserScan as LaserScanMsg
+from std_srvs.srv import Empty
 
 from florence_bt.core.clock import call_every
 from florence_bt.core.geometry import Pose2
@@ -95,12 +96,16 @@ class LocaliserNode(FlorenceNode):
         self.create_subscription(LaserScanMsg, "scan", self._on_scan, SENSOR, newest_only=True)
         self.create_subscription(OdometryMsg, "odom", self._on_odometry, STATE)
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, RELIABLE)
+        if self._settings.refine:
+            self.create_service(Empty, "reinitialize_global_localization", self._on_lose)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
-        known = self._localiser.pose if self._localiser is not None else None
+        before = self._localiser
         self._localiser = Localiser(grid_from_ros(message), self._settings, self._p.seed)
-        self._localiser.set_pose(known or self._start, self._deviations)
+        self._localiser.set_pose((before and before.pose) or self._start, self._deviations)
+        if before is not None and before.lost:
+            self._localiser.lose()
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         pose, frame = pose_from_ros(message.pose.pose), frame_from_ros(message.header.frame_id)
@@ -115,6 +120,11 @@ class LocaliserNode(FlorenceNode):
         self._start, self._deviations = pose, given if any(given) else INITIAL_DEVIATIONS
         if self._localiser is not None:
             self._localiser.set_pose(self._start, self._deviations)
+
+    def _on_lose(self, _request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        if self._localiser is not None:
+            self._localiser.lose()
+        return response
 
     def _on_scan(self, message: LaserScanMsg) -> None:
         self._queue.add_scan("scan", scan_from_ros(message))
@@ -138,10 +148,23 @@ class LocaliserNode(FlorenceNode):
         except TransformUnavailable as error:
             self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
             return
-        if localiser.update(scan, laser_in_base, odom_pose) is None:
+        was_lost = localiser.lost
+        told = localiser.update(scan, laser_in_base, odom_pose)
+        if localiser.lost != was_lost:
+            self._report(lost=localiser.lost)
+        if told is None:
             return
         self._send_transform()
         self._publish_pose(localiser, scan.middle)
+
+    def _report(self, *, lost: bool) -> None:
+        if lost:
+            self.get_logger().warning(
+                "the scans do not fit the map where the robot was believed to be: it is looked for everywhere"
+                " (a drive by hand helps, or a pose on 'initialpose')"
+            )
+        else:
+            self.get_logger().info("the robot is found again")
 
     def _send_transform(self) -> None:
         if self._localiser is not None and self._localiser.map_from_odom is not None:

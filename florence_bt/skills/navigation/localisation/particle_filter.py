@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,21 +126,23 @@ class ParticleFilter:
         angle = math.atan2(float(weights @ np.sin(yaw)), float(weights @ np.cos(yaw)))
         return np.array([float(weights @ x), float(weights @ y), angle])
 
-    def inject(self, pose: Pose2, covariance: NDArray[np.float64], fraction: float) -> None:
-        """Replace some particles by others around a pose, so that the cloud follows a good fit.
+    def inject(self, places: Sequence[tuple[Pose2, NDArray[np.float64]]], fraction: float) -> None:
+        """Replace some particles by others around some poses, so that the cloud follows a good fit.
 
         Args:
-            pose: Where, in the map frame.
-            covariance: Shape (3, 3), how far around.
-            fraction: The part of the particles; which ones is left to chance.
+            places: Poses in the map frame, and how far around (shape (3, 3), covariance of x, y, yaw).
+            fraction: The part of the particles, the same for each pose; which ones is left to chance.
         """
-        count = int(fraction * len(self.particles))
+        count = int(fraction * len(self.particles) / len(places))
         if count == 0:
             return
-        drawn = self._random.permutation(len(self.particles))[:count]
-        fresh = self._random.multivariate_normal([pose.x, pose.y, pose.yaw], covariance, count)
-        self.particles[drawn] = fresh
-        self.weights[drawn] = self.weights.mean()
+        drawn = self._random.permutation(len(self.particles))
+        for number, (pose, covariance) in enumerate(places):
+            mine = drawn[number * count : (number + 1) * count]
+            self.particles[mine] = self._random.multivariate_normal(
+                [pose.x, pose.y, pose.yaw], covariance, count
+            )
+            self.weights[mine] = self.weights.mean()
         self.weights /= self.weights.sum()
 
     def resample(self) -> None:

@@ -20,6 +20,8 @@ _MOST_BACK_OFFS = 3
 
 _SLIP_S, _SLIP_M, _SLIP_SHARE = 2.0, 0.2, 0.3
 """The wheels slip when in so many seconds the odometry drives so far, and the robot this share of it."""
+_FOUND_ELSEWHERE_M = 0.3
+"""A localiser that moves the robot so far at once has found it elsewhere."""
 _SLIPPING = BaseStop(
     "blocked", "the wheels turn and the robot stays where it is: something that no sensor sees is in the way"
 )
@@ -32,10 +34,13 @@ class SlipWatch:
 
     def __init__(self) -> None:
         self._past: deque[tuple[float, Pose2, Pose2]] = deque()
+        self._place = Pose2()
 
     def slips(self, state: RobotState) -> bool:
         """Take the state of a cycle; whether the robot drives forward and gets nowhere. Then begins anew."""
-        if not state.localised:
+        found_elsewhere = self._place.distance_to(state.map_from_odom) > _FOUND_ELSEWHERE_M
+        self._place = state.map_from_odom
+        if not state.localised or found_elsewhere:
             self._past.clear()
             return False
         self._past.append((state.now, state.pose, state.map_pose))

@@ -1,0 +1,116 @@
+"""Logs in the format of CARMEN: laser scans with a reference pose, and the odometry between them."""
+
+from __future__ import annotations
+
+import gzip
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
+
+FRAME = "laser"
+LONGEST_M = 20.0
+"""Longer ranges are no measurements."""
+FREE_M = 12.0
+"""Beams mark and clear cells up to here."""
+LEAST_HITS, LEAST_SHARE = 2, 0.25
+"""A cell is a surface when so many beams end there, and so many of those that reach it."""
+MARGIN_M = 15.0
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One scan.
+
+    Attributes:
+        scan: Of a sensor at the robot's middle.
+        reference: Where the robot was, map frame.
+        motion: By its odometry, since the record before.
+    """
+
+    scan: LaserScan
+    reference: Pose2
+    motion: Pose2
+
+
+def read_log(path: Path) -> list[Record]:
+    """The scans of a log.
+
+    The line ODOM before each FLASER tells the raw odometry in the frame of the reference: relative to the
+    reference of the scan before.
+
+    Args:
+        path: The log, perhaps compressed by gzip.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no such log.
+    """
+    found: list[Record] = []
+    odometry: Pose2 | None = None
+    with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as lines:
+        for line in lines:
+            words = line.split()
+            if words[:1] == ["ODOM"]:
+                odometry = Pose2(*map(float, words[1:4]))
+            if words[:1] != ["FLASER"]:
+                continue
+            count = int(words[1])
+            ranges = np.array(words[2 : 2 + count], np.float32)
+            reference = Pose2(*map(float, words[2 + count : 5 + count]))
+            motion = Pose2()
+            if found and odometry is not None:
+                motion = found[-1].reference.inverse() @ odometry
+            found.append(Record(_scan(ranges, float(words[8 + count])), reference, motion))
+    if not found:
+        raise ValueError(f"{path} has no line FLASER; would have worked: a log of CARMEN")
+    return found
+
+
+def _scan(ranges: NDArray[np.float32], stamp: float) -> LaserScan:
+    return LaserScan(
+        stamp=stamp,
+        frame_id=FRAME,
+        angle_min=-math.pi / 2,
+        # 180 or 360 beams are those of 181 or 361 without the last one.
+        angle_increment=math.pi / (len(ranges) - len(ranges) % 2),
+        range_min=0.0,
+        range_max=LONGEST_M,
+        ranges=np.where(ranges < LONGEST_M, ranges, np.float32(np.inf)),
+    )
+
+
+def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyGrid:
+    """The map that some scans make at their reference poses."""
+    places = np.array([(record.reference.x, record.reference.y) for record in records])
+    low, high = places.min(axis=0) - MARGIN_M, places.max(axis=0) + MARGIN_M
+    columns, rows = np.ceil((high - low) / resolution).astype(int)
+    hits, passes = np.zeros(rows * columns), np.zeros(rows * columns)
+    along = np.arange(0.0, FREE_M, resolution)
+    for record in records:
+        pose, scan = record.reference, record.scan
+        ranges = np.minimum(scan.ranges, LONGEST_M).astype(float)
+        angles = pose.yaw + scan.angles()
+        rays = np.stack([np.cos(angles), np.sin(angles)], axis=1) / resolution
+        start = (np.array([pose.x, pose.y]) - low) / resolution
+        free = along[None, :] < np.minimum(ranges, FREE_M)[:, None] - resolution
+        _count(passes, (start + rays[:, None] * along[None, :, None])[free], columns, rows)
+        ends = start + rays * ranges[:, None]
+        _count(hits, ends[ranges < FREE_M], columns, rows)
+    cells = np.full(rows * columns, -1, np.int8)
+    reached = hits + passes
+    cells[reached > 0] = 0
+    cells[(hits >= LEAST_HITS) & (hits > LEAST_SHARE * reached)] = 100
+    return OccupancyGrid(resolution, Pose2(*low.tolist()), cells.reshape(rows, columns))
+
+
+def _count(counts: NDArray[np.float64], points: NDArray[np.float64], columns: int, rows: int) -> None:
+    u, v = np.floor(points).astype(int).T
+    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
+    counts += np.bincount(v[inside] * columns + u[inside], minlength=len(counts))
