@@ -65,8 +65,9 @@ class PoseSearch:
         rows, columns = np.nonzero(self._free[::stride, ::stride])
         corner = np.array([field.origin_x, field.origin_y])
         self._places = corner + (np.stack([columns, rows], axis=1) * stride + 0.5) * field.resolution
-        # The first call loads the compiled loop: not during a drive.
+        # The first calls load the compiled loops: not during a drive.
         self._scores(self._places[:1], np.zeros(1), np.zeros((1, 2)))
+        self.contradicted_part(np.zeros((1, 2)), Pose2())
 
     def contradicted_part(self, points: NDArray[np.float64], pose: Pose2) -> float:
         """The part of a scan, shape (n, 2), beam ends in the base frame, that went through walls."""
