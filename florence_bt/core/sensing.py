@@ -48,7 +48,7 @@ class LaserScan:
         return self.angle_min + self.angle_increment * (len(self.ranges) - 1)
 
     @property
-    def middle(self) -> float:
+    def middle_stamp(self) -> float:
         """Time of the middle beam in seconds: the robot moves while the scanner turns."""
         return self.stamp + self.time_increment * (len(self.ranges) - 1) / 2
 

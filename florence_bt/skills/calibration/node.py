@@ -91,9 +91,9 @@ class CalibrationNode(FlorenceNode):
         wall = find_wall(scan, self._wall)
         readings = self.rounds.current.readings
         if isinstance(wall, str):
-            readings.take_no_wall(scan.middle, wall)
+            readings.take_no_wall(scan.middle_stamp, wall)
         else:
-            readings.take(Source.WALL, scan.middle, wall.angle)
+            readings.take(Source.WALL, scan.middle_stamp, wall.angle)
 
     def _on_state(self, message: TurtlebotSensorState) -> None:
         """The wheels alone: the heading of ``odom`` is the gyro's."""

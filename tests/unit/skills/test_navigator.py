@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
+from florence_bt.skills.navigation.navigate.contact import SlipWatch
 from florence_bt.skills.navigation.navigate.declaration import NAVIGATE_TO, TURN
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import (
@@ -473,3 +475,19 @@ def test_what_passes_by_itself_is_waited_for() -> None:
     trip = Trip(Pose2(1.0, 1.5, 0.0))
     trip.navigator.base_stop = BaseStop("gyro", "the base stands still to calibrate it")
     assert trip.go(Pose2(2.0, 1.5, 0.0)).succeeded
+
+
+@pytest.mark.parametrize("slips", [True, False])
+def test_a_robot_that_was_found_elsewhere_does_not_slip(slips: bool) -> None:
+    """Where wheels slip, the map's frame follows the odometry little by little; a relocalisation jumps."""
+    watch = SlipWatch()
+    found = []
+    for cycle in range(25):
+        way = 0.04 * cycle
+        back = way if slips else (0.7 if cycle >= 18 else 0.0)
+        place, pose = Pose2(-back, 0.0), Pose2(way, 0.0)
+        state = SimpleNamespace(
+            now=0.1 * cycle, pose=pose, map_from_odom=place, map_pose=place @ pose, localised=True
+        )
+        found.append(watch.slips(state))  # type: ignore[arg-type]
+    assert any(found) is slips

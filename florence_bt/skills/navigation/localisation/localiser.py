@@ -14,7 +14,7 @@ from florence_bt.skills.navigation.localisation.likelihood_field import build_li
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.particle_filter import ParticleFilter
 from florence_bt.skills.navigation.localisation.pose_search import PoseSearch, evenly
-from florence_bt.skills.navigation.localisation.recovery import Recovery
+from florence_bt.skills.navigation.localisation.relocaliser import Relocaliser
 from florence_bt.skills.navigation.localisation.scan_match import Match, match_scan
 
 INITIAL_DEVIATIONS = (0.5, 0.5, math.pi / 12.0)
@@ -52,7 +52,7 @@ class Localiser:
         self._filter = ParticleFilter(self._field, self._parameters, np.random.default_rng(seed))
         near = np.diag(np.square(_FOUND_DEVIATIONS))
         search = PoseSearch(self._field, grid, lambda points, pose: self._fit(points, pose, near))
-        self._recovery = Recovery(search, self._parameters)
+        self._relocaliser = Relocaliser(search, self._parameters)
         self._given: Pose2 | None = None
         self._odom: Pose2 | None = None
         self._previous_odom: Pose2 | None = None
@@ -81,7 +81,7 @@ class Localiser:
         if not pose.is_finite() or not all(0.0 <= deviation < math.inf for deviation in standard_deviations):
             raise ValueError(f"the robot cannot be at {pose} with the deviations {standard_deviations}")
         self._filter.set_pose(pose, standard_deviations)
-        self._recovery.reset()
+        self._relocaliser.reset()
         self._given = pose
         self._odom = None
         self.covariance = np.diag(np.square(standard_deviations))
@@ -94,13 +94,13 @@ class Localiser:
         """
         if not self._parameters.refine:
             raise ValueError("without fits of scans the robot cannot be found (would have worked: refine)")
-        self._recovery.lose()
+        self._relocaliser.lose()
         self._odom = self._given = self.map_from_odom = None
 
     @property
     def lost(self) -> bool:
         """Whether the scans do not fit where the robot is believed to be, and it was not found elsewhere."""
-        return self._recovery.lost
+        return self._relocaliser.lost
 
     def believe(self, odom_pose: Pose2) -> None:
         """Take the pose of :meth:`set_pose` for true until a scan says better.
@@ -134,7 +134,7 @@ class Localiser:
         self._odom, self._given = odom_pose, None
         self._filter.weigh(evenly(points, self._parameters.laser_max_beams), scan.range_max)
         self.pose, self.covariance = self._estimate_and_resample(points)
-        self.map_from_odom = None if self._recovery.lost else self.pose @ odom_pose.inverse()
+        self.map_from_odom = None if self._relocaliser.lost else self.pose @ odom_pose.inverse()
         return self.map_from_odom
 
     def _counts(self, odom_pose: Pose2) -> bool:
@@ -176,7 +176,7 @@ class Localiser:
         # The cloud has seen this scan already and may be surer than it should be: it only guides the fit.
         floor = np.diag(np.square([p.match_prior_d, p.match_prior_d, p.match_prior_a]))
         match = self._fit(points, mean, covariance + floor)
-        found = self._recovery.look(points, match)
+        found = self._relocaliser.look(points, match)
         if found:
             wider = np.diag(np.square(_FOUND_DEVIATIONS))
             self._filter.inject([(each.pose, each.covariance + wider) for each in found], _FOUND_SHARE)

@@ -155,7 +155,7 @@ class LocaliserNode(FlorenceNode):
         if told is None:
             return
         self._send_transform()
-        self._publish_pose(localiser, scan.middle)
+        self._publish_pose(localiser, scan.middle_stamp)
 
     def _report(self, *, lost: bool) -> None:
         if lost:

@@ -41,8 +41,8 @@ class LocaliserParameters:
         match_max_shift: Longest correction by the fit in metres.
         match_max_turn: Largest correction by the fit in radians.
         surface_offset: See ``build_likelihood_field``, in cells.
-        recovery_fit: The robot is looked for elsewhere when a smaller part of the beams fits the map.
-        recovery_gain: It is there when so much more of the beams fits.
+        relocalise_fit: The robot is looked for elsewhere when a smaller part of the beams fits the map.
+        relocalise_gain: It is there when so much more of the beams fits.
         lost_fit: When a smaller part fits for some scans, and nothing better is found, it is lost.
     """
 
@@ -72,8 +72,8 @@ class LocaliserParameters:
     match_max_shift: float = 0.4
     match_max_turn: float = 0.25
     surface_offset: float = 0.5
-    recovery_fit: Annotated[float, Limits(0.0, 1.0)] = 0.65
-    recovery_gain: Annotated[float, Limits(0.0, 1.0)] = 0.15
+    relocalise_fit: Annotated[float, Limits(0.0, 1.0)] = 0.65
+    relocalise_gain: Annotated[float, Limits(0.0, 1.0)] = 0.15
     lost_fit: Annotated[float, Limits(0.0, 1.0)] = 0.35
 
     def __post_init__(self) -> None:

@@ -54,12 +54,12 @@ class ScanQueue:
         ready = []
         for source, waiting in self._waiting.items():
             scan = None
-            while waiting and waiting[0].middle <= self.odometry.stamp:
+            while waiting and waiting[0].middle_stamp <= self.odometry.stamp:
                 scan = waiting.popleft()
             if scan is None:
                 continue
             try:
-                ready.append((source, scan, self._poses.lookup_pose(_ODOM, _BASE, scan.middle)))
+                ready.append((source, scan, self._poses.lookup_pose(_ODOM, _BASE, scan.middle_stamp)))
             except TransformUnavailable:
                 # Older than the odometry that is known: this scan cannot be placed.
                 continue

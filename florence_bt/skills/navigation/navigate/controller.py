@@ -94,8 +94,8 @@ class ControllerParameters:
 
 _SMALLEST_WAY_M = 0.02
 _BLOCKED_YAW_TOLERANCE = 0.15
-_CREEP_M, _CREEP_MPS, _CREEP_TURNS = 0.1, 0.08, (-0.3, -0.15, 0.0, 0.15, 0.3)
-"""Out of something that is too near: so far with each look, so fast, with these turns (radians)."""
+_CREEP_M, _CREEP_TURNS = 0.1, (-0.3, -0.15, 0.0, 0.15, 0.3)
+"""Out of something that is too near: so far ahead must be free, with one of these turns (radians)."""
 _AHEAD_RAD = 1.2
 """Ahead leads out only when the path does so, too."""
 _PASSED_TOLERANCES = 1.6
@@ -316,7 +316,7 @@ class Controller:
             return None
         for turn in sorted(_CREEP_TURNS, key=lambda each: abs(each - bearing)):
             if clearance.is_free(_CREEP_M, turn):
-                return Twist2(_CREEP_MPS, turn * _CREEP_MPS / _CREEP_M)
+                return Twist2(self._p.min_vel_x, turn * self._p.min_vel_x / _CREEP_M)
         return None
 
     def _path_bearing(self, pose: Pose2, path: NDArray[np.float64]) -> float:

@@ -13,7 +13,7 @@ from florence_bt.core.geometry import Pose2, Twist2, normalize_angle
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
-from florence_bt.skills.navigation.localisation.recovery import Recovery
+from florence_bt.skills.navigation.localisation.relocaliser import Relocaliser
 from florence_bt.skills.navigation.localisation.scan_match import Match
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, World, make_map
 from tests.unit.skills.test_localise_accuracy import raw
@@ -123,8 +123,8 @@ def match(fit: float) -> Match:
     return Match(Pose2(), np.eye(3), fit)
 
 
-def recovery_with(search: Search) -> Recovery:
-    return Recovery(search, LocaliserParameters())  # type: ignore[arg-type]
+def relocaliser_with(search: Search) -> Relocaliser:
+    return Relocaliser(search, LocaliserParameters())  # type: ignore[arg-type]
 
 
 POINTS = np.ones((30, 2))
@@ -132,33 +132,33 @@ POINTS = np.ones((30, 2))
 
 @pytest.mark.parametrize(("fits", "places"), [((0.9, 0.7), 1), ((0.9, 0.85), 2), ((0.5,), 0), ((), 0)])
 def test_no_single_scan_tells_who_is_lost_where_they_are(fits: tuple[float, ...], places: int) -> None:
-    recovery = recovery_with(Search(*fits))
-    recovery.lose()
-    assert len(recovery.look(POINTS, match(0.1))) == places
-    assert recovery.lost
+    relocaliser = relocaliser_with(Search(*fits))
+    relocaliser.lose()
+    assert len(relocaliser.look(POINTS, match(0.1))) == places
+    assert relocaliser.lost
 
 
 def test_who_is_lost_looks_everywhere_now_and_then_and_is_found_by_scans_that_fit() -> None:
     search = Search(0.9, 0.85)
-    recovery = recovery_with(search)
-    recovery.lose()
+    relocaliser = relocaliser_with(search)
+    relocaliser.lose()
     for _ in range(8):
-        recovery.look(POINTS, match(0.1))
+        relocaliser.look(POINTS, match(0.1))
     assert search.asked == 2
     for _ in range(4):
-        recovery.look(POINTS, match(0.8))
-        assert recovery.lost
-    recovery.look(POINTS, match(0.8))
-    assert not recovery.lost
+        relocaliser.look(POINTS, match(0.8))
+        assert relocaliser.lost
+    relocaliser.look(POINTS, match(0.8))
+    assert not relocaliser.lost
 
 
 @pytest.mark.parametrize(("fit", "contradicted"), [(0.1, 0.05), (0.5, 0.5)])
 def test_what_says_little_of_the_place_makes_nobody_lost(fit: float, contradicted: float) -> None:
     """Hardly a beam goes through a wall, so what does not fit has met people; or half of the scan fits."""
-    recovery = recovery_with(Search(0.9, contradicted=contradicted))
+    relocaliser = relocaliser_with(Search(0.9, contradicted=contradicted))
     for _ in range(50):
-        assert recovery.look(POINTS, match(fit)) == []
-    assert not recovery.lost
+        assert relocaliser.look(POINTS, match(fit)) == []
+    assert not relocaliser.lost
 
 
 def test_a_map_without_surfaces_makes_nobody_lost() -> None:

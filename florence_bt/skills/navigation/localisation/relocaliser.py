@@ -16,13 +16,13 @@ _LOST_AFTER = 12
 """After so many scans that fit badly, more than there are of others, the robot is lost."""
 _EVERYWHERE_EVERY = 4
 """To look everywhere in a flat takes a tenth of a second, so not with every scan."""
-_SURE = 0.1
-"""Everywhere, a pose counts when no more than this less of the scan fits than at the best one."""
+_AS_GOOD = 0.1
+"""A place is as likely as the best one when the part of the scan that fits there is smaller by no more."""
 _FOUND_AFTER = 5
 """It is found when so many scans in a row fit: a single one fits in a wrong place, too."""
 
 
-class Recovery:
+class Relocaliser:
     """Looks around where the robot is believed to be with each scan that does not fit there, and everywhere
     once it is lost.
 
@@ -33,17 +33,18 @@ class Recovery:
     def __init__(self, search: PoseSearch, parameters: LocaliserParameters) -> None:
         self._search = search
         self._p = parameters
-        self._count = 0
+        self._poor = 0
         self._fitting = 0
+        self._scans_lost = 0
         self.lost = False
 
     def reset(self) -> None:
         """Somebody has said where the robot is."""
-        self._count, self.lost = 0, False
+        self._poor, self.lost = 0, False
 
     def lose(self) -> None:
         """Nobody knows where the robot is."""
-        self._count, self._fitting, self.lost = 0, 0, True
+        self._fitting, self._scans_lost, self.lost = 0, 0, True
 
     def look(self, points: NDArray[np.float64], believed: Match) -> list[Match]:
         """Take a scan.
@@ -59,32 +60,32 @@ class Recovery:
         if self.lost:
             return self._look_everywhere(points, believed)
         fit = believed.near_fraction
-        if fit >= self._p.recovery_fit:
-            self._count = 0
+        if fit >= self._p.relocalise_fit:
+            self._poor = 0
             return []
         contradicted = self._search.contradicted_part(points, believed.pose)
         if contradicted < _CONTRADICTED:
-            self._count = max(0, self._count - 1)
+            self._poor = max(0, self._poor - 1)
             return []
         found = self._search.around(points, believed.pose, _NEAR_M, _NEAR_RAD)
-        better = found.near_fraction >= max(self._p.recovery_fit, fit + self._p.recovery_gain)
+        better = found.near_fraction >= max(self._p.relocalise_fit, fit + self._p.relocalise_gain)
         if better and self._search.contradicted_part(points, found.pose) <= contradicted / 2.0:
-            self._count = 0
+            self._poor = 0
             return [found]
-        self._count = max(0, self._count + (1 if fit < self._p.lost_fit else -1))
-        if self._count > _LOST_AFTER:
+        self._poor = max(0, self._poor + (1 if fit < self._p.lost_fit else -1))
+        if self._poor > _LOST_AFTER:
             self.lose()
         return []
 
     def _look_everywhere(self, points: NDArray[np.float64], believed: Match) -> list[Match]:
-        fits = believed.near_fraction >= self._p.recovery_fit
+        fits = believed.near_fraction >= self._p.relocalise_fit
         self._fitting = self._fitting + 1 if fits else 0
-        self._count += 1
+        self._scans_lost += 1
         if self._fitting >= _FOUND_AFTER:
             self.reset()
             return []
-        if self._fitting > 1 or self._count % _EVERYWHERE_EVERY != 1:
+        if self._fitting > 1 or self._scans_lost % _EVERYWHERE_EVERY != 1:
             return []
         found = self._search.everywhere(points)
-        likely = [each for each in found if each.near_fraction >= found[0].near_fraction - _SURE]
-        return likely if likely and likely[0].near_fraction >= self._p.recovery_fit else []
+        likely = [each for each in found if each.near_fraction >= found[0].near_fraction - _AS_GOOD]
+        return likely if likely and likely[0].near_fraction >= self._p.relocalise_fit else []
