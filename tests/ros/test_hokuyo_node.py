@@ -17,6 +17,7 @@ from sensor_msgs.msg import LaserScan
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.hokuyo.node import HokuyoNode
+from florence_bt.ros.clock import RosClock
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
@@ -41,6 +42,7 @@ def lock_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LockS
     hardware = LockStep(tmp_path / "ttyACM0")
     time_of_hardware = property(lambda _node: hardware.clock, lambda _node, _clock: None)
     monkeypatch.setattr(HokuyoNode, "timebase", time_of_hardware, raising=False)
+    monkeypatch.setattr(RosClock, "arrival_time", lambda _clock: hardware.clock.now())
     hardware.plug_in()
     yield hardware
     hardware.unplug()
