@@ -25,10 +25,11 @@ from florence_bt.core.errors import FlorenceError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import POLITE_DISTANCE_M, Closeness, closeness
+from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.ground_truth import BestCase, best_case
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.situations import person_in, room_with_decoy
+from florence_bt.simulation.home.situations import company_in, person_in, room_with_decoy
 from florence_bt.simulation.rig.rig import navigator_parameters
 
 CLASSES = {
@@ -38,9 +39,13 @@ CLASSES = {
     "lying": "lying in bed or on the floor",
     "walking": "walking between rooms",
     "aided": "carrying something, with a rollator or in a wheelchair",
+    "company": "two or three people at home",
     "nobody": "nobody at home, with plants and coats",
 }
 """Name -> what it is. All but the first are in generated homes."""
+
+MOST_ROWS = 20
+"""Of a class with more runs, the page lists only those that were not good."""
 
 NEAR_M = 0.8
 """Whoever is found further than this from every place where the person was is not the person."""
@@ -57,8 +62,9 @@ class Trial:
         situation: Its class.
         seed: The run's seed; chooses the home too.
         room: Where the person was, or where the robot was sent to when nobody was there.
-        person: What the person did.
-        best_case: What a perfect robot could do; None without a person.
+        person: What the people did, the one that the rest is about first.
+        best_case: What a perfect robot could do; None without a person. Of several people this and ``end``
+            are about the one to whom the robot stood nearest in the end.
         status: How the mission ended.
         reason: Why it did not succeed.
         end: How the robot really stood to the person in the end; None without a person.
@@ -105,6 +111,7 @@ def run_trial(
     *,
     world: Path | None = None,
     world_seed: int | None = None,
+    homes: int | None = None,
     runs: Path | None = None,
 ) -> Trial:
     """Run ``goto_user`` once.
@@ -114,6 +121,7 @@ def run_trial(
         seed: Chooses the home, the person and all noise.
         world: A home's file in place of a generated home.
         world_seed: The seed of the home when it is not the run's.
+        homes: How many homes there are for all runs; each run has a home of its own when not given.
         runs: Where the run leaves its folder, None for nowhere.
 
     Raises:
@@ -122,35 +130,53 @@ def run_trial(
     if situation == "easy" or world is not None:
         flat = choose_flat(world)
     else:
-        flat = choose_flat(None, world_seed if world_seed is not None else seed)
+        home = world_seed if world_seed is not None else seed % homes if homes is not None else seed
+        flat = choose_flat(None, home)
     rng = np.random.default_rng(seed)
-    spec = None if situation == "nobody" else person_in(situation, flat, rng)
-    room = flat.room_at(spec.pose.x, spec.pose.y) if spec is not None else None
+    people = _people_in(situation, flat, rng)
+    room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else None
     sent_to = room.name if room is not None else room_with_decoy(flat, rng)
-    rig = make_rig(seed=seed, person=spec or ABSENT, user_room=sent_to, runs_folder=runs, flat=flat)
-    best = best_case(flat, rig.world, spec, flat.start) if spec is not None else None
+    rig = make_rig(
+        seed=seed,
+        person=people[0] if people else ABSENT,
+        others=people[1:],
+        user_room=sent_to,
+        runs_folder=runs,
+        flat=flat,
+    )
+    best_cases = {spec.name: best_case(flat, rig.world, spec, flat.start) for spec in people}
     wall = time.perf_counter()
     run = rig.run("goto_user")
     wall = time.perf_counter() - wall
     assert run.started is not None and run.ended is not None
-    if spec is not None and spec.posture != "walking":
+    if all(spec.posture != "walking" for spec in people):
         rig.clock.advance(1.0)
+    people.sort(key=lambda spec: rig.world.robot_pose.distance_to(rig.world.person_pose(spec.name)))
+    met = people[0].name if people else ""
+    best = best_cases.get(met)
     speed = navigator_parameters(load_config()).controller.max_vel_x
     return Trial(
         situation=situation,
         seed=seed,
         room=sent_to,
-        person=_description(spec) if spec is not None else "nobody",
+        person="; ".join(map(_description, people)) or "nobody",
         best_case=best,
         status=run.status,
         reason=run.reason,
-        end=closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) if spec is not None else None,
-        false_find=any(_is_false(found, spec) for found in rig.found),
+        end=closeness(rig.world.robot_pose, rig.world.person_pose(met)) if met else None,
+        false_find=any(_is_false(found, people) for found in rig.found),
         contacts=tuple(contact.name for contact in rig.world.contacts),
         simulated=run.ended - run.started,
         ideal=best.way / speed + LOOK_S if best is not None and best.way is not None else None,
         wall=wall,
     )
+
+
+def _people_in(situation: str, flat: Flat, rng: np.random.Generator) -> list[PersonSpec]:
+    """Who is at home; the first is the user."""
+    if situation == "nobody":
+        return []
+    return company_in(flat, rng) if situation == "company" else [person_in(situation, flat, rng)]
 
 
 def _description(spec: PersonSpec) -> str:
@@ -159,13 +185,15 @@ def _description(spec: PersonSpec) -> str:
     return f"{spec.posture}{where.get(spec.posture, '')}, {spec.height:.2f} m{things}"
 
 
-def _is_false(found: Pose2, spec: PersonSpec | None) -> bool:
-    """Whether somebody was found where the person has never been."""
-    if spec is None:
-        return True
+def _is_false(found: Pose2, people: Sequence[PersonSpec]) -> bool:
+    """Whether somebody was found where nobody has ever been."""
+    return all(_distance_to_places((found.x, found.y), spec) > NEAR_M for spec in people)
+
+
+def _distance_to_places(point: tuple[float, float], spec: PersonSpec) -> float:
+    """How far a point is from where a person is, or from the way that they walk; metres."""
     points = [(spec.pose.x, spec.pose.y), *spec.route]
-    legs = zip(points, points[1:] or points, strict=False)
-    return min(_distance_to_leg((found.x, found.y), a, b) for a, b in legs) > NEAR_M
+    return min(_distance_to_leg(point, a, b) for a, b in zip(points, points[1:] or points, strict=False))
 
 
 def _distance_to_leg(
@@ -182,8 +210,10 @@ HEAD = """# Seeded runs of goto_user in the rig
 
 Made by `make trials`, judged by the simulation's truth, not by what the mission says. The robot is told the
 room in which the person is (of somebody who walks: was at the beginning), and drives there from its start.
-Each seed is another [generated home](homes.md), with doors that may be closed, glass, mirrors, clutter, moved
-chairs, plants and coats. The class `easy` is the hand-made flat with the person where they are easy to find.
+The homes are [generated](homes.md), with doors that may be closed, glass, mirrors, clutter, moved chairs,
+plants and coats; each seed is another one, unless there are fewer homes than runs (`--homes`). Where several
+people are at home, the robot is sent to the room of one of them, and may meet any. The class `easy` is the
+hand-made flat with the person where they are easy to find.
 
 - *could be seen*: trunk or head of the person are in sight of the camera, 0.6 to 4 m away, from a place that
   the robot gets to (of somebody who walks: at the beginning). Who cannot be seen cannot be found.
@@ -217,26 +247,31 @@ def page(trials: Sequence[Trial]) -> str:
         "",
         *head(SUMMARY),
         *(
-            summary(name, of)
-            for name in CLASSES
+            summary(title, of)
+            for name, title in CLASSES.items()
             if (of := [each for each in trials if each.situation == name])
         ),
+        summary("all with people", [trial for trial in trials if trial.end is not None]),
     ]
     for name, title in CLASSES.items():
         of = [trial for trial in trials if trial.situation == name]
         if of:
-            lines += ["", f"## {title[0].upper()}{title[1:]}", "", *table(of)]
+            lines += ["", f"## {title[0].upper()}{title[1:]}", ""]
+            if len(of) > MOST_ROWS:
+                lines += [f"Those of the {len(of)} runs that were not good:", ""]
+                of = [trial for trial in of if not trial.good]
+            lines += table(of)
     return "\n".join(lines) + "\n"
 
 
-def summary(name: str, trials: Sequence[Trial]) -> str:
-    """One class as a line of the table."""
+def summary(title: str, trials: Sequence[Trial]) -> str:
+    """Some runs as a line of the table."""
     people = [trial for trial in trials if trial.end is not None]
     polite = [trial for trial in trials if trial.polite]
     ratios = [trial.simulated / trial.ideal for trial in polite if trial.ideal]
     seen = sum(trial.best_case is not None and trial.best_case.visible for trial in people)
     cells = (
-        CLASSES[name],
+        title,
         len(trials),
         seen if people else "",
         f"**{len(polite)}**" if people else "",
@@ -284,6 +319,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--world-seed", type=int, metavar="SEED", help="generate one home for all runs but the easy"
     )
+    parser.add_argument("--homes", type=int, help="generate so many homes; without it, one for each run")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time, each on a core")
     parser.add_argument("--out", type=Path, help="Markdown file for the tables")
     parser.add_argument("--runs-folder", type=Path, help="folder for the runs' own folders")
@@ -292,7 +328,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in classes:
         if name not in CLASSES:
             parser.error(f"there is no class {name!r}; there are {', '.join(closest_first(name, CLASSES))}")
-    run = partial(run_trial, world=given.world, world_seed=given.world_seed, runs=given.runs_folder)
+    run = partial(
+        run_trial,
+        world=given.world,
+        world_seed=given.world_seed,
+        homes=given.homes,
+        runs=given.runs_folder,
+    )
     todo = [(name, seed) for name in classes for seed in range(given.first, given.first + given.runs)]
     trials = []
     try:
@@ -307,7 +349,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.out is not None:
         given.out.write_text(page(trials), encoding="utf-8")
     for name in classes:
-        print(summary(name, [trial for trial in trials if trial.situation == name]))
+        print(summary(CLASSES[name], [trial for trial in trials if trial.situation == name]))
     easy = [trial for trial in trials if trial.situation == "easy"]
     return 0 if sum(trial.good for trial in easy) >= len(easy) - 1 else 1
 

@@ -59,6 +59,9 @@ _CROSSING_M, _CLEAR_OF_START_M = (0.5, 1.5), 2.0
 _PAUSE_S = 5.0, 20.0
 """How long somebody who walks there and back stays at each end."""
 
+_APART_M = 2.0
+"""People of a company are as far apart at first: two who lie do not touch."""
+
 _CHILD_CHANCE, _BED_CHANCE = 0.2, 0.65
 _TRIES = 300
 
@@ -179,6 +182,25 @@ def person_in(situation: str, flat: Flat, rng: Random) -> PersonSpec:
     if situation not in SITUATIONS:
         raise ConfigError(f"unknown situation {situation!r}", valid=closest_first(situation, SITUATIONS))
     return SITUATIONS[situation](flat, rng)
+
+
+def company_in(flat: Flat, rng: Random) -> list[PersonSpec]:
+    """Two or three people, each in a situation of their own (none is easy), at first well apart.
+
+    Raises:
+        ConfigError: The home has no place for them.
+    """
+    situations = [name for name in SITUATIONS if name != "easy"]
+    wanted = int(rng.integers(2, 4))
+    people: list[PersonSpec] = []
+    for _ in range(_TRIES):
+        name = "user" if not people else f"other person {len(people)}"
+        person = replace(person_in(str(rng.choice(situations)), flat, rng), name=name)
+        if all(person.pose.distance_to(other.pose) >= _APART_M for other in people):
+            people.append(person)
+        if len(people) == wanted:
+            return people
+    raise ConfigError(f"{flat.name!r} has no place for {wanted} people", valid=["another home"])
 
 
 @dataclass(frozen=True, slots=True)

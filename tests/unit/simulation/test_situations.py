@@ -14,7 +14,13 @@ from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.ground_truth import best_case
 from florence_bt.simulation.home.people import place_person
 from florence_bt.simulation.home.person import PersonSpec
-from florence_bt.simulation.home.situations import SITUATIONS, led_walk, person_in, room_with_decoy
+from florence_bt.simulation.home.situations import (
+    SITUATIONS,
+    company_in,
+    led_walk,
+    person_in,
+    room_with_decoy,
+)
 from florence_bt.simulation.home.world import SimulatedWorld
 
 
@@ -43,6 +49,19 @@ def test_a_seed_gives_the_same_person_in_a_room(flats, situation):
     again = people(flats[:2], situation, 4)
     assert again == people(flats[:2], situation, 4)
     assert len({spec for _, spec in again}) > 4
+
+
+def test_a_company_is_two_or_three_people_apart_and_the_user_among_them(flats):
+    sizes = set()
+    for flat in flats:
+        for seed in range(4):
+            people = company_in(flat, np.random.default_rng(seed))
+            assert people == company_in(flat, np.random.default_rng(seed))
+            assert people[0].name == "user" and len({person.name for person in people}) == len(people)
+            for first, second in itertools.combinations(people, 2):
+                assert first.pose.distance_to(second.pose) >= 2.0
+            sizes.add(len(people))
+    assert sizes == {2, 3}
 
 
 def test_the_easy_class_is_what_it_was(small):

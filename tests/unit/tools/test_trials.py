@@ -1,5 +1,7 @@
 """The table of the trials: what it counts, from made-up runs and from one real one."""
 
+from dataclasses import replace
+
 import pytest
 
 from florence_bt.core.geometry import Pose2
@@ -8,6 +10,9 @@ from florence_bt.simulation.home.closeness import Closeness
 from florence_bt.simulation.home.ground_truth import BestCase
 from florence_bt.simulation.home.person import PersonSpec
 from tools.trials import Trial, _is_false, main, page, run_trial
+
+STANDS = PersonSpec("user", Pose2(1.0, 1.0))
+WALKS = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
 
 
 def trial(**changes):
@@ -61,22 +66,38 @@ def test_a_class_is_a_line_and_a_table():
     text = page([*runs, nobody])
     assert "| standing or leaning anywhere free | 3 | 3 | **2** | 2 | 1 | 60 | 5.0 |" in text
     assert "| nobody at home, with plants and coats | 1 |  |  | 0 | 0 |  |  |" in text
+    assert "| all with people | 3 | 3 | **2** | 2 | 1 | 60 | 5.0 |" in text
     assert "## Standing or leaning anywhere free" in text and "**false find**" in text
     assert "## Sitting" not in text
 
 
+def test_of_many_runs_those_that_were_not_good_are_listed():
+    runs = [trial(seed=seed, contacts=("sofa",) if seed == 17 else ()) for seed in range(1, 22)]
+    text = page(runs)
+    assert "Those of the 21 runs that were not good:" in text
+    assert "| 17 | kitchen |" in text and "| 16 | kitchen |" not in text
+
+
 @pytest.mark.parametrize(
-    ("found", "spec", "false"),
+    ("found", "people", "false"),
     [
-        (Pose2(1.0, 1.0), None, True),
-        (Pose2(1.5, 1.0), PersonSpec("user", Pose2(1.0, 1.0)), False),
-        (Pose2(2.5, 1.0), PersonSpec("user", Pose2(1.0, 1.0)), True),
-        (Pose2(5.0, 1.5), PersonSpec("user", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),)), False),
-        (Pose2(5.0, 2.5), PersonSpec("user", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),)), True),
+        (Pose2(1.0, 1.0), [], True),
+        (Pose2(1.5, 1.0), [STANDS], False),
+        (Pose2(2.5, 1.0), [STANDS], True),
+        (Pose2(5.0, 1.5), [WALKS], False),
+        (Pose2(5.0, 2.5), [WALKS], True),
+        (Pose2(5.0, 1.5), [STANDS, WALKS], False),
+        (Pose2(5.0, 2.5), [STANDS, WALKS], True),
     ],
 )
-def test_a_find_is_false_where_the_person_has_never_been(found, spec, false):
-    assert _is_false(found, spec) is false
+def test_a_find_is_false_where_nobody_has_ever_been(found, people, false):
+    assert _is_false(found, people) is false
+
+
+def test_of_a_company_the_run_tells_of_whom_the_robot_met():
+    met = run_trial("company", 1, homes=1)
+    assert met.person.count(";") in (1, 2)
+    assert met == replace(run_trial("company", 1, world_seed=0), wall=met.wall)
 
 
 @pytest.mark.slow
