@@ -41,7 +41,7 @@ def _lines(mission: Mission) -> Iterator[str]:
 
 
 def _takes(port: Port) -> str:
-    default = "(required)" if port.required else f"= {format_value(port.default, port.kind)}"
+    default = "(required)" if port.required else "= " + (format_value(port.default, port.kind) or '""')
     limits = [
         f"{word} {format_value(limit, port.kind)}"
         for word, limit in (("from", port.minimum), ("to", port.maximum))
