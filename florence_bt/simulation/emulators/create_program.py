@@ -16,10 +16,11 @@ from florence_bt.simulation.emulators.create import CreateEmulator
 from florence_bt.simulation.emulators.create_body import CAPACITY_MAH
 from florence_bt.simulation.emulators.create_models import MODELS
 from florence_bt.simulation.emulators.standalone import (
-    MOST_FRAMES,
+    COUNT,
     ControlCommand,
     StandaloneEmulator,
     StandaloneOptions,
+    bits,
     integer,
     number,
     some_of,
@@ -132,59 +133,36 @@ class CreateProgram(StandaloneEmulator):
     def control_commands(self) -> Sequence[ControlCommand]:
         """Everything that goes wrong with a base, and what people and rooms do to it."""
         return (
-            self._count("partial_frames", 0, MOST_FRAMES, "the next frames and answers are cut in half"),
-            ControlCommand("wheel_drop left|right|caster...|none", "", self._wheel_drop),
+            self.fault("partial_frames NUMBER", "the next frames and answers are cut in half", COUNT),
+            self.fault("wheel_drop left|right|caster...|none", "", bits(WHEELS), field="wheel_drops"),
             ControlCommand("bump left|right...|none", "", self._bump),
-            ControlCommand("cliff left|front_left|front_right|right...|all|none", "", self._cliff),
-            self._switch("wall", ""),
-            self._switch("virtual_wall", ""),
-            self._switch("charger", "the plug of the charger"),
-            self._switch("dock", "the base stands on its home base"),
-            self._switch("charging_fault", "dirty contacts"),
+            self.fault("cliff left|front_left|front_right|right...|all|none", "", _cliffs, field="cliffs"),
+            self.fault("wall on|off", "", switch),
+            self.fault("virtual_wall on|off", "", switch),
+            self.fault("charger on|off", "the plug of the charger", switch),
+            self.fault("dock on|off", "the base stands on its home base", switch),
+            self.fault("charging_fault on|off", "dirty contacts", switch),
             ControlCommand("battery PERCENT", "the charge now", self._battery),
-            ControlCommand("buttons play|advance...|none", "", self._buttons),
-            self._count("infrared", 0, 255, "255 for nothing"),
-            self._count("inputs", 0, 15, "the digital inputs as bits", field="digital_inputs"),
-            self._count("overcurrents", 0, 31, "as bits"),
-            ControlCommand("gyro_drift COUNTS", "per second", self._gyro_drift),
-            ControlCommand("gyro on|off", "its power", self._gyro),
-            ControlCommand(
-                "light_bumps SIX NUMBERS", "Create 2: 0 to 4095, left to right", self._light_bumps
-            ),
-            self._count("oi_mode_offset", 0, 252, "how much too high packet 35 is"),
+            self.fault("buttons play|advance...|none", "", bits(BUTTONS)),
+            self.fault("infrared NUMBER", "255 for nothing", integer(0, 255)),
+            self.fault("inputs NUMBER", "the digital inputs as bits", integer(0, 15), field="digital_inputs"),
+            self.fault("overcurrents NUMBER", "as bits", integer(0, 31)),
+            self.fault("gyro_drift COUNTS", "per second", number(-100.0, 100.0)),
+            self.fault("gyro on|off", "its power", lambda words: not switch(words), field="gyro_dead"),
+            self.fault("light_bumps SIX NUMBERS", "Create 2: 0 to 4095, left to right", _light_bumps),
+            self.fault("oi_mode_offset NUMBER", "how much too high packet 35 is", integer(0, 252)),
         )
 
     def set_power(self, on: bool) -> None:
         """Switch the base on or off."""
         self.create.set_power(on, self._clock())
 
-    def _wheel_drop(self, words: list[str]) -> None:
-        self.faults.wheel_drops = sum(WHEELS[word] for word in some_of(words, WHEELS))
-
     def _bump(self, words: list[str]) -> None:
         pressed = some_of(words, ("left", "right"))
         self.faults.left_bumper, self.faults.right_bumper = "left" in pressed, "right" in pressed
 
-    def _cliff(self, words: list[str]) -> None:
-        seen = CLIFFS if words == ["all"] else some_of(words, CLIFFS)
-        self.faults.cliffs = tuple(place in seen for place in CLIFFS)
-
     def _battery(self, words: list[str]) -> None:
-        self.create.battery.charge_mah = CAPACITY_MAH * number(words, 0.0, 100.0) / 100.0
-
-    def _buttons(self, words: list[str]) -> None:
-        self.faults.buttons = sum(BUTTONS[word] for word in some_of(words, BUTTONS))
-
-    def _gyro_drift(self, words: list[str]) -> None:
-        self.faults.gyro_drift = number(words, -100.0, 100.0)
-
-    def _gyro(self, words: list[str]) -> None:
-        self.faults.gyro_dead = not switch(words)
-
-    def _light_bumps(self, words: list[str]) -> None:
-        if len(words) != 6:
-            raise ConfigError(f"six numbers are needed, not {len(words)}")
-        self.faults.light_bumps = tuple(integer([word], 0, 4095) for word in words)
+        self.create.battery.charge_mah = CAPACITY_MAH * number(0.0, 100.0)(words) / 100.0
 
     def status(self) -> str:
         """The base as one line of JSON."""
@@ -210,6 +188,17 @@ class CreateProgram(StandaloneEmulator):
                 "unobeyed": {str(opcode): count for opcode, count in sorted(create.rejected.items())},
             }
         )
+
+
+def _cliffs(words: list[str]) -> tuple[bool, ...]:
+    seen = CLIFFS if words == ["all"] else some_of(words, CLIFFS)
+    return tuple(place in seen for place in CLIFFS)
+
+
+def _light_bumps(words: list[str]) -> tuple[int, ...]:
+    if len(words) != 6:
+        raise ConfigError(f"six numbers are needed, not {len(words)}")
+    return tuple(integer(0, 4095)([word]) for word in words)
 
 
 class KinematicBase:

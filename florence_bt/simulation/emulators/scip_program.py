@@ -18,8 +18,8 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.simulation.emulators.scip import ScipEmulator
 from florence_bt.simulation.emulators.scip_models import MODELS, ScannerModel, ScipFaults
 from florence_bt.simulation.emulators.standalone import (
+    COUNT,
     GARBAGE,
-    MOST_FRAMES,
     ControlCommand,
     StandaloneEmulator,
     StandaloneOptions,
@@ -99,45 +99,46 @@ class ScipProgram(StandaloneEmulator):
 
     def control_commands(self) -> Sequence[ControlCommand]:
         """Everything that goes wrong with a scanner."""
-        faults = self.faults
         return (
-            self._count("bad_replies", 0, MOST_FRAMES, "the next answers to commands have a wrong check sum"),
-            self._count(
-                "partial", 0, MOST_FRAMES, "the next scan ends after so many bytes", field="cut_scan_at"
+            self.fault("bad_replies NUMBER", "the next answers to commands have a wrong check sum", COUNT),
+            self.fault(
+                "partial NUMBER", "the next scan ends after so many bytes", COUNT, field="cut_scan_at"
             ),
-            ControlCommand(
+            self.fault(
                 "scan_status STATUS",
                 "the next scan is replaced by this status (50: hardware trouble) and measuring ends",
-                lambda words: setattr(faults, "scan_status", _status(words)),
+                _status,
             ),
-            ControlCommand(
+            self.fault(
                 "every_scan_status STATUS|none",
                 "every scan is replaced by this status and measuring goes on",
-                lambda words: setattr(
-                    faults, "every_scan_status", None if words == ["none"] else _status(words)
-                ),
+                lambda words: None if words == ["none"] else _status(words),
             ),
             ControlCommand(
                 "status_of COMMAND STATUS|none",
                 "every COMMAND (PP, TM1, ...) is answered with this status",
                 self._status_of,
             ),
-            self._switch("laser_broken", "BM is refused, measuring ends with 50"),
-            ControlCommand(
+            self.fault("laser_broken on|off", "BM is refused, measuring ends with 50", switch),
+            self.fault(
                 "stat TEXT",
                 "the text of STAT; without one the healthy one",
-                lambda words: setattr(faults, "stat", " ".join(words) or None),
+                lambda words: " ".join(words) or None,
             ),
-            ControlCommand("freeze_timer on|off", "every time stamp is the same", self._freeze_timer),
-            ControlCommand(
-                "delay SECONDS",
-                "everything leaves so much later",
-                lambda words: setattr(faults, "delay_s", number(words, 0.0, 60.0)),
+            self.fault(
+                "freeze_timer on|off",
+                "every time stamp is the same",
+                lambda words: self.scanner.timer(self.now()) if switch(words) else None,
+                field="frozen_timer_ms",
             ),
-            ControlCommand(
+            self.fault(
+                "delay SECONDS", "everything leaves so much later", number(0.0, 60.0), field="delay_s"
+            ),
+            self.fault(
                 "speed BYTES",
                 "bytes per second that leave; 0 for at once",
-                lambda words: setattr(faults, "bytes_per_second", number(words, 0.0, 1e7) or None),
+                lambda words: number(0.0, 1e7)(words) or None,
+                field="bytes_per_second",
             ),
         )
 
@@ -152,10 +153,6 @@ class ScipProgram(StandaloneEmulator):
             self.faults.statuses.pop(words[0], None)
         else:
             self.faults.statuses[words[0]] = _status(words[1:])
-
-    def _freeze_timer(self, words: list[str]) -> None:
-        now = self.scanner.timer(self.now())
-        self.faults.frozen_timer_ms = now if switch(words) else None
 
     def status(self) -> str:
         """The scanner as one line of JSON."""

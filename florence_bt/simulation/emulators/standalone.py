@@ -24,7 +24,6 @@ GARBAGE = 0xFF
 """What a byte looks like that was sent at another speed."""
 
 MOST_NOISE = 10_000
-MOST_FRAMES = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,14 +101,20 @@ class StandaloneEmulator(ABC):
             DeviceLost: The socket cannot be made; the line is closed then.
         """
         commands = (
-            self._switch("silent", "what the device sends is lost"),
-            self._switch("deaf", "what the device is sent is lost"),
+            self.fault("silent on|off", "what the device sends is lost", switch),
+            self.fault("deaf on|off", "what the device is sent is lost", switch),
             ControlCommand("noise COUNT", "so many random bytes before what is sent next", self._noise),
-            self._count("bad_checksums", 0, MOST_FRAMES, "the next frames or scans have a wrong checksum"),
+            self.fault("bad_checksums NUMBER", "the next frames or scans have a wrong checksum", COUNT),
             *self.control_commands(),
-            ControlCommand("power on|off", "off forgets everything; on starts it", self._power),
-            ControlCommand("unplug", "pull the plug: the device file or TCP port is gone", self._unplug),
-            ControlCommand("plug", "put the plug back in", self._plug),
+            ControlCommand(
+                "power on|off",
+                "off forgets everything; on starts it",
+                lambda words: self.set_power(switch(words)),
+            ),
+            ControlCommand(
+                "unplug", "pull the plug: the device file or TCP port is gone", lambda _words: self.unplug()
+            ),
+            ControlCommand("plug", "put the plug back in", lambda _words: self.plug()),
             ControlCommand("clear", "all of the above undone", self._clear),
             ControlCommand("status", "the device as one line of JSON", lambda _words: self.status()),
             ControlCommand("help", "this list", lambda _words: self._help()),
@@ -219,33 +224,22 @@ class StandaloneEmulator(ABC):
         self.unplug()
         self._channel.close()
 
-    def _switch(self, name: str, meaning: str) -> ControlCommand:
-        """A command that switches a fault of the same name."""
-        return ControlCommand(
-            f"{name} on|off", meaning, lambda words: setattr(self.faults, name, switch(words))
-        )
-
-    def _count(
-        self, name: str, lowest: int, highest: int, meaning: str, *, field: str = ""
+    def fault(
+        self, usage: str, meaning: str, read: Callable[[list[str]], Any], *, field: str = ""
     ) -> ControlCommand:
-        """A command that sets a fault, of the same name if no other field is given, to a whole number."""
-        return ControlCommand(
-            f"{name} NUMBER",
-            meaning,
-            lambda words: setattr(self.faults, field or name, integer(words, lowest, highest)),
-        )
+        """A command that sets a fault.
+
+        Args:
+            usage: The command and its arguments.
+            meaning: What it does, for people.
+            read: The value of the fault from the words after the first one.
+            field: The fault; the one called like the command when not given.
+        """
+        name = field or usage.split()[0]
+        return ControlCommand(usage, meaning, lambda words: setattr(self.faults, name, read(words)))
 
     def _noise(self, words: list[str]) -> None:
-        self.faults.noise += self._random.randbytes(integer(words, 0, MOST_NOISE))
-
-    def _power(self, words: list[str]) -> None:
-        self.set_power(switch(words))
-
-    def _plug(self, _words: list[str]) -> None:
-        self.plug()
-
-    def _unplug(self, _words: list[str]) -> None:
-        self.unplug()
+        self.faults.noise += self._random.randbytes(integer(0, MOST_NOISE)(words))
 
     def _clear(self, _words: list[str]) -> None:
         fresh = type(self.faults)()
@@ -272,31 +266,35 @@ def switch(words: Sequence[str]) -> bool:
     return words[0] == "on"
 
 
-def number(words: Sequence[str], lowest: float, highest: float) -> float:
-    """One number.
+def number(lowest: float, highest: float) -> Callable[[Sequence[str]], float]:
+    """Reads one number in a range; raises ConfigError for anything else."""
 
-    Raises:
-        ConfigError: It is not a number, or out of the range.
-    """
-    try:
-        value = float(words[0]) if len(words) == 1 else None
-    except ValueError:
-        value = None
-    if value is None or not lowest <= value <= highest:
-        raise ConfigError(f"a number from {lowest:g} to {highest:g} is needed, not {' '.join(words)!r}")
-    return value
+    def read(words: Sequence[str]) -> float:
+        try:
+            value = float(words[0]) if len(words) == 1 else None
+        except ValueError:
+            value = None
+        if value is None or not lowest <= value <= highest:
+            raise ConfigError(f"a number from {lowest:g} to {highest:g} is needed, not {' '.join(words)!r}")
+        return value
+
+    return read
 
 
-def integer(words: Sequence[str], lowest: int, highest: int) -> int:
-    """One whole number.
+def integer(lowest: int, highest: int) -> Callable[[Sequence[str]], int]:
+    """Reads one whole number in a range; raises ConfigError for anything else."""
 
-    Raises:
-        ConfigError: It is not a whole number, or out of the range.
-    """
-    value = number(words, lowest, highest)
-    if value != int(value):
-        raise ConfigError(f"a whole number is needed, not {words[0]!r}")
-    return int(value)
+    def read(words: Sequence[str]) -> int:
+        value = number(lowest, highest)(words)
+        if value != int(value):
+            raise ConfigError(f"a whole number is needed, not {words[0]!r}")
+        return int(value)
+
+    return read
+
+
+COUNT = integer(0, 1_000_000)
+"""Reads how many frames, answers or bytes something happens to."""
 
 
 def some_of(words: Sequence[str], known: Sequence[str] | Mapping[str, int]) -> Sequence[str]:
@@ -311,6 +309,11 @@ def some_of(words: Sequence[str], known: Sequence[str] | Mapping[str, int]) -> S
     if wrong or not words:
         raise ConfigError(f"cannot understand {' '.join(words)!r}", valid=(*known, "none"))
     return words
+
+
+def bits(known: Mapping[str, int]) -> Callable[[Sequence[str]], int]:
+    """Reads some words, each of which stands for a bit."""
+    return lambda words: sum(known[word] for word in some_of(words, known))
 
 
 LONGEST_LINE = 1000
