@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from florence_bt.cli import missions, robot, runs, system, testing
+from florence_bt.cli import maps, missions, robot, runs, system, testing
 from florence_bt.cli._common import app
 
-__all__ = ["app", "missions", "robot", "runs", "system", "testing"]
+__all__ = ["app", "maps", "missions", "robot", "runs", "system", "testing"]

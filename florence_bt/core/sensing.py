@@ -140,7 +140,8 @@ class OccupancyGrid:
 
     Attributes:
         resolution: Metres per cell.
-        origin: Pose of the outer corner of cell [0, 0] in the map frame; its yaw is zero in all our maps.
+        origin: Pose of the outer corner of cell [0, 0] in the map frame. Its yaw is zero wherever a grid is
+            worked with: what reads one from outside makes it :meth:`upright`.
         cells: Shape (rows, columns), int8; row 0 has the lowest y. 0 free, 100 occupied, -1 unknown.
     """
 
@@ -154,6 +155,32 @@ class OccupancyGrid:
             int(np.floor((y - self.origin.y) / self.resolution)),
             int(np.floor((x - self.origin.x) / self.resolution)),
         )
+
+    def upright(self) -> OccupancyGrid:
+        """The same map on cells along the axes of the map frame: itself when the origin's yaw is zero.
+
+        A cell has the value of the old one under its centre, unknown outside. No occupied cell is lost; walls
+        may become a cell thicker. Places are exact to half a cell.
+        """
+        if self.origin.yaw == 0.0:
+            return self
+        rows, columns = self.cells.shape
+        c, s = np.cos(self.origin.yaw), np.sin(self.origin.yaw)
+        turn = np.array([[c, s], [-s, c]])
+        corners = np.array([[0.0, 0.0], [columns, 0.0], [0.0, rows], [columns, rows]]) @ turn
+        # A hair less: a map turned by a right angle shall not get an empty row.
+        low = np.floor(corners.min(axis=0) + 1e-6)
+        width, height = np.ceil(corners.max(axis=0) - low - 1e-6).astype(int)
+        u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        old = np.floor((np.stack([u, v], axis=-1) + low) @ turn.T).astype(int)
+        inside = ((old >= 0) & (old < (columns, rows))).all(axis=-1)
+        cells = np.full((height, width), UNKNOWN, np.int8)
+        cells[inside] = self.cells[old[inside, 1], old[inside, 0]]
+        row, column = np.nonzero(self.cells == OCCUPIED)
+        new = np.floor((np.stack([column, row], axis=1) + 0.5) @ turn - low).astype(int)
+        cells[new[:, 1], new[:, 0]] = OCCUPIED
+        x, y = Pose2(self.origin.x, self.origin.y).apply(*(low * self.resolution))
+        return OccupancyGrid(self.resolution, Pose2(float(x), float(y), 0.0), cells)
 
     def contains(self, row: int, column: int) -> bool:
         """Whether the cell lies in the grid."""

@@ -406,7 +406,7 @@ def grid_to_ros(grid: OccupancyGrid, frame_id: str, stamp: float) -> OccupancyGr
 
 
 def grid_from_ros(message: OccupancyGridMsg) -> OccupancyGrid:
-    """A grid map; its cells share the message's memory.
+    """A grid map along the axes of its frame; where it was so already, its cells share the message's memory.
 
     Raises:
         FrameError: The size does not fit the number of cells, or the resolution is not above zero.
@@ -417,7 +417,7 @@ def grid_from_ros(message: OccupancyGridMsg) -> OccupancyGrid:
             f"a map of {rows} x {columns} cells of {resolution} m cannot have {len(message.data)} values"
         )
     cells = np.frombuffer(message.data, np.int8).reshape(rows, columns)
-    return OccupancyGrid(float(resolution), pose_from_ros(message.info.origin), cells)
+    return OccupancyGrid(float(resolution), pose_from_ros(message.info.origin), cells).upright()
 
 
 def _to_array(code: str, values: NDArray[Any], kind: type[np.generic]) -> array.array[Any]:

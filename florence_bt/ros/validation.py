@@ -383,6 +383,9 @@ CHECKS: Mapping[str, Check] = {
         _range("window", 0.0, MAX_LOOK_S, "s"), _numbers(MAX_DISTANCE_M, "m", "x", "y")
     ),
     "nav2_msgs/NavigateToPose_Goal": lambda message, now: _pose_stamped(message.pose, now),
+    "nav2_msgs/SaveMap_Request": _all(
+        _range("free_thresh", 0.0, 1.0, ""), _range("occupied_thresh", 0.0, 1.0, "")
+    ),
     "nav2_msgs/Spin_Goal": _numbers(MAX_ANGLE_RAD, "rad", "target_yaw"),
 }
 """Type -> its check. A type that is not here is not checked."""

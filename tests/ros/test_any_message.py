@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -20,6 +21,8 @@ from rclpy.action import ActionClient, get_action_server_names_and_types_by_node
 from rclpy.action.server import ActionServer
 
 from florence_bt.core.errors import DeviceLost
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.drivers.hokuyo.node import HokuyoNode
 from florence_bt.drivers.kinect.motor.node import KinectMotorNode
 from florence_bt.drivers.kinect.node import KinectNode
@@ -35,6 +38,8 @@ from florence_bt.skills.home_sensors.node import HomeSensorsNode
 from florence_bt.skills.locator.hotspots import Hotspots, load_hotspots, save_hotspots
 from florence_bt.skills.locator.node import LocatorNode
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
+from florence_bt.skills.navigation.map_server.map_writer import save_map
+from florence_bt.skills.navigation.map_server.node import MapServerNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
 from florence_bt.skills.people.approach_user.node import ApproachNode
 from florence_bt.skills.people.user_tracker.node import UserTrackerNode
@@ -71,7 +76,13 @@ def home_sensors(folder: Path) -> HomeSensorsNode:
     return HomeSensorsNode(parameters={name: str(file) for name, file in files.items()})
 
 
+def map_server(folder: Path) -> MapServerNode:
+    file = save_map(OccupancyGrid(0.1, Pose2(), np.zeros((5, 5), np.int8)), folder / "map.yaml")
+    return MapServerNode(parameters={"map_file": str(file)})
+
+
 NODES: dict[str, Callable[[Path], FlorenceNode]] = {
+    "map_server": map_server,
     "navigate": lambda _: NavigationNode(),
     "localiser": lambda _: LocaliserNode(),
     "velocity_filter": lambda _: VelocityFilterNode(),

@@ -17,6 +17,7 @@ from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
 from nav2_msgs.action import NavigateToPose, Spin
+from nav2_msgs.srv import LoadMap, SaveMap
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
@@ -28,12 +29,16 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
 from florence_bt.app.bringup.skills_ros import make_skills
+from florence_bt.app.maps.save import save_published_map
+from florence_bt.core.errors import ConfigError, DeviceTimeout
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result, success
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.skill import Skill
 from florence_bt.ros.conversions import (
     duration_to_ros,
     grid_from_ros,
+    grid_to_ros,
     odometry_to_ros,
     pose_from_ros,
     pose_stamped_to_ros,
@@ -49,11 +54,11 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
 from florence_bt.skills.navigation.map_server.map_file import load_map
+from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
 from florence_bt.skills.navigation.navigate.declaration import APPROACH_PERSON
 from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
-from tests.unit.skills.map_saver import save_map
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
 
 pytestmark = pytest.mark.ros
@@ -252,6 +257,76 @@ def test_the_map_is_latched_and_served(ros: Any, map_file: FilePath) -> None:
     for message in (maps[0], future.result().map):
         assert message.header.frame_id == "map"
         assert np.array_equal(grid_from_ros(message).cells, load_map(map_file).cells)
+
+
+def test_maps_are_loaded_and_saved_by_service(ros: Any, map_file: FilePath, tmp_path: FilePath) -> None:
+    server = ros.add(MapServerNode(parameters={"map_file": str(map_file), "save_map_timeout": 30.0}))
+    client = ros.add(FlorenceNode("client"))
+    maps: list[OccupancyGridMsg] = []
+    client.create_subscription(OccupancyGridMsg, "map", maps.append, LATCHED)
+    loader = client.create_client(LoadMap, "map_server/load_map")
+    saver = client.create_client(SaveMap, "map_saver/save_map")
+    ros.spin_until(lambda: maps and loader.service_is_ready() and saver.service_is_ready())
+
+    def ask(service: Any, **request: Any) -> Any:
+        future = service.call_async(service.srv_type.Request(**request))
+        ros.spin_until(future.done)
+        return future.result()
+
+    other = OccupancyGrid(0.1, Pose2(3.0, 4.0), np.full((20, 30), 100, np.int8))
+    save_map(other, tmp_path / "other.yaml")
+    (tmp_path / "bad.yaml").write_text("image: other.pgm\nresolution: 0\norigin: [0, 0, 0]\n")
+    (tmp_path / "empty.pgm").write_bytes(b"P5\n3 2\n255\n")
+    good = (tmp_path / "other.yaml").read_text()
+    (tmp_path / "cut.yaml").write_text(good.replace("other.pgm", "empty.pgm"))
+    for url, result in (
+        ("other.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
+        (f"{tmp_path}/none.yaml", LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST),
+        (f"{tmp_path}/bad.yaml", LoadMap.Response.RESULT_INVALID_MAP_METADATA),
+        (f"{tmp_path}/cut.yaml", LoadMap.Response.RESULT_INVALID_MAP_DATA),
+    ):
+        assert ask(loader, map_url=url).result == result
+    assert len(maps) == 1
+    answer = ask(loader, map_url=f"file://{tmp_path}/other.yaml")
+    assert (answer.result, answer.map.info.width) == (LoadMap.Response.RESULT_SUCCESS, 30)
+    ros.spin_until(lambda: len(maps) == 2)
+    assert grid_from_ros(maps[1]).origin == other.origin
+
+    assert ask(saver, map_url=str(tmp_path / "own.yaml"), image_format="png").result
+    assert np.array_equal(load_map(tmp_path / "own.yaml").cells, other.cells)
+    for wrong in (
+        {"map_url": "own.yaml"},
+        {"map_url": f"{tmp_path}/x.yaml", "image_format": "gif"},
+        {"map_url": f"{tmp_path}/x.yaml", "map_topic": "nobody/publishes this"},
+    ):
+        assert not ask(saver, **wrong).result
+    publisher = client.create_publisher(OccupancyGridMsg, "explored", LATCHED)
+    ros.spin_until(
+        lambda: ("/explored", ["nav_msgs/msg/OccupancyGrid"]) in server.get_topic_names_and_types()
+    )
+    publisher.publish(grid_to_ros(make_map(), "map", client.timebase.now()))
+    assert ask(saver, map_url=f"{tmp_path}/explored.yaml", map_topic="explored").result
+    assert np.array_equal(load_map(tmp_path / "explored.yaml").cells, make_map().cells)
+    assert not (tmp_path / "x.yaml").exists()
+
+
+def test_the_command_saves_the_map_of_the_system(
+    ros: Any, map_file: FilePath, tmp_path: FilePath, start_process: Any
+) -> None:
+    ros.add(MapServerNode(parameters={"map_file": str(map_file)}))
+    save = start_process("-m", "florence_bt.cli", "map", "save", tmp_path / "home", "--wait", "60")
+    ros.spin_until(lambda: save.process.poll() is not None, what="the command")
+    assert save.process.returncode == 0
+    assert np.array_equal(load_map(tmp_path / "home.yaml").cells, make_map().cells)
+
+
+def test_the_command_says_why_it_saves_nothing(tmp_path: FilePath, ros_domain: int) -> None:
+    (tmp_path / "home.pgm").write_text("")
+    options = {"topic": "map", "mode": "trinary", "form": "pgm", "overwrite": False, "patience_s": 0.1}
+    with pytest.raises(ConfigError, match=r"home\.pgm.*would have worked: another name, --overwrite"):
+        save_published_map(tmp_path / "home", **options)  # type: ignore[arg-type]
+    with pytest.raises(DeviceTimeout, match="no map came on the topic 'map'"):
+        save_published_map(tmp_path / "other", **options)  # type: ignore[arg-type]
 
 
 def test_a_drive_with_everything_around_it(scene: Scene) -> None:

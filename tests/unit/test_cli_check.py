@@ -117,7 +117,7 @@ def test_hotspots_and_poses_must_be_where_the_map_is_free(florence, mission, tmp
     numpy = pytest.importorskip("numpy")
     from florence_bt.core.geometry import Pose2
     from florence_bt.core.sensing import OccupancyGrid
-    from tests.unit.skills.map_saver import save_map
+    from florence_bt.skills.navigation.map_server.map_writer import save_map
 
     folder = tmp_path / "flat"
     folder.mkdir()

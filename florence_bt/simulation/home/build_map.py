@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from florence_bt.core.errors import FlorenceError
 from florence_bt.core.geometry import Pose2
@@ -23,6 +22,8 @@ from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.simulation.home.flat import Flat, build_flat, default_flat_file, load_flat
 from florence_bt.simulation.home.free_space import GridFrame, cells_covered
 from florence_bt.simulation.home.generate import generate_home, source_text
+from florence_bt.skills.navigation.map_server.map_writer import trinary_pixels
+from florence_bt.skills.navigation.map_server.pgm import encode_pgm
 
 RESOLUTION_M = 0.05
 MARGIN_M = 0.5
@@ -30,9 +31,6 @@ LASER_PLANE_M = 0.13
 """Height of the laser plane above the floor. Source: REFERENCE 2.9."""
 DOCK = "dock"
 """The hotspot of the dock; a home that names no place for it has it where the robot starts."""
-
-_PIXELS = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
-"""What map_saver writes. Source: REFERENCE 7.8."""
 
 
 def laser_map(flat: Flat) -> OccupancyGrid:
@@ -55,11 +53,7 @@ def laser_map(flat: Flat) -> OccupancyGrid:
 
 def pgm_bytes(grid: OccupancyGrid) -> bytes:
     """A map as a PGM picture (row 0 of the picture is the top, REFERENCE 7.8)."""
-    pixels: NDArray[np.uint8] = np.full(grid.cells.shape, _PIXELS[UNKNOWN], np.uint8)
-    for value, pixel in _PIXELS.items():
-        pixels[grid.cells == value] = pixel
-    rows, columns = pixels.shape
-    return f"P5\n{columns} {rows}\n255\n".encode("ascii") + pixels[::-1].tobytes()
+    return encode_pgm(trinary_pixels(grid.cells)[::-1])
 
 
 def map_yaml(grid: OccupancyGrid, image: str) -> str:

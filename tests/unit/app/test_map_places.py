@@ -6,7 +6,7 @@ import pytest
 from florence_bt.app.mission_files.map_places import problem_on_map
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from tests.unit.skills.map_saver import save_map
+from florence_bt.skills.navigation.map_server.map_writer import save_map
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""ROS map files: a YAML file with the scale beside a graymap. Files to :class:`OccupancyGrid` and back."""
+"""ROS map files: a YAML file with the scale beside a picture. Files to :class:`OccupancyGrid`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from florence_bt.core.errors import ConfigError, FrameError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.skills.navigation.map_server.pgm import decode_pgm
+from florence_bt.skills.navigation.map_server.picture import FORMATS, decode_picture
 
 MODES = ("trinary", "scale", "raw")
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
@@ -25,6 +25,7 @@ class MapDescription:
     """What the YAML file of a map says.
 
     Attributes:
+        file: The YAML file.
         image: The picture.
         resolution: Metres per pixel.
         origin: Pose of the lower left corner of the picture in the map frame.
@@ -37,6 +38,7 @@ class MapDescription:
         REFERENCE 7.8.
     """
 
+    file: Path
     image: Path
     resolution: float
     origin: Pose2
@@ -58,33 +60,55 @@ def load_map(path: str | Path) -> OccupancyGrid:
     Source:
         REFERENCE 7.8, document, section 3.3.1.
     """
-    description = read_description(Path(path))
+    return read_cells(read_description(Path(path)))
+
+
+def read_cells(description: MapDescription) -> OccupancyGrid:
+    """Read the picture of a map.
+
+    Returns:
+        The map on cells along the axes of the map frame, whatever the origin's yaw.
+
+    Raises:
+        ConfigError: The picture is missing or wrong.
+    """
+    picture = description.image
     try:
-        pixels = decode_pgm(description.image.read_bytes())
+        grey, opacity = decode_picture(picture.read_bytes())
     except OSError as error:
+        found = (each.name for form in FORMATS for each in sorted(picture.parent.glob(f"*.{form}")))
         raise ConfigError(
-            f"the map's picture {str(description.image)!r} cannot be read ({error.strerror})",
-            file=path,
-            valid=[str(found.name) for found in sorted(description.image.parent.glob("*.pgm"))],
+            f"the map's picture {str(picture)!r} cannot be read ({error.strerror})",
+            file=description.file,
+            valid=[*found],
         ) from error
     except FrameError as error:
-        raise ConfigError(str(error), file=description.image, valid=["a .pgm picture (P5 or P2)"]) from error
-    cells = _cells_from_pixels(pixels, description)
-    return OccupancyGrid(description.resolution, description.origin, cells)
+        valid = ["a .pgm (P5 or P2), .png or .bmp picture"]
+        raise ConfigError(str(error), file=picture, valid=valid) from error
+    cells = np.ascontiguousarray(np.flipud(_cells_from_pixels(grey, opacity, description)))
+    return OccupancyGrid(description.resolution, description.origin, cells).upright()
 
 
-def _cells_from_pixels(pixels: NDArray[np.uint8], description: MapDescription) -> NDArray[np.int8]:
-    # The picture's first row is the top of the map, the grid's first row its bottom.
-    values = np.flipud(pixels)
+def _cells_from_pixels(
+    grey: NDArray[np.uint8], opacity: NDArray[np.uint8] | None, description: MapDescription
+) -> NDArray[np.int8]:
+    """The cells in the order of the picture, whose first row is the top of the map."""
+    shade = grey / 255.0
+    if opacity is not None and description.mode == "trinary":
+        # As in ROS 1 and Nav2: opacity counts as a fourth colour.
+        shade = 0.75 * shade + 0.25 * opacity / 255.0
+    see_through = np.zeros(grey.shape, bool) if opacity is None else opacity < 255
     if description.mode == "raw":
-        return np.where(values <= 100, values, UNKNOWN).astype(np.int8)
-    occupancy = (values if description.negate else 255.0 - values) / 255.0
+        return np.where((grey <= 100) & ~see_through, grey, UNKNOWN).astype(np.int8)
+    occupancy = shade if description.negate else 1.0 - shade
     free, occupied = description.free_thresh, description.occupied_thresh
     between: NDArray[np.float64] | int = UNKNOWN
     if description.mode == "scale":
         between = np.floor(1.0 + 98.0 * (occupancy - free) / (occupied - free))
-    cells = np.where(occupancy <= free, FREE, between)
-    return np.ascontiguousarray(np.where(occupancy >= occupied, OCCUPIED, cells).astype(np.int8))
+    cells = np.where(occupancy >= occupied, OCCUPIED, np.where(occupancy <= free, FREE, between))
+    if description.mode == "scale":
+        cells[see_through] = UNKNOWN
+    return cells.astype(np.int8)
 
 
 def read_description(path: Path) -> MapDescription:
@@ -110,6 +134,7 @@ def read_description(path: Path) -> MapDescription:
     if mode not in MODES:
         raise _wrong(path, entries["mode"], f"the mode {mode!r} is unknown", *closest_first(mode, MODES))
     return MapDescription(
+        file=path,
         image=path.parent / image,
         resolution=resolution,
         origin=_origin(path, entries["origin"]),
@@ -177,11 +202,6 @@ def _flag(path: Path, entries: dict[str, YamlNode], name: str) -> bool:
 
 def _origin(path: Path, source: YamlNode) -> Pose2:
     example = "origin: [-10.0, -10.0, 0.0]"
-    if not isinstance(source, YamlSequence) or len(source.items) not in (2, 3):
+    if not isinstance(source, YamlSequence) or len(source.items) != 3:
         raise _wrong(path, source, "the origin must be a list of x, y and yaw", example)
-    numbers = [_float(path, item, "a number of the origin", example) for item in source.items]
-    if len(numbers) == 3 and numbers[2] != 0.0:
-        raise _wrong(
-            path, source.items[2], f"a map turned by {numbers[2]} rad is not supported", "a yaw of 0"
-        )
-    return Pose2(numbers[0], numbers[1], 0.0)
+    return Pose2(*(_float(path, item, "a number of the origin", example) for item in source.items))

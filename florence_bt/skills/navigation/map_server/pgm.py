@@ -69,3 +69,13 @@ def _plain(data: bytes, position: int) -> NDArray[np.int64]:
         return np.array(_COMMENT.sub(b"", data[position:]).split(), dtype="S8").astype(np.int64)
     except ValueError as error:
         raise FrameError(f"a pixel is not a number: {error}") from error
+
+
+def encode_pgm(image: NDArray[np.uint8]) -> bytes:
+    """Write a binary graymap.
+
+    Args:
+        image: Shape (rows, columns), row 0 at the top.
+    """
+    rows, columns = image.shape
+    return f"P5\n{columns} {rows}\n255\n".encode("ascii") + np.ascontiguousarray(image).tobytes()

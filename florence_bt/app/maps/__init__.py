@@ -1,0 +1,1 @@
+"""Maps of the running system to files."""

@@ -1,0 +1,101 @@
+"""Writes map files, which :mod:`map_file` and the map servers of ROS read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from florence_bt.skills.navigation.map_server.map_file import MODES
+from florence_bt.skills.navigation.map_server.picture import FORMATS, encode_picture
+
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+_WHITE, _BLACK, _GREY = 254, 0, 205
+
+
+def save_map(
+    grid: OccupancyGrid,
+    path: Path,
+    *,
+    mode: str = "trinary",
+    form: str = "pgm",
+    occupied_thresh: float = OCCUPIED_THRESH,
+    free_thresh: float = FREE_THRESH,
+) -> Path:
+    """Write a map: the YAML file and, beside it, the picture of the same name.
+
+    Args:
+        grid: The map.
+        path: The YAML file; ``.yaml`` is added when it has no ending.
+        mode: ``trinary``: cells from ``occupied_thresh`` on become occupied, to ``free_thresh`` free, the
+            rest unknown. ``scale`` keeps the steps between, ``raw`` every value.
+        form: Of the picture: ``pgm``, ``png`` or ``bmp``.
+        occupied_thresh: Occupancy, 0..1.
+        free_thresh: Occupancy, 0..1.
+
+    Returns:
+        The YAML file.
+
+    Raises:
+        ConfigError: A choice is unknown, or the files cannot be written.
+
+    Source:
+        REFERENCE 7.8.
+    """
+    path = path if path.suffix else path.with_suffix(".yaml")
+    if mode not in MODES:
+        raise ConfigError(f"the mode {mode!r} is unknown", valid=closest_first(mode, MODES))
+    if form not in FORMATS:
+        raise ConfigError(f"a picture cannot be a {form!r}", valid=closest_first(form, FORMATS))
+    if path.suffix not in (".yaml", ".yml"):
+        raise ConfigError(f"{str(path)!r} is not a name for a map", valid=[str(path.with_suffix(".yaml"))])
+    if not 0.0 <= free_thresh < occupied_thresh <= 1.0:
+        raise ConfigError(
+            f"the thresholds are {free_thresh:g} (free) and {occupied_thresh:g} (occupied)",
+            valid=[f"{FREE_THRESH} and {OCCUPIED_THRESH}"],
+        )
+    grid = grid.upright()
+    unknown = grid.cells == UNKNOWN
+    if mode == "scale" and form != "png" and unknown.any():
+        raise ConfigError(
+            "unknown cells of a map in the mode 'scale' are transparent", valid=["png", "the mode trinary"]
+        )
+    grey = np.flipud(_pixels(grid.cells, mode, occupied_thresh, free_thresh))
+    see_through = mode == "scale" and form == "png"
+    opacity = np.where(np.flipud(unknown), 0, 255).astype(np.uint8) if see_through else None
+    picture = path.with_suffix(f".{form}")
+    description = (
+        f"image: {picture.name}\nmode: {mode}\nresolution: {grid.resolution!r}\n"
+        f"origin: [{grid.origin.x!r}, {grid.origin.y!r}, 0.0]\n"
+        f"negate: 0\noccupied_thresh: {occupied_thresh!r}\nfree_thresh: {free_thresh!r}\n"
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        picture.write_bytes(encode_picture(grey, opacity, form))
+        path.write_text(description, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
+    return path
+
+
+def trinary_pixels(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
+    """The grey values of a map with free, occupied and unknown cells, in the order of the cells."""
+    return _pixels(cells, "trinary", OCCUPIED_THRESH, FREE_THRESH)
+
+
+def _pixels(cells: NDArray[np.int8], mode: str, occupied: float, free: float) -> NDArray[np.uint8]:
+    if mode == "raw":
+        return np.where(cells == UNKNOWN, 255, cells).astype(np.uint8)
+    if mode == "scale":
+        # The middle of what is read as this value.
+        occupancy = free + (cells - 0.5) / 98.0 * (occupied - free)
+        grey = np.rint(255.0 * (1.0 - occupancy))
+        grey = np.where(cells == FREE, 255, np.where(cells == OCCUPIED, 0, grey))
+        return np.clip(grey, 0, 255).astype(np.uint8)
+    grey = np.full(cells.shape, _GREY, np.uint8)
+    grey[(cells >= 0) & (cells <= 100.0 * free)] = _WHITE
+    grey[cells >= 100.0 * occupied] = _BLACK
+    return grey
