@@ -129,13 +129,13 @@ class Controller:
         self._costmap_parameters = costmap_parameters
         self._points: NDArray[np.float64] = np.empty((0, 2))
         self._goal = Pose2()
-        self._position_reached = False
+        self._position_reached = self._came = False
         self._turning_to_path = False
         self._turn_sign = 0.0
 
     def start(self) -> None:
         """Forget the last goal."""
-        self._position_reached = False
+        self._position_reached = self._came = False
         self._turning_to_path = False
         self._turn_sign = 0.0
 
@@ -211,9 +211,12 @@ class Controller:
         if self._position_reached:
             self._position_reached = distance <= _PASSED_TOLERANCES * tolerance
         else:
-            # Inside the tolerance it drives on to the middle, until that is passed.
+            # Inside the tolerance it drives on to the middle, until that is passed. Who has come from further
+            # away does not turn away for a goal beside them that is nearly as near.
+            self._came = self._came or distance > _PASSED_TOLERANCES * tolerance
             passed = abs(pose.bearing_to(goal.x, goal.y)) > 1.2
-            self._position_reached = distance <= tolerance and (distance <= 0.4 * tolerance or passed)
+            enough = 0.4 if not passed else _PASSED_TOLERANCES if self._came else 1.0
+            self._position_reached = distance <= enough * tolerance
         return self._position_reached
 
     def _turn_to_goal(
