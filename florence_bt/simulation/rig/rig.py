@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -31,6 +32,8 @@ from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
+from florence_bt.skills.navigation.navigate.trails import BODIES
+from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.detector import detect_people
 from florence_bt.skills.people.user_tracker.doubted_places import view_of
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
@@ -113,6 +116,7 @@ class Rig:
         self._base = _BaseSkills(self.robot, setting, self.clock)
         self._people = _PeopleSkills(self.robot, setting, self.clock)
         self._people.on_users = self._saw_users
+        self._people.on_bodies = partial(self._base.on_scan, BODIES)
         self.topics: dict[str, RigTopic] = {}
         skills = rig_skills(
             {
@@ -286,6 +290,7 @@ class _PeopleSkills:
         self._looking = False
         self.found: list[Pose2] = []
         self.on_users: Callable[[Sequence[TrackedUser]], None] = lambda users: None
+        self.on_bodies: Callable[[LaserScan], None] = lambda scan: None
 
     @property
     def running(self) -> bool:
@@ -307,6 +312,7 @@ class _PeopleSkills:
                 view_of(depth, self._optical_in_base, robot_in_odom),
             )
             users = [user.moved_by(odom) for user in tracked]
+            self.on_bodies(body_scan(found, now, BASE_FRAME))
             if self._looking:
                 self._look.feed(now, users, robot, undecided=self._tracker.undecided)
             self.on_users(tracked)

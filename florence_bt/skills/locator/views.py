@@ -47,11 +47,13 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
     import numpy as np
     from scipy import ndimage
 
-    from florence_bt.core.sensing import OCCUPIED
+    from florence_bt.core.table_legs import with_tables
 
     yield hotspot
-    open_floor = (grid.cells >= 0) & (grid.cells < OCCUPIED // 2)
-    clearance = ndimage.distance_transform_edt(np.pad(open_floor, 1))[1:-1, 1:-1] * grid.resolution
+    open_floor = _open_floor(grid)
+    # The camera looks between the legs of a table; the robot does not fit there.
+    clearance = ndimage.distance_transform_edt(np.pad(_open_floor(with_tables(grid)), 1))[1:-1, 1:-1]
+    clearance *= grid.resolution
     parts, _ = ndimage.label(clearance >= FREE_M, np.ones((3, 3)))
     points = _points_of_room(hotspot, in_room, grid)
     rows, columns = _cells_of(points, grid)
@@ -74,6 +76,14 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
         to_x, to_y = points[shown[best] & hidden].mean(axis=0).tolist()
         yield Pose2(x, y, math.atan2(to_y - y, to_x - x))
         hidden &= ~shown[best]
+
+
+def _open_floor(grid: OccupancyGrid) -> NDArray[np.bool_]:
+    """Where the map shows free floor, in its shape."""
+    from florence_bt.core.sensing import OCCUPIED
+
+    open_floor: NDArray[np.bool_] = (grid.cells >= 0) & (grid.cells < OCCUPIED // 2)
+    return open_floor
 
 
 def _points_of_room(

@@ -133,6 +133,17 @@ def test_within_the_tolerance_it_only_turns() -> None:
     assert not answer.reached
 
 
+@pytest.mark.parametrize(("goal", "turns_away"), [(Pose2(0.3, 0.07), False), (Pose2(0.3, 0.15), True)])
+def test_who_has_driven_there_does_not_turn_away_for_some_centimetres(goal: Pose2, turns_away: bool) -> None:
+    controller, costmap = Controller(ControllerParameters(), COSTMAP), local()
+    controller.set_plan(path_to(goal), goal)
+    for x in (0.0, 0.1, 0.2, 0.29):
+        pose = Pose2(x, 0.0)
+        clearance = Clearance(costmap, pose, None, None)
+        answer = controller.control(pose, STANDSTILL, costmap, Pose2(), clearance, People())
+    assert (abs(answer.command.angular) > 0.3) is turns_away
+
+
 def test_it_stops_before_it_turns_to_the_goal() -> None:
     assert control(Pose2(0.01, 0.0, 1.5), twist=Twist2(0.2, 0.0)).command == STANDSTILL
 

@@ -218,3 +218,13 @@ def test_other_missions_say_nothing_here() -> None:
     status.take("", "", "IDLE")
     assert not status.take("1", "goto_room", "ACTIVE")
     assert status.next_word() is None
+
+
+def test_a_place_that_something_keeps_the_robot_from_is_not_proposed() -> None:
+    # Something before somebody: it would stop too early; to the side it is free.
+    grid = costmap({})
+    block(grid, (2.72, 3.1), (1.85, 2.15))
+    refused = propose_approach(USER, ROBOT, 1, 0.5, grid)
+    assert refused.code == "pose_occupied" and "no room" in refused.reason
+    pose = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    assert pose.distance_to(USER) == pytest.approx(0.5, abs=0.06)

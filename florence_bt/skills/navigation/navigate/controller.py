@@ -93,7 +93,11 @@ class ControllerParameters:
 
 
 _SMALLEST_WAY_M = 0.02
-_BLOCKED_YAW_TOLERANCE = 0.15
+_BLOCKED_YAW_TOLERANCE, _SMALLEST_TURN_RAD = 0.15, 0.02
+"""So far from the wanted heading is near enough where something is in the way of the turn; a smaller part of
+a turn than the second is none."""
+_SHIFT_M = 0.03
+"""So much the place in the map may shift while the robot turns."""
 _CREEP_M, _CREEP_TURNS = 0.1, (-0.3, -0.15, 0.0, 0.15, 0.3)
 """Out of something that is too near: so far ahead must be free, with one of these turns (radians)."""
 _AHEAD_RAD = 1.2
@@ -129,13 +133,15 @@ class Controller:
         self._costmap_parameters = costmap_parameters
         self._points: NDArray[np.float64] = np.empty((0, 2))
         self._goal = Pose2()
-        self._position_reached = False
+        self._position_reached = self._came = False
+        self._stays_within = 0.0
         self._turning_to_path = False
         self._turn_sign = 0.0
 
     def start(self) -> None:
         """Forget the last goal."""
-        self._position_reached = False
+        self._position_reached = self._came = False
+        self._stays_within = 0.0
         self._turning_to_path = False
         self._turn_sign = 0.0
 
@@ -209,11 +215,15 @@ class Controller:
     def _has_reached_position(self, pose: Pose2, goal: Pose2, distance: float) -> bool:
         tolerance = self._p.xy_goal_tolerance
         if self._position_reached:
-            self._position_reached = distance <= _PASSED_TOLERANCES * tolerance
+            self._position_reached = distance <= self._stays_within
         else:
-            # Inside the tolerance it drives on to the middle, until that is passed.
+            # Inside the tolerance it drives on to the middle, until that is passed. Who has come from further
+            # away does not turn away for a goal beside them that is nearly as near.
+            self._came = self._came or distance > _PASSED_TOLERANCES * tolerance
             passed = abs(pose.bearing_to(goal.x, goal.y)) > 1.2
-            self._position_reached = distance <= tolerance and (distance <= 0.4 * tolerance or passed)
+            enough = 0.4 if not passed else _PASSED_TOLERANCES if self._came else 1.0
+            self._position_reached = distance <= enough * tolerance
+            self._stays_within = _PASSED_TOLERANCES * tolerance
         return self._position_reached
 
     def _turn_to_goal(
@@ -232,6 +242,8 @@ class Controller:
         if abs(twist.linear) > 2.0 * p.trans_stopped_velocity:
             return Control(STANDSTILL, distance, text=text)
         command = self._turn(left, clearance)
+        if command is None and abs(left) <= _BLOCKED_YAW_TOLERANCE:
+            return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
         if command is None:
             return Control(STANDSTILL, distance, blocked="there is no room to turn to the goal's heading")
         return Control(command, distance, text=text)
@@ -248,16 +260,21 @@ class Controller:
         if distance - way > p.blocked_xy_tolerance:
             return None
         if way < distance and way < _SMALLEST_WAY_M:
-            return self._stop_before(pose, goal, distance)
+            return self._stop_before(pose, goal, distance, clearance)
         linear = min(p.max_vel_x, max(min(p.min_vel_x, 0.05), p.approach_gain * way))
         angular = max(-p.max_rotational_vel, min(p.max_rotational_vel, p.turn_gain * bearing))
         return Control(Twist2(linear * math.cos(bearing) ** 2, angular), distance, text=text)
 
-    def _stop_before(self, pose: Pose2, goal: Pose2, distance: float) -> Control:
-        """Something stands right before the goal: near enough when the heading is right."""
-        if abs(normalize_angle(goal.yaw - pose.yaw)) <= _BLOCKED_YAW_TOLERANCE:
+    def _stop_before(self, pose: Pose2, goal: Pose2, distance: float, clearance: Clearance) -> Control:
+        """Something stands right before the goal: near enough, with the right heading."""
+        left = normalize_angle(goal.yaw - pose.yaw)
+        if abs(left) <= _BLOCKED_YAW_TOLERANCE:
             return Control(STANDSTILL, distance, reached=True, text="as near as the obstacle allows")
-        return Control(STANDSTILL, distance, blocked="something stands right before the goal")
+        turn = self._turn(left, clearance)
+        if turn is None:
+            return Control(STANDSTILL, distance, blocked="something stands right before the goal")
+        self._position_reached, self._stays_within = True, distance + _SHIFT_M
+        return Control(turn, distance, text="turning to the goal's heading")
 
     def _turn(self, left: float, clearance: Clearance) -> Twist2 | None:
         """Turn in place by an angle, the other way round when the short way is blocked."""
@@ -265,10 +282,13 @@ class Controller:
         # Near half a circle both ways are equal: stay with the one that was begun.
         if abs(left) > 2.6 and self._turn_sign and math.copysign(1.0, left) != self._turn_sign:
             left -= math.copysign(math.tau, left)
-        if not clearance.is_free(0.0, left):
+        free = clearance.free_part(0.0, left)
+        if free < 1.0 and (1.0 - free) * abs(left) > _BLOCKED_YAW_TOLERANCE:
             left -= math.copysign(math.tau, left)
             if not clearance.is_free(0.0, left):
                 return None
+        elif free * abs(left) < _SMALLEST_TURN_RAD:
+            return None
         self._turn_sign = math.copysign(1.0, left)
         braking = math.sqrt(1.4 * p.acc_lim_th * abs(left))
         speed = min(p.max_rotational_vel, braking, p.turn_gain * abs(left))

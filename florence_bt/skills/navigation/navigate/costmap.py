@@ -236,13 +236,14 @@ class Costmap:
         _cells.inflate(master, self._reach, self._table)
         return master
 
-    def add_rays(self, source: str, rays: Rays, robot: Pose2) -> None:
+    def add_rays(self, source: str, rays: Rays, robot: Pose2, *, clear: bool = True) -> None:
         """Take one scan of one sensor: clear along its rays, then mark their ends.
 
         Args:
             source: Name of the sensor; it has a layer of its own.
             rays: The scan, in the frame of this costmap.
             robot: base_footprint in the frame of this costmap; what lies under it is free.
+            clear: Whether the rays clear; otherwise they only mark.
 
         Source:
             REFERENCE 7.4, update order.
@@ -255,15 +256,16 @@ class Costmap:
         offset = np.array([self.origin_x, self.origin_y])
         ends = np.ascontiguousarray((rays.ends - offset) / self.resolution)
         hits = rays.ranges < self._parameters.raytrace_range
-        _cells.clear_rays(
-            marks,
-            (rays.x - self.origin_x) / self.resolution,
-            (rays.y - self.origin_y) / self.resolution,
-            ends,
-            hits,
-            rays.nearest / self.resolution,
-            self._parameters.raytrace_range / self.resolution,
-        )
+        if clear:
+            _cells.clear_rays(
+                marks,
+                (rays.x - self.origin_x) / self.resolution,
+                (rays.y - self.origin_y) / self.resolution,
+                ends,
+                hits,
+                rays.nearest / self.resolution,
+                self._parameters.raytrace_range / self.resolution,
+            )
         _cells.mark_points(marks, ends, rays.ranges < min(self._parameters.obstacle_range, rays.farthest))
         self.clear_footprint(robot)
 

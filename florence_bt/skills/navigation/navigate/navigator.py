@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, integrate_twist
 from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
+from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
@@ -25,7 +26,7 @@ from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
-from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES, Trails
+from florence_bt.skills.navigation.navigate.trails import BODIES, BODY_M, CAMERA_SOURCES, Trails
 
 LASER = "scan"
 """The source in whose scans legs are found."""
@@ -108,7 +109,7 @@ class Navigator:
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
         self._p = parameters or NavigatorParameters()
-        self.global_costmap = Costmap(self._p.costmap, grid)
+        self.global_costmap = Costmap(self._p.costmap, with_tables(grid))
         self.local_costmap = Costmap(self._p.costmap)
         static = self.global_costmap.static_master()
         frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])
@@ -162,7 +163,8 @@ class Navigator:
         """Take a filtered scan into both costmaps.
 
         Args:
-            source: ``scan`` for the laser, ``depth`` for the Kinect; each has a layer of its own.
+            source: ``scan`` for the laser, ``depth`` for the Kinect; each has a layer of its own. What
+                ``people`` shows stays until they have walked away.
             scan: The scan; what is out of range must read as a far hit to clear (REFERENCE 6.4).
             sensor_in_base: The sensor's frame in base_footprint.
             odom_pose: base_footprint in the odometry frame at the time of the scan.
@@ -181,7 +183,7 @@ class Navigator:
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
         ):
             if robot is not None:
-                costmap.add_rays(source, moved_rays(in_base, robot), robot)
+                costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
 
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:
         """What the camera marked where somebody was who has walked on was that person."""

@@ -64,6 +64,7 @@ from florence_bt.skills.navigation.navigate.results import (
     spin_error_code,
 )
 from florence_bt.skills.navigation.navigate.state import CycleResult
+from florence_bt.skills.navigation.navigate.trails import BODIES
 
 _FEEDBACK_PERIOD_S = 0.5
 _JUST_AFTER_S = 0.001
@@ -133,6 +134,7 @@ class NavigationNode(FlorenceNode):
             ("filtered_kinect_scan", "depth"),
             ("filtered_kinect_low_scan", "low"),
             ("filtered_kinect_overhang_scan", "overhangs"),
+            ("people_scan", BODIES),
         ):
             self.create_subscription(
                 LaserScanMsg, topic, self._scan_callback(source), SENSOR, newest_only=True

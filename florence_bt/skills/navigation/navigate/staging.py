@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate.costmap import Costmap
 RUN_UPS_M = (0.35, 0.45, 0.25)
 """How far before the goal to line up, the best first."""
 _STEP_M = 0.05
-_HEADINGS = tuple(math.radians(45.0 * step) for step in range(8))
+_HEADINGS = tuple(math.radians(15.0 * step) for step in range(24))
 LINED_UP_RAD = 0.2
 """A robot that looks along the run-up within this angle, from on it, need not line up again."""
 

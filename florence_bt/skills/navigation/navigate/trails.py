@@ -7,7 +7,9 @@ from collections import deque
 
 from florence_bt.skills.navigation.navigate.legs import Place
 
-CAMERA_SOURCES = "depth", "overhangs"
+BODIES = "people"
+"""The source of scans of people who sit or lie, as the user tracker sees them."""
+CAMERA_SOURCES = "depth", "overhangs", BODIES
 """The sources of scans whose marks of somebody stay when the camera looks elsewhere, or is too near."""
 BODY_M = 0.35
 """What was marked so near to the middle of somebody was that person: shoulders and arms, and the error of

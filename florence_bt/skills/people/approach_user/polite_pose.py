@@ -29,6 +29,8 @@ LETHAL_COST = 99
 """Occupancy value (0..100) from which the robot would touch something; costmap value 253, REFERENCE 12.8."""
 TURNING_RADIUS = 0.2625
 """Metres: circumscribed radius of the padded footprint; REFERENCE 7.4."""
+RESERVE = 0.025
+"""Metres: half a cell, by which what is seen on the way may be nearer."""
 LEAVE_RADIUS = 0.35
 """Metres: so far the robot gets away from what it stands too near to; ``start_clearance`` of navigation."""
 PADDING = 0.01
@@ -36,6 +38,10 @@ PADDING = 0.01
 SPARE = 0.12
 """Metres: so much before the goal is near enough when something stands there; ``blocked_xy_tolerance`` of
 navigation."""
+SHORT = 0.1
+"""The share of the safe distance by which the robot may stop before a place at that distance."""
+_STOPS = (0.0, 0.04, 0.08)
+"""Metres before a place at which the robot may have to stop, and ``SPARE``."""
 RUN_UP = 0.35
 """Metres: a place without room to turn is entered straight, from one with room so far before it."""
 FARTHEST = 2.5
@@ -116,7 +122,7 @@ class _Surroundings:
         footprint = Footprint.from_corners(corners_from_flat(FLORENCE_FOOTPRINT), PADDING)
         self._outline = footprint.outline(costmap.resolution / 2.0)
         distances = ndimage.distance_transform_edt(np.pad(self._free, 1, constant_values=True))
-        self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS
+        self.has_room_to_turn = distances[1:-1, 1:-1] * costmap.resolution >= TURNING_RADIUS + RESERVE
         around = self.from_user <= max(robot.distance_to(user), FARTHEST) + costmap.resolution
         leaving = self._free & (self.from_robot <= LEAVE_RADIUS)
         free = costmap.cells < LETHAL_COST
@@ -163,7 +169,9 @@ class _Surroundings:
             return "cannot be reached"
         if not self.is_in_sight(pose):
             return "does not see the person"
-        return "" if self.can_enter(pose) else "has no room for the robot"
+        short = SHORT * self._user.distance_to(pose)
+        enters = self.can_enter(pose) and self.stops_before(pose) <= short
+        return "" if enters else "has no room for the robot"
 
     def is_in_sight(self, place: Pose2) -> bool:
         """Whether only what the person sits or lies on stands between: no free floor beyond an obstacle."""
@@ -180,6 +188,10 @@ class _Surroundings:
         open_floor = (costs >= 0) & (costs < LETHAL_COST)
         first = int(np.argmin(costs < LETHAL_COST + 1)) if (costs > LETHAL_COST).any() else len(costs)
         return not open_floor[first:].any()
+
+    def stops_before(self, pose: Pose2) -> float:
+        """How far before a pose that it enters straight the robot has to stop, metres, at most ``SPARE``."""
+        return next((back for back in _STOPS if self._fits(pose @ Pose2(-back, 0.0, 0.0))), SPARE)
 
     def can_enter(self, pose: Pose2) -> bool:
         """Whether the robot can turn at a pose, or drive straight into it."""
@@ -233,6 +245,7 @@ def nearest_pose(
             place = Pose2(x, y, math.atan2(user.y - y, user.x - x))
             if any(place.distance_to(other) < PLACES_APART for other in chosen) or not near.can_enter(place):
                 continue
+            worth += near.stops_before(place)
             worth += 0.0 if near.is_in_sight(place) else SIGHT_WORTH
             if worth < least:
                 best, least = place, worth

@@ -26,6 +26,8 @@ _CELL = 0.05
 """Metres; side of the cells in which votes are counted."""
 _UPPER_BODY = 0.6
 """Metres from the top of the head to the seat, about."""
+_ROBOT_TOP = 1.0
+"""Metres above the floor; what is higher does not meet the robot."""
 _TOP_PERCENT = 98.0
 """Of the points of a person, this many are lower than the height that is told: single points may be wrong."""
 
@@ -43,6 +45,8 @@ class Detection:
         height: Height above the floor of the highest point that is seen of them, metres; 0 when not known.
         histogram: Colours of the body, or None.
         region: Where the picture shows them, or None when not known.
+        outline: What is seen of them up to the height of the robot, from above, shape (n, 2), metres, in the
+            robot frame; None when not known.
     """
 
     x: float
@@ -53,9 +57,10 @@ class Detection:
     height: float = 0.0
     histogram: Histogram | None = None
     region: Region | None = None
+    outline: NDArray[np.float32] | None = None
 
     def moved_by(self, robot: Pose2) -> Detection:
-        """The same in the frame in which the robot has this pose."""
+        """The same in the frame in which the robot has this pose, but for the outline."""
         x, y = robot.apply(self.x, self.y)
         return replace(self, x=x, y=y)
 
@@ -194,7 +199,17 @@ def _judge(
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < use.minimum_confidence or distance > use.maximum_distance:
         return None
-    return Detection(x, y, distance, confidence, posture, height, region=_region_of(votes, mine))
+    low = mine[votes.points[mine, 2] <= _ROBOT_TOP]
+    return Detection(
+        x,
+        y,
+        distance,
+        confidence,
+        posture,
+        height,
+        region=_region_of(votes, mine),
+        outline=votes.points[low, :2],
+    )
 
 
 def _region_of(votes: _Votes, mine: NDArray[np.int64]) -> Region:

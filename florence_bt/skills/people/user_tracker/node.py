@@ -17,6 +17,7 @@ from florence_interfaces.action import LookForUser as LookAction
 from florence_interfaces.msg import DetectedUser, TrackedUsers
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
@@ -34,11 +35,13 @@ from florence_bt.ros.conversions import (
     colour_from_ros,
     depth_from_ros,
     grid_from_ros,
+    scan_to_ros,
     stamp_from_ros,
 )
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
+from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
@@ -145,6 +148,7 @@ class UserTrackerNode(FlorenceNode):
         self._users_topic = self.create_publisher(TrackedUsers, "tracked_users", RELIABLE)
         self._filtered_topic = self.create_publisher(TrackedUsers, "filtered_tracked_users", RELIABLE)
         self._lying_topic = self.create_publisher(Bool, "user_lying", RELIABLE)
+        self._bodies_topic = self.create_publisher(LaserScanMsg, "people_scan", SENSOR)
         self._markers_topic = self.create_publisher(MarkerArray, "user_markers", RELIABLE)
         self._detected_topic = self.create_publisher(DetectedUser, "detected_user", RELIABLE)
         if self._use.use_map:
@@ -282,6 +286,7 @@ class UserTrackerNode(FlorenceNode):
             view_of(depth, optical_in_base, robot_in_odom),
         )
         users = tuple(user.moved_by(odom) for user in tracked)
+        self._bodies_topic.publish(scan_to_ros(body_scan(found, depth.stamp, use.base_frame)))
         self._publish(users, depth.stamp)
         if colour is not None:
             self._ask_second_source(colour, depth.stamp)

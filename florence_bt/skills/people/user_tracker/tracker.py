@@ -20,6 +20,7 @@ from florence_bt.skills.people.user_tracker.doubted_places import CameraView, Do
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+from florence_bt.skills.people.user_tracker.resting_place import RestingPlace
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
 
 LOST_DISTANCE = 0.0
@@ -52,6 +53,8 @@ class _Track:
         self.distance = detection.distance
         self.histogram: Histogram | None = detection.histogram
         self.looks = deque([detection], maxlen=use.posture_window)
+        self._lies_at = RestingPlace()
+        self._lies_at.take(detection)
         self.seen = self.predicted = now
         self.lost = False
         self._first = now, detection
@@ -72,6 +75,7 @@ class _Track:
         self.filter.update(np.array([detection.x, detection.y]), _sigma_of(detection, self._use))
         self.hits.append(True)
         self.looks.append(detection)
+        self._lies_at.take(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
         if detection.histogram is not None:
             old = self.histogram
@@ -111,6 +115,8 @@ class _Track:
         x, y, vx, vy = (float(value) for value in self.filter.state)
         distance = LOST_DISTANCE if self.lost else self.distance
         posture = statistics.mode(each.posture for each in self.looks)
+        if posture == "lying" and self._lies_at.place is not None:
+            (x, y), vx, vy = self._lies_at.place, 0.0, 0.0
         height = statistics.median(each.height for each in self.looks)
         return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy)
 
