@@ -65,6 +65,22 @@ def test_between_two_chairs_there_is_a_way() -> None:
     assert not grid.is_occupied(2.55, 2.0)
 
 
+def test_a_table_among_its_chairs_is_filled_and_noise_is_not() -> None:
+    table = (TABLE, 1.1, 0.7)
+    chairs = [(Pose2(TABLE.x + x, TABLE.y + y), 0.38, 0.38) for x in (-0.3, 0.3) for y in (-0.75, 0.75)]
+    assert with_tables(room(table, *chairs)).is_occupied(TABLE.x, TABLE.y)
+
+    noise = OccupancyGrid(0.05, Pose2(), np.zeros((300, 300), np.int8))
+    noise.cells[np.random.default_rng(1).random(noise.cells.shape) < 0.04] = 100
+    inside = with_tables(noise).cells[40:-40, 40:-40]
+    assert np.array_equal(inside, noise.cells[40:-40, 40:-40])
+
+
+def test_a_table_at_the_edge_of_the_map_is_filled_up_to_it() -> None:
+    grid = room((Pose2(0.45, 0.4), 0.84, 0.7))
+    assert with_tables(grid).is_occupied(0.45, 0.4)
+
+
 def test_walls_and_the_given_map_stay() -> None:
     grid = room((TABLE, 0.84, 0.54))
     grid.cells[:, 5] = 100
