@@ -111,7 +111,7 @@ class LocatorNode(FlorenceNode):
         try:
             return load_habits(Path(file)) if file else RoomHabits()
         except ConfigError as error:
-            self.get_logger().warning(f"{error}; counting begins anew")
+            self.get_logger().warning(f"{error}; counting begins again")
             return RoomHabits()
 
     def _save_habits(self) -> None:
