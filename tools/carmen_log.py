@@ -50,7 +50,7 @@ def read_log(path: Path) -> list[Record]:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is no such log.
+        ValueError: It is not such a log.
     """
     found: list[Record] = []
     odometry: Pose2 | None = None

@@ -33,7 +33,7 @@ FIRST_SEED = 3000
 """Neither the training of the network nor the trials use the homes from here on."""
 
 SCENES, EMPTY_SHARE = 6, 0.5
-"""How often people are placed anew in a home; for how many of the homes there are pictures without people."""
+"""How often people are placed in a home; for how many of the homes there are pictures without people."""
 
 MATCH_M, LYING_MATCH_M = 0.5, 0.8
 """A detection this near to a person is that person."""
@@ -128,7 +128,7 @@ def judge_recording(folder: Path) -> tuple[list[Judged], list[Judged]]:
     """The pictures of a recording with people, and those without.
 
     Raises:
-        FlorenceError: The folder is no recording, or its labels cannot be used.
+        FlorenceError: The folder is not a recording, or its labels cannot be used.
     """
     full: list[Judged] = []
     empty: list[Judged] = []

@@ -98,7 +98,7 @@ def recorded_pictures(folder: Path) -> Iterator[tuple[DepthImage, Transform3, Tr
         out, so that people may come and go between scenes.
 
     Raises:
-        FlorenceError: The folder is no recording, or its labels cannot be used.
+        FlorenceError: The folder is not a recording, or its labels cannot be used.
     """
     source = PositionedYaml(folder / LABELS)
     scenes = source.parse(LabelsEntry).scenes

@@ -213,7 +213,7 @@ class Retry(_Counting):
         )
         return self._again()
 
-    def retell(self, why: Why) -> Why:
+    def extend_reason(self, why: Why) -> Why:
         """Say how many attempts there were, when they were used up."""
         if not self._exhausted:
             return why

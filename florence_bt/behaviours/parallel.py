@@ -47,7 +47,7 @@ class CountingParallel(Stepping):
         self.halt_running()
         super().stop(new_status)
 
-    def retell(self, why: Why) -> Why:
+    def extend_reason(self, why: Why) -> Why:
         """Say how many branches failed, when it is not just one."""
         failed = sum(child.status is Status.FAILURE for child in self.children)
         if failed < 2:

@@ -45,10 +45,10 @@ class FailsByItself(Protocol):
 
 
 @runtime_checkable
-class RetellsFailure(Protocol):
+class ExtendsReason(Protocol):
     """A decorator that adds to the reason of its child, such as a retry."""
 
-    def retell(self, why: Why) -> Why:
+    def extend_reason(self, why: Why) -> Why:
         """The child's failure with what this node knows about it."""
 
 
@@ -84,7 +84,7 @@ class Because:
     always: TextTemplate | None = None
     by_code: Mapping[str, TextTemplate] = field(default_factory=dict)
 
-    def retell(self, why: Why) -> Why:
+    def extend_reason(self, why: Why) -> Why:
         """The failure with the author's reason, if there is one for its code."""
         template = self.by_code.get(why.code, self.always)
         if template is None:
@@ -130,7 +130,7 @@ def explain(root: Behaviour, known: dict[Behaviour, Why] | None = None) -> Why |
         why = _cause(root, known)
         because = annotations_of(root).because
         if because is not None:
-            why = because.retell(why)
+            why = because.extend_reason(why)
         known[root] = why
     return why
 
@@ -149,7 +149,7 @@ def _cause(node: Behaviour, known: dict[Behaviour, Why]) -> Why:
         why = _of_all(node, failed[-1], known)
     else:
         why = _why(failed[0], known)
-    return node.retell(why) if isinstance(node, RetellsFailure) else why
+    return node.extend_reason(why) if isinstance(node, ExtendsReason) else why
 
 
 def _of_all(selector: Selector, last: Behaviour, known: dict[Behaviour, Why]) -> Why:

@@ -40,7 +40,7 @@ def matching_expression(element: Element, mark: str, script: str) -> str | None:
     """The expression of a mark, None when there is none or it does not say what the script says."""
     text = element.get(mark)
     term = _term(text)
-    return text if term is not None and _says(lambda: script_of(term), script) else None
+    return text if term is not None and _matches(lambda: script_of(term), script) else None
 
 
 def matching_guards(element: Element) -> dict[str, str] | None:
@@ -51,7 +51,7 @@ def matching_guards(element: Element) -> dict[str, str] | None:
     terms = {name: _term(text) for name, text in texts.items()}
     if not texts or None in terms.values():
         return None
-    same = _says(lambda: skip_script(terms.get("when"), terms.get("unless")), element.get("_skipIf"))
+    same = _matches(lambda: skip_script(terms.get("when"), terms.get("unless")), element.get("_skipIf"))
     return texts if same else None
 
 
@@ -62,7 +62,7 @@ def _term(text: str) -> Term | None:
         return None  # an editor broke it; the script beside it counts
 
 
-def _says(script: Callable[[], str], written: str) -> bool:
+def _matches(script: Callable[[], str], written: str) -> bool:
     try:
         return parse_script(script()) == parse_script(written)
     except ConfigError:
@@ -82,7 +82,7 @@ def matching_values(element: Element) -> Any:
     node = mission.tree
     if not isinstance(node, Set) or mission.findings:
         return None
-    return values if _says(lambda: set_script(node.values), element.get("code")) else None
+    return values if _matches(lambda: set_script(node.values), element.get("code")) else None
 
 
 def matching_cases(element: Element, written: list[str]) -> list[str] | None:

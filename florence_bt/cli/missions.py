@@ -168,7 +168,7 @@ def import_(
     """
     from florence_bt.app.mission_files.exchange import import_file
 
-    _tell(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
+    _print_exchange(import_file(file, folder, models or [], form, strict=strict, overwrite=overwrite), form)
 
 
 @app.command(
@@ -188,10 +188,10 @@ def export(
     from florence_bt.app.mission_files.exchange import export_file
 
     exported = export_file(mission, out, folders or [], form, strict=strict)
-    _tell(exported, form if out is not None else "text")
+    _print_exchange(exported, form if out is not None else "text")
 
 
-def _tell(exchanged: Exchanged, form: str) -> None:
+def _print_exchange(exchanged: Exchanged, form: str) -> None:
     """Print what was done and the report; the one for people stands apart from the one for programs."""
     if exchanged.report:
         typer.echo(exchanged.report, err=form == "text")

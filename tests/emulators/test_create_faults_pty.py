@@ -286,14 +286,14 @@ def test_a_base_that_hears_nothing_is_told_of_and_stopped_when_it_hears(make: Ma
 
 def test_a_firmware_that_reports_no_speeds_drives_when_nobody_checks_them(make: MakeBench) -> None:
     for checked in (True, False):
-        bench = make(check_obedience=checked)
+        bench = make(check_acknowledgement=checked)
         assert drives(bench)
         fault(bench, deaf=True)  # what it reports stays the same, whatever it is told
         bench.run(3.0, BACK)
         assert ("NO_RESPONSE" in bench.reasons) is checked
 
 
-def test_quick_changes_of_speed_are_no_disobedience(make: MakeBench) -> None:
+def test_quick_changes_of_speed_are_not_taken_for_a_missing_acknowledgement(make: MakeBench) -> None:
     bench = make()
     for number in range(300):
         bench.run(0.01, Twist2(0.1 + 0.3 * math.sin(number / 7.0), 0.0))

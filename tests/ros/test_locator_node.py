@@ -36,6 +36,7 @@ from std_srvs.srv import Trigger
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros
+from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster
@@ -268,11 +269,8 @@ def test_a_mission_server_that_does_not_answer_is_given_up_and_stopped_later(
         def __init__(self) -> None:
             super().__init__("slow")
             self.stopped: list[str] = []
-            self.later: Any = None
-            from florence_bt.ros.deferred import Deferred, allow_deferred
-
             self.later = Deferred()
-            allow_deferred(self.create_service(RunMission, "florence_bt/run_mission", self._run))
+            self.create_service(RunMission, "florence_bt/run_mission", self._run)
             self.create_service(StopMission, "florence_bt/stop", self._stop)
 
         def _run(self, request: RunMission.Request, response: RunMission.Response) -> Any:

@@ -96,7 +96,7 @@ def pictures_of_home(
     Args:
         seed: Chooses home, people and all noise.
         count: How many pictures.
-        scenes: How many times people and things are placed anew.
+        scenes: How many times people and things are placed again.
         width: Columns of the pictures.
         bent: Whether bodies and furniture are bent and heaps put in the way.
         situations: What people do.

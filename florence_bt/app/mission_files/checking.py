@@ -152,7 +152,7 @@ class _MissionChecker:
     def _read_stdin(self) -> Mission:
         data = sys.stdin.buffer.read(MAX_BYTES + 1)
         path = self._options.stdin_name or _NAMELESS
-        # Also when it is no UTF-8: the file on the disk is not what was read.
+        # Also when it is not UTF-8: the file on the disk is not what was read.
         self.texts[str(path)] = readable(data) or ""
         text = decode(data, path)
         if path == _NAMELESS:

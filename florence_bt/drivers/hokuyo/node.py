@@ -25,7 +25,7 @@ from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
 from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
-from florence_bt.ros.deferred import Deferred, allow_deferred
+from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -74,7 +74,7 @@ class HokuyoNode(FlorenceNode):
         self._scans = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self._echoes = self.create_publisher(MultiEchoLaserScan, "echoes", SENSOR)
         self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
-        allow_deferred(self.create_service(SelfTest, "~/self_test", self._on_self_test))
+        self.create_service(SelfTest, "~/self_test", self._on_self_test)
         self._reports = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._report)
         self._port = DriverPort(
             self._driver,

@@ -155,7 +155,7 @@ class KinectDriver:
         """Whether depth pictures have not come for a while, or never came."""
         return self._last_depth is None or now - self._last_depth > self._parameters.silence_timeout_s
 
-    def quiet_since(self, opened: float, now: float) -> float:
+    def silence(self, opened: float, now: float) -> float:
         """Seconds since the last depth picture, or since the device was opened if that is later."""
         return now - opened if self._last_depth is None else now - max(opened, self._last_depth)
 

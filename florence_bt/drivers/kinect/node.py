@@ -188,7 +188,7 @@ class KinectNode(FlorenceNode):
         now = self.timebase.now()
         found = {"Kinect": self._diagnose(now)}
         self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), self._settings.source, now))
-        if self._driver.quiet_since(self._opened, now) > self._settings.reopen_timeout_s:
+        if self._driver.silence(self._opened, now) > self._settings.reopen_timeout_s:
             self._connection.lose(
                 DeviceTimeout(
                     f"no depth picture for {self._settings.reopen_timeout_s:g} s: the Kinect is opened again"

@@ -131,7 +131,7 @@ def recorded_depth(folder: Path) -> Iterator[tuple[float, DepthFrame]]:
     """The depth pictures of a recording in order, each with its moment in seconds after the first.
 
     Raises:
-        DeviceLost: The folder is no recording, or damaged; names the file.
+        DeviceLost: The folder is not a recording, or damaged; names the file.
     """
     view = recorded_view(folder)
     first = None

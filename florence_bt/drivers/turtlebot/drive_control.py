@@ -154,10 +154,10 @@ class CommandAcknowledgement:
         """Take what the base reports."""
         if not self._sent:
             return
-        told = WheelSpeeds(
+        reported = WheelSpeeds(
             round(1000.0 * state.requested_left_velocity), round(1000.0 * state.requested_right_velocity)
         )
-        if any(_near(wheels, told) for _, wheels in self._sent):
+        if any(_near(wheels, reported) for _, wheels in self._sent):
             self._doubted_since, self.unresponsive = None, False
         elif self._doubted_since is None or now < self._doubted_since:
             self._doubted_since = now

@@ -121,7 +121,7 @@ class TurtlebotDriver:
         self._pending = b""
         self._first_frame_dropped = False
         self._last_stamp = -math.inf
-        self._heard: float | None = None
+        self._last_frame: float | None = None
         self._noise_before = 0
         self._state: SensorState | None = None
         self._stop_reason: StopReason | None = None
@@ -283,7 +283,7 @@ class TurtlebotDriver:
             self._last_stamp = -math.inf
         frames = self.decoder.feed(data)
         if frames:
-            self._heard = now
+            self._last_frame = now
             self._noise_before = self.decoder.noise_bytes
         readings = []
         for later_frames, frame in zip(reversed(range(len(frames))), frames, strict=True):
@@ -324,7 +324,7 @@ class TurtlebotDriver:
             return None
         if self._sequence.due is not None:
             return self._sequence.due
-        silence = math.inf if self._heard is None else self._heard + self.parameters.data_timeout
+        silence = math.inf if self._last_frame is None else self._last_frame + self.parameters.data_timeout
         return min(self._drive.due, silence)
 
     def shutdown(self) -> bytes:
@@ -370,7 +370,7 @@ class TurtlebotDriver:
         """Forget the command and what held it: the base is about to stop."""
         self._drive.stop()
         self._drive.acknowledgement.clear()
-        self._heard = None
+        self._last_frame = None
         self._mode_lost = self._docking = False
         self._stop_reason = None
         self._recover_at = math.inf
@@ -382,14 +382,15 @@ class TurtlebotDriver:
         return commands.digital_outputs(self._outputs) if drives else b""
 
     def _check_silence(self, now: float) -> None:
-        if self._heard is None or now < self._heard:
-            self._heard = now
-        if now - self._heard > self.parameters.data_timeout:
+        if self._last_frame is None or now < self._last_frame:
+            self._last_frame = now
+        if now - self._last_frame > self.parameters.data_timeout:
             raise DeviceTimeout(
-                f"the base sent no good frame for {self.parameters.data_timeout:g} s, {self._heard_instead()}"
+                f"the base sent no good frame for {self.parameters.data_timeout:g} s, "
+                f"{self._received_instead()}"
             )
 
-    def _heard_instead(self) -> str:
+    def _received_instead(self) -> str:
         """What came instead of good frames, and what to do about it."""
         if self.decoder.noise_bytes > self._noise_before:
             return "only bytes that are none: is it the right port, and its baud rate?"
@@ -443,7 +444,7 @@ class TurtlebotDriver:
             use_cliffs=self.parameters.stop_on_cliff,
             lowest_charge=self.parameters.lowest_charge,
         )
-        if self.parameters.check_obedience and self._drive.acknowledgement.unresponsive:
+        if self.parameters.check_acknowledgement and self._drive.acknowledgement.unresponsive:
             return StopReason.NO_RESPONSE
         if overcurrent:
             return StopReason.OVERCURRENT

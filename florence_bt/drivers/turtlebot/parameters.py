@@ -43,8 +43,8 @@ class TurtlebotParameters:
         stop_motors_on_bump: Hold forward motion while a bumper is pressed or a wheel hangs in the air.
         stop_on_cliff: Hold forward motion while a cliff sensor misses the floor; the firmware does that in
             Safe mode only.
-        check_obedience: Hold a base that reports, for a second, other wheel speeds than it was sent. Off for
-            a firmware that does not report them.
+        check_acknowledgement: Hold a base that reports, for a second, other wheel speeds than were sent. Off
+            for a firmware that does not report them.
         recovery_delay: Seconds without an objection before the base may return to its mode by itself.
         data_timeout: Seconds of silence after which the base counts as lost; not longer than cmd_vel_timeout,
             or a silent base would be driven for longer than one without commands.
@@ -72,7 +72,7 @@ class TurtlebotParameters:
     cmd_vel_timeout: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.6
     stop_motors_on_bump: bool = True
     stop_on_cliff: bool = True
-    check_obedience: bool = True
+    check_acknowledgement: bool = True
     recovery_delay: Annotated[float, Limits(0.0)] = 1.0
     data_timeout: Annotated[float, Limits(0.1)] = 0.5
     lowest_charge: Annotated[float, Limits(0.0, 0.5)] = 0.02

@@ -168,15 +168,15 @@ class SourceReader:
         not a table is noted, with ``valid`` as what would have worked.
         """
         if isinstance(source, YamlMapping):
-            torn = {
+            commas = {
                 text.key: text
                 for text in unquoted_commas(source)
                 if text.pieces[0].text not in keys and not _WORD.fullmatch(text.pieces[0].text)
             }
-            pieces = {piece for text in torn.values() for piece in text.pieces}
+            pieces = {piece for text in commas.values() for piece in text.pieces}
             for key, value in source.entries:
-                if key in torn:
-                    text = torn[key]
+                if key in commas:
+                    text = commas[key]
                     message = "a text with a comma needs quotes between { and }"
                     self.problem(text.first.position, message, [text.valid])
                     yield key, replace(text.first, text=text.whole)

@@ -94,7 +94,7 @@ class Journal:
         self._seq: dict[str, int] = {}
         self._batch: list[Job] = []
         self._handed = 0
-        self._told = ""
+        self._reported = ""
         self._slow = ""
         self._ended = ("", 0)
         self._older: frozenset[str] | None = None
@@ -233,8 +233,8 @@ class Journal:
     def _report(self) -> None:
         """Tell a trouble once, and its end."""
         trouble = self.trouble
-        if trouble != self._told:
-            self._told = trouble
+        if trouble != self._reported:
+            self._reported = trouble
             self._on_trouble(trouble or "the journal can be written again")
 
 

@@ -9,7 +9,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.deferred import Deferred, allow_deferred
+from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.topics import DOCK, MANUAL_OVERRIDE, SWITCH_OVERRIDE
@@ -43,7 +43,7 @@ class Controls:
         node.create_service(StopMission, "florence_bt/stop", self._on_stop)
         node.create_service(PauseMission, "florence_bt/pause", self._on_pause)
         node.create_service(ResumeMission, "florence_bt/resume", self._on_resume)
-        allow_deferred(node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload))
+        node.create_service(ReloadMissions, "florence_bt/reload_missions", self._on_reload)
         node.create_subscription(Bool, MANUAL_OVERRIDE, self._on_override, LATCHED)
         self._dock = node.create_client(SetBool, DOCK)
 

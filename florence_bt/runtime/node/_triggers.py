@@ -13,7 +13,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.deferred import Deferred, allow_deferred
+from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE
 from florence_bt.runtime.background_check import BackgroundCheck
@@ -59,7 +59,7 @@ class Triggers:
         self._run_of_topic: str | None = None
         self._by_name: dict[str, Any] = {}
         self._served: MissionLibrary | None = None
-        allow_deferred(node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission))
+        node.create_service(RunMission, "florence_bt/run_mission", self._on_run_mission)
         self._execute = MissionAction(
             node,
             missions,
@@ -93,7 +93,6 @@ class Triggers:
                 self._by_name[name] = self._node.create_service(
                     Trigger, service, partial(self._on_trigger, name)
                 )
-                allow_deferred(self._by_name[name])
         for name in tuple(self._by_name):
             if name not in wanted:
                 self._node.retire_service(self._by_name.pop(name))

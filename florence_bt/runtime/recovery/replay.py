@@ -2,7 +2,7 @@
 
 The tree ticks at the recorded moments on a clock driven by hand, and every skill answers what it answered
 then. Each tick must do what the journal says it did; if one does not, the run cannot be taken up. Timers of a
-live clock ring a little late, so a replay that differs is tried again with timers that ring a little early.
+live clock fire a little late, so a replay that differs is tried again with timers that fire a little early.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from florence_bt.runtime.tree_run import TreeRun
 from florence_bt.trees.language.loader import MissionLibrary
 
 EARLY_S = (0.0, 0.002, 0.02)
-"""How much early the timers of a replay ring, tried one after the other."""
+"""How much early the timers of a replay fire, tried one after the other."""
 _TICKED = (EventKind.NODE.value, EventKind.SKILL_STARTED.value, EventKind.SKILL_ENDED.value)
 _COMPARED = (EventKind.NODE.value, EventKind.SKILL_STARTED.value)
 _BETWEEN = (EventKind.PAUSED.value, EventKind.RESUMED.value, EventKind.RECOVERED.value)

@@ -214,9 +214,9 @@ class ScipEmulator:
         if self._remaining is not None:
             self._remaining -= 1
         echo = f"{self._head}{self._remaining or 0:02d}{self._note}"
-        told, self.faults.scan_status = self.faults.scan_status, None
+        asked_for, self.faults.scan_status = self.faults.scan_status, None
         broken = TROUBLE if self.faults.laser_broken else None
-        ending = told or broken
+        ending = asked_for or broken
         status = ending or self.faults.every_scan_status
         if status is not None:
             if ending is not None or self._remaining == 0:

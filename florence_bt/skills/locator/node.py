@@ -34,7 +34,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, stamp_from_ros
-from florence_bt.ros.deferred import Deferred, allow_deferred
+from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
@@ -111,7 +111,7 @@ class LocatorNode(FlorenceNode):
         try:
             return load_habits(Path(file)) if file else RoomHabits()
         except ConfigError as error:
-            self.get_logger().warning(f"{error}; counting begins anew")
+            self.get_logger().warning(f"{error}; counting begins again")
             return RoomHabits()
 
     def _save_habits(self) -> None:
@@ -301,7 +301,7 @@ class LocatorNode(FlorenceNode):
         return later
 
     def _serve(self, service_type: Any, name: str, callback: Callable[..., Any]) -> None:
-        allow_deferred(self.create_service(service_type, f"florenceLocator/{name}", callback))
+        self.create_service(service_type, f"florenceLocator/{name}", callback)
 
 
 class _MissionClient:

@@ -83,7 +83,7 @@ def static_frames(urdf_text: str) -> list[StaticFrame]:
         One entry per joint, parents before their children.
 
     Raises:
-        ConfigError: The text is no URDF, a joint is not usable, or the links do not form one tree.
+        ConfigError: The text is not URDF, a joint is not usable, or the links do not form one tree.
     """
     try:
         robot = ElementTree.fromstring(urdf_text)

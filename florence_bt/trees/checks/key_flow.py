@@ -54,7 +54,7 @@ class Flow:
     touched: int
 
 
-class Witness(Protocol):
+class ReadObserver(Protocol):
     """Is called for every read while the flow is followed."""
 
     def read(self, reference: Reference, before: Written) -> Written:
@@ -81,17 +81,17 @@ class KeyFlow:
         self._writes = writes
         self._quiet: dict[tuple[Node, int, int], Flow] = {}
 
-    def follow(self, node: Node, before: Written, witness: Witness | None = None) -> Flow:
+    def follow(self, node: Node, before: Written, observer: ReadObserver | None = None) -> Flow:
         """Follow the keys through a node.
 
         Args:
             node: The node.
             before: The state when it begins.
-            witness: Called for every read, each once. Without one a read of a key that no way has written
+            observer: Called for every read, each once. Without one a read of a key that no way has written
                 ends in failure, as it does at run time.
         """
-        if witness is not None:
-            return self._node(node, before, witness)
+        if observer is not None:
+            return self._node(node, before, observer)
         key = (node, before.maybe, before.surely)
         if key not in self._quiet:
             self._quiet[key] = self._node(node, before, None)
@@ -99,14 +99,14 @@ class KeyFlow:
 
     # ---- one node -------------------------------------------------------------------------------------
 
-    def _node(self, node: Node, before: Written, witness: Witness | None) -> Flow:
+    def _node(self, node: Node, before: Written, observer: ReadObserver | None) -> Flow:
         outcomes = self._outcomes(node)
-        start, failed = self._reads(node, before, witness)
+        start, failed = self._reads(node, before, observer)
         if start is None:
             return Flow(None, before, before.maybe)
         if isinstance(node, model.Retry) and node.attempt_key is not None:
             start = start.plus(self._bit(node.attempt_key.text))
-        body = self._body(node, start, witness)
+        body = self._body(node, start, observer)
         success, failure, touched = body.success, join(body.failure, failed), body.touched
         if success is not None and not isinstance(node, model.Retry):
             success = success.plus(self._mask(self._writes(node)))
@@ -114,7 +114,7 @@ class KeyFlow:
         if node.holds is not None:
             failure = join(failure, Written(touched, before.surely))
         if node.cleanup is not None:
-            cleaned = self.follow(node.cleanup, Written(touched, before.surely), witness).touched
+            cleaned = self.follow(node.cleanup, Written(touched, before.surely), observer).touched
             touched |= cleaned
             success, failure = _also_maybe(success, cleaned), _also_maybe(failure, cleaned)
         if node.when is not None or node.unless is not None:
@@ -126,7 +126,7 @@ class KeyFlow:
             success if outcomes.can_succeed else None, failure if outcomes.can_fail else None, touched
         )
 
-    def _reads(self, node: Node, before: Written, witness: Witness | None) -> tuple[State, State]:
+    def _reads(self, node: Node, before: Written, observer: ReadObserver | None) -> tuple[State, State]:
         """What a node reads when it begins: the state to go on with, and the state when that fails."""
         state, failed = before, None
         for reference in _read_by(node):
@@ -135,35 +135,37 @@ class KeyFlow:
                 continue  # nothing writes such a key: found elsewhere
             if not state.surely & bit:
                 failed = join(failed, state)
-            if witness is not None:
-                state = witness.read(reference, state)
+            if observer is not None:
+                state = observer.read(reference, state)
             elif not state.maybe & bit:
                 return None, state
         return state, failed
 
-    def _body(self, node: Node, before: Written, witness: Witness | None) -> Flow:
+    def _body(self, node: Node, before: Written, observer: ReadObserver | None) -> Flow:
         match node:
             case (
                 model.Sequence(children=children, memory=True)
                 | model.Selector(children=children, memory=True)
             ):
-                return self._chain(node, children, before, witness)
+                return self._chain(node, children, before, observer)
             case model.Sequence(children=children) | model.Selector(children=children):
-                return self._reactive(node, children, before, witness)
+                return self._reactive(node, children, before, observer)
             case model.Parallel():
-                return self._parallel(node, before, witness)
+                return self._parallel(node, before, observer)
             case model.If():
-                return self._if(node, before, witness)
+                return self._if(node, before, observer)
             case model.Switch():
-                ways = [self.follow(part, before, witness) for part in node.parts]
+                ways = [self.follow(part, before, observer) for part in node.parts]
                 return _either(ways, before, nothing_done=None, not_done=before)
             case model.Wrapper(child=child):
-                return self._wrapper(node, child, before, witness)
+                return self._wrapper(node, child, before, observer)
         return Flow(before, before, before.maybe)
 
     # ---- composites -----------------------------------------------------------------------------------
 
-    def _chain(self, node: Node, children: Iterable[Node], before: Written, witness: Witness | None) -> Flow:
+    def _chain(
+        self, node: Node, children: Iterable[Node], before: Written, observer: ReadObserver | None
+    ) -> Flow:
         """A sequence goes on after a success, a selector after a failure."""
         is_sequence = isinstance(node, model.Sequence)
         state: State = before
@@ -172,21 +174,21 @@ class KeyFlow:
         for child in children:
             if state is None:
                 break
-            flow = self.follow(child, state, witness)
+            flow = self.follow(child, state, observer)
             goes_on, ends = (flow.success, flow.failure) if is_sequence else (flow.failure, flow.success)
             state, ended, touched = goes_on, join(ended, ends), touched | flow.touched
         return Flow(state, ended, touched) if is_sequence else Flow(ended, state, touched)
 
     def _reactive(
-        self, node: Node, children: tuple[Node, ...], before: Written, witness: Witness | None
+        self, node: Node, children: tuple[Node, ...], before: Written, observer: ReadObserver | None
     ) -> Flow:
         """Without memory the first children begin again while a later one runs."""
         state = before
         while (touched := self._chain(node, children, state, None).touched) | state.maybe != state.maybe:
             state = Written(state.maybe | touched, state.surely)
-        return self._chain(node, children, state, witness)
+        return self._chain(node, children, state, observer)
 
-    def _parallel(self, node: model.Parallel, before: Written, witness: Witness | None) -> Flow:
+    def _parallel(self, node: model.Parallel, before: Written, observer: ReadObserver | None) -> Flow:
         children, policy = node.children, node.policy
         state = before
         while True:
@@ -197,7 +199,7 @@ class KeyFlow:
             if touched == state.maybe:
                 break
             state = Written(touched, before.surely)
-        outcomes = [self.follow(child, state, witness).success for child in children]
+        outcomes = [self.follow(child, state, observer).success for child in children]
         needed = policy.successes_needed(len(children))
         if policy.kind is PolicyKind.SELECTED:
             selected = set(node.selected)
@@ -218,7 +220,7 @@ class KeyFlow:
             surely |= common
         return Flow(Written(touched, surely), failure, touched)
 
-    def _if(self, node: model.If, before: Written, witness: Witness | None) -> Flow:
+    def _if(self, node: model.If, before: Written, observer: ReadObserver | None) -> Flow:
         if not node.memory:
             # Decided again with every tick: what one branch wrote the other may read.
             branches = [node.then, *([node.otherwise] if node.otherwise is not None else [])]
@@ -233,21 +235,23 @@ class KeyFlow:
             fixed = constant_of(node.condition)
             yes, no = (None if fixed is False else yes), (None if fixed is True else no)
         else:
-            asked = self.follow(node.condition, before, witness)
+            asked = self.follow(node.condition, before, observer)
             yes, no, touched = asked.success, asked.failure, asked.touched
-        ways = [self.follow(node.then, yes, witness)] if yes is not None else []
+        ways = [self.follow(node.then, yes, observer)] if yes is not None else []
         if node.otherwise is not None and no is not None:
-            ways.append(self.follow(node.otherwise, no, witness))
+            ways.append(self.follow(node.otherwise, no, observer))
             no = None
         flow = _either(ways, before, nothing_done=no if node.otherwise is None else None, not_done=None)
         return Flow(flow.success, flow.failure, flow.touched | touched)
 
     # ---- nodes with one node below ---------------------------------------------------------------------
 
-    def _wrapper(self, node: model.Wrapper, child: Node, before: Written, witness: Witness | None) -> Flow:
+    def _wrapper(
+        self, node: model.Wrapper, child: Node, before: Written, observer: ReadObserver | None
+    ) -> Flow:
         if isinstance(node, model.Retry | model.Repeat):
-            return self.follow(child, self._start_of_rounds(node, child, before), witness)
-        flow = self.follow(child, before, witness)
+            return self.follow(child, self._start_of_rounds(node, child, before), observer)
+        flow = self.follow(child, before, observer)
         stopped = join(flow.failure, Written(flow.touched, before.surely))
         match node:
             case model.Succeed() | model.Force(success=True):

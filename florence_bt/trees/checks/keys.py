@@ -54,7 +54,7 @@ class KeyChecks:
         wanted = [
             reference
             for node in self._all
-            for value in (*_needed_by(node), *_told_by(node))
+            for value in (*_needed_by(node), *_explanations_of(node))
             for reference in references(value)
         ]
         unknown = [reference for reference in wanted if reference.key not in self._bits]
@@ -76,7 +76,7 @@ class KeyChecks:
             self._check_read_at_all({reference.key for reference in wanted} | set(self._mission.outputs))
 
     def read(self, reference: Reference, before: Written) -> Written:
-        """A node reads a key that it needs (see :class:`florence_bt.trees.checks.key_flow.Witness`)."""
+        """A node reads a key that it needs (see :class:`florence_bt.trees.checks.key_flow.ReadObserver`)."""
         key, bit = reference.key, self._bits[reference.key]
         if self._findings.full:
             return before.plus(bit)
@@ -158,7 +158,7 @@ def _needed_by(node: Node) -> Iterator[Value]:
     yield from model.values_of(node)
 
 
-def _told_by(node: Node) -> Iterator[Value]:
+def _explanations_of(node: Node) -> Iterator[Value]:
     """The texts with which a node explains itself; a missing key there does no harm."""
     if node.reasons is not None:
         if node.reasons.always is not None:

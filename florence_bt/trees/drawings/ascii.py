@@ -105,7 +105,7 @@ def tree_rows(
         title = f"{shown_name(node)}{_kind(node)}"
         stood = left(node) if node.status is Status.INVALID else None
         status = node.status if stood is None else stood.status
-        says = _says(node, known, left)
+        says = _message(node, known, left)
         rows.append(TreeRow(depth, status, title, says, durations(node), left=stood is not None))
         todo.extend((child, depth + 1) for child in reversed(node.children))
     return tuple(rows)
@@ -168,7 +168,7 @@ def _word_for(kind: type[Behaviour]) -> str:
     return next((word for known, word in _KINDS if issubclass(kind, known)), "")
 
 
-def _says(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> str:
+def _message(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> str:
     """What a node says; the reason of a failure only where it begins or changes."""
     why = _why(node, known, left)
     if why is None:
@@ -176,7 +176,7 @@ def _says(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> str:
         says = stood.message if stood is not None else node.feedback_message
         return "" if stood is None and node.status is Status.INVALID else _one_line(says)
     said_below = {below.reason for child in node.children if (below := _why(child, known, left)) is not None}
-    if isinstance(node, (Composite, Decorator)) and _is_said(why.reason, said_below):
+    if isinstance(node, (Composite, Decorator)) and _is_repeated(why.reason, said_below):
         return ""
     return _one_line(why.reason)
 
@@ -187,7 +187,7 @@ def _why(node: Behaviour, known: dict[Behaviour, Why], left: LeftNodes) -> Why |
     return explain(node, known) if stood is None else stood.why
 
 
-def _is_said(reason: str, below: Iterable[str]) -> bool:
+def _is_repeated(reason: str, below: Iterable[str]) -> bool:
     """Whether the lines below say it; each branch of a selector does, so its summary adds nothing."""
     return any(reason == said or reason.startswith(f"{said}{EARLIER}") for said in below)
 

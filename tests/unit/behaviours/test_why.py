@@ -9,7 +9,7 @@ from florence_bt.behaviours.decorators import ForceSuccess, Invert
 from florence_bt.behaviours.keys import KeyReference, KeyStore, TextTemplate
 from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Retry
-from florence_bt.behaviours.why import Because, Why, explain
+from florence_bt.behaviours.why import Because, Why, explain, remember_failure
 from tests.ticking import make_context, tick_until
 
 
@@ -113,3 +113,15 @@ def test_a_selector_forgets_earlier_rounds(clock):
     assert root.children[1].status is Status.FAILURE
     root.tick_once()
     assert (root.status, root.children[1].status) == (Status.SUCCESS, Status.INVALID)
+
+
+def test_a_branch_that_was_left_is_named_by_what_was_remembered_of_it(clock):
+    context = make_context(clock)
+    root = Selector("root", True, [Fail("a", context, "no a"), Fail("b", context, "no b")])
+    root.tick_once()
+    first = root.children[0]
+    remember_failure(first, explain(first))
+    first.stop(Status.INVALID)
+    assert explain(root).reason == "no b (before that, a: no a)"
+    remember_failure(first, None)
+    assert explain(root).reason == "no b"

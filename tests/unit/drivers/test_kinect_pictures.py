@@ -167,10 +167,10 @@ def test_points_need_a_new_depth_picture_of_about_the_same_time() -> None:
 
 def test_how_long_it_has_been_quiet() -> None:
     driver = KinectDriver(KinectParameters())
-    assert driver.quiet_since(2.0, 5.0) == 3.0
+    assert driver.silence(2.0, 5.0) == 3.0
     driver.depth(DepthFrame(4, 2, 0.0, np.full((2, 4), 800, np.uint16), DepthEncoding.RAW), 4.0)
-    assert driver.quiet_since(2.0, 5.0) == 1.0
-    assert driver.quiet_since(4.5, 5.0) == 0.5
+    assert driver.silence(2.0, 5.0) == 1.0
+    assert driver.silence(4.5, 5.0) == 0.5
 
 
 @pytest.mark.parametrize(

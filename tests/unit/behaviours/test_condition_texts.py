@@ -1,0 +1,32 @@
+"""What a condition says about itself."""
+
+import pytest
+
+from florence_bt.behaviours.expressions import BadExpression, CompiledExpression
+from florence_bt.behaviours.keys import KeyStore
+
+NEAR = CompiledExpression(
+    "$distance < 1 m",
+    lambda keys: keys.read("distance") < 1.0,
+    ("distance", "room"),
+    {"distance": lambda value: f"{value} m"},
+)
+
+
+def test_values_are_named_as_their_kinds_are_written():
+    assert NEAR.with_values(KeyStore({"distance": 0.5, "room": "hall"})) == "distance is 0.5 m, room is hall"
+    assert NEAR.with_values(KeyStore({"distance": 0.5})) == "distance is 0.5 m, room is not known"
+    assert CompiledExpression("true", lambda keys: True, ()).with_values(KeyStore()) == ""
+
+
+def test_a_denial_says_what_does_not_hold_and_why():
+    keys = KeyStore({"distance": 2.0, "room": "hall"})
+    assert not NEAR.holds(keys)
+    assert NEAR.denial(keys) == "$distance < 1 m does not hold (distance is 2.0 m, room is hall)"
+    assert NEAR.denial(keys, wanted=False) == "$distance < 1 m holds (distance is 2.0 m, room is hall)"
+    assert CompiledExpression("false", lambda keys: False, ()).denial(KeyStore()) == "false does not hold"
+
+
+def test_a_condition_is_true_or_false():
+    with pytest.raises(BadExpression, match=r"three is 3, neither true nor false"):
+        CompiledExpression("three", lambda keys: 3, ()).holds(KeyStore())

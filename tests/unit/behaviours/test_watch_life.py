@@ -1,0 +1,68 @@
+"""The life of a watched skill: asked again by time and by its keys, until it stops watching."""
+
+import pytest
+from py_trees.common import Status
+
+from florence_bt.behaviours.keys import KeyReference
+from florence_bt.behaviours.watched_skill import WatchedSkill
+from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.outcome import failure, success
+from florence_bt.mission_testing.mocks.mocks import Step
+from tests.scripted_skill import ScriptedSkill
+from tests.ticking import make_context
+
+AT_HOME = SkillDeclaration(
+    "at_home", "Look who is at home", inputs={"room": Port(Kind.TEXT, "where")}, failures={"nobody": "nobody"}
+)
+AWAY = failure("nobody", "nobody")
+
+
+@pytest.fixture
+def watched(clock):
+    skill = ScriptedSkill(AT_HOME, clock, [Step(success()), Step(AWAY)])
+    context = make_context(clock, {"at_home": skill}, {"at_home": AT_HOME}, {"room": "hall", "other": 1})
+    node = WatchedSkill(
+        "at home", context, "at_home", {"room": KeyReference("room")}, keys=("room",), every=2.0
+    )
+    node.tick_once()
+    context.wake.take()
+    return node, skill, context
+
+
+def test_it_is_asked_again_after_its_period_and_keeps_its_answer_until_then(clock, watched):
+    node, skill, context = watched
+    clock.advance(1.9)
+    node.tick_once()
+    assert (node.status, len(skill.runs), context.wake.take()) == (Status.SUCCESS, 1, False)
+    clock.advance(0.2)
+    assert context.wake.take()
+    node.tick_once()
+    assert (node.status, len(skill.runs)) == (Status.FAILURE, 2)
+
+
+def test_a_key_that_it_takes_has_it_asked_at_once_and_no_other_key_does(watched):
+    node, skill, context = watched
+    context.keys.write("other", 2)
+    assert not context.wake.take()
+    context.keys.write("room", "kitchen")
+    assert context.wake.take()
+    node.tick_once()
+    assert [call["room"] for call in skill.calls] == ["hall", "kitchen"]
+
+
+def test_whoever_goes_on_after_a_pause_can_have_it_asked(watched):
+    node, skill, context = watched
+    assert context.watching == [node.ask_again]
+    for ask_again in context.watching:
+        ask_again()
+    node.tick_once()
+    assert len(skill.runs) == 2
+
+
+def test_when_it_stops_watching_nothing_wakes_it_any_more(clock, watched):
+    node, skill, context = watched
+    node.stop_watching()
+    assert context.watching == []
+    context.keys.write("room", "kitchen")
+    clock.advance(10.0)
+    assert (context.wake.take(), len(skill.runs)) == (False, 1)
