@@ -34,6 +34,15 @@ def test_what_cannot_be_looked_at_is_left_after_some_seconds() -> None:
     assert [nearby.next(0.1 * k, HERE, [BESIDE]) for k in range(80)][55:] == [None] * 25
 
 
+def test_it_tells_when_it_chose_what_is_looked_at() -> None:
+    nearby = NearbyLegs()
+    chosen = []
+    for k in range(20):
+        nearby.next(0.1 * k, HERE, [AHEAD, BESIDE][: 1 + (k > 14)])
+        chosen.append(nearby.since)
+    assert sorted(set(chosen)) == pytest.approx([0.0, 1.5])
+
+
 def test_legs_that_walk_are_followed_and_are_new_where_they_were_not_seen() -> None:
     nearby = NearbyLegs()
     for k in range(20):

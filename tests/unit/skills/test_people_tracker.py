@@ -263,6 +263,24 @@ def test_a_person_who_moved_unseen_is_one_person(run: Run) -> None:
     assert ids(run(seen(3, 2, colours(3)), times=3)) == [(1, 2)]
 
 
+@pytest.mark.parametrize(("x", "user_id"), [(2.9, 1), (3.2, 2)])
+def test_without_the_colours_that_are_known_only_who_is_near_is_the_lost_one(
+    run: Run, x: float, user_id: int
+) -> None:
+    run(seen(2, 0, colours(3)), times=5)
+    run(times=20)
+    assert run(seen(x, 0), times=3)[-1].user_id == user_id
+
+
+def test_who_is_seen_without_colours_first_is_recognised_when_they_are_seen(run: Run) -> None:
+    run(seen(2, 0, colours(3)), times=20)
+    run(times=20)
+    assert run(seen(3.4, 0), times=3)[-1].user_id == 2
+    assert run(seen(3.4, 0, colours(9)), times=3)[-1].user_id == 2
+    run(seen(1, 0), times=3)
+    assert ids(run(seen(1, 0, colours(3)))) == [(2, 2), (1, 3)]
+
+
 def test_two_in_the_same_shirt_are_two(run: Run) -> None:
     assert ids(run(seen(2, 0, colours(3)), seen(2, 1.5, colours(3)), times=4)) == [(1, 1), (2, 2)]
 

@@ -14,6 +14,8 @@ from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
+from florence_bt.skills.navigation.navigate.costmap import cost_at_distance
+from florence_bt.skills.navigation.navigate.footsteps import Footsteps
 from florence_bt.skills.navigation.navigate.legs import (
     LEGS_ALONE_S,
     REACH_M,
@@ -22,7 +24,7 @@ from florence_bt.skills.navigation.navigate.legs import (
     go_on_with_legs,
 )
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
-from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs
+from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import keep_off
 from florence_bt.skills.navigation.navigate.planner import plan_path
@@ -34,7 +36,9 @@ from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
-_ARRIVED_M = 0.4
+_NO_NEARER_S = 6.0
+"""It goes on to where the person vanished while it comes nearer at least so often; then it searches."""
+_ARRIVED_M = 0.5
 """The robot is where the person vanished when it is so near to the place."""
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
@@ -45,7 +49,7 @@ _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
 _DOUBT_S = 1.5
 _LOOK_RADPS = 0.6
-"""How fast the robot turns while it looks for who vanished."""
+"""How fast the robot turns at last while it looks for who vanished."""
 _WORTH_LOOKING = 0.12
 """It turns to look when so much of what is likely would get into the picture; else it drives on."""
 _CHOICE_S = 2.5
@@ -72,6 +76,8 @@ _PLAN_PERIOD_S = 0.5
 _FORGET_AFTER_S, _FORGET_M = 2.0, 3.0
 """Without a way for so long, the robot forgets what the camera has marked up to so far away."""
 _STEP_M = 0.05
+_SHARES = 1.0, 0.5
+"""Parts of the speed to try along the person's own way, the best first."""
 _OWN_PLACE_M = 0.2
 """A way is looked at from here on; the robot itself stands on what lies before."""
 _WALKING_MPS = 0.1
@@ -122,8 +128,14 @@ class Follow:
         self._p = parameters
         self._use = parameters.follow
         self._controller = Controller(parameters.controller, parameters.costmap)
+        footprint = costmaps.local_costmap.footprint
+        self._narrow = cost_at_distance(
+            footprint.circumscribed_radius, footprint.inscribed_radius, parameters.costmap
+        )
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self._target = MovingTarget(self._use.follow_velocity_time)
+        self._footsteps = Footsteps()
+        self._things = StandingThings()
         self._started = self._free_since = now
         self._next_plan = now
         self._trail: deque[Place] = deque(maxlen=_TRAIL_POINTS)
@@ -131,6 +143,7 @@ class Follow:
         self._trouble = ""
         self._faced = False
         self._whereabouts: Whereabouts | None = None
+        self._way_left, self._nearer_at = math.inf, now
         self._nearby: NearbyLegs | None = None
         self._made_room = False
         self._heading: float | None = None
@@ -149,6 +162,7 @@ class Follow:
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
         self._target.recognise(stamp, x, y)
+        self._note_step()
 
     def saw_scan(self, stamp: float, unknown: NDArray[np.float64], robot: Pose2) -> None:
         """Go on with the legs in a scan while the camera does not see the person.
@@ -160,6 +174,13 @@ class Follow:
         """
         self._unknown = unknown
         go_on_with_legs(self._target, stamp, unknown, robot, self._use.follow_coast)
+        self._note_step()
+        if self._target.seen == stamp or self._target.is_recognised(stamp):
+            self._things.saw(stamp, all_legs(unknown), self._target.at(stamp, 0.0))
+
+    def _note_step(self) -> None:
+        if self._target.seen is not None:
+            self._footsteps.saw(self._target.seen, self._target.at(self._target.seen, 0.0))
 
     @property
     def person(self) -> Place | None:
@@ -220,6 +241,7 @@ class Follow:
 
     def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         self._faced, self._whereabouts, self._nearby, self._made_room = False, None, None, False
+        self._way_left, self._nearer_at = math.inf, state.now
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         self._check_camera(state.now, distance, bearing)
@@ -231,10 +253,13 @@ class Follow:
             return self._turn_towards(state, bearing), self._feedback("following"), None
         self._cornered_since = None
         command = self._law(state.pose, distance, bearing)
-        direct = self._is_free(state, (x, y), distance - self._goal.distance) and self._may(state, command)
-        if direct:
+        if self._is_free(state, (x, y), (x, y), self._narrow) and self._may(state, command):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             return command, self._feedback("following"), None
+        walk, _ = self._in_their_footsteps(state, (x, y), self._goal.distance)
+        if walk is not None:
+            self.path, self._next_plan, self._free_since = None, state.now, state.now
+            return walk, self._feedback("following in their footsteps"), None
         command, remaining = self._along_path(state, (x, y))
         speed = self._wanted_speed(state.pose, remaining, bearing)
         near = distance <= self._goal.distance + _DETOUR_M and self._has_in_sight(state, (x, y))
@@ -304,6 +329,9 @@ class Follow:
         passed = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
         if passed or state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
             self._aside, self.path, self._next_plan = None, None, state.now
+            if state.now - (self._target.seen or state.now) > self._use.follow_coast:
+                # They have passed meanwhile, and are not where they were seen last.
+                self._begin_search(state, person)
             return STANDSTILL
         return command
 
@@ -321,6 +349,7 @@ class Follow:
             self._unclear_since = now
         elif now - self._unclear_since > _DOUBT_S:
             target.doubt()
+            self._footsteps.forget_since(target.seen or now)
 
     def _law(self, pose: Pose2, distance: float, bearing: float) -> Twist2:
         """Straight towards the person. The signs of the document are those of other axes (REFERENCE 12.6)."""
@@ -334,34 +363,78 @@ class Follow:
 
     def _wanted_speed(self, pose: Pose2, distance: float, bearing: float) -> float:
         """As fast as the person walks away, and faster when they are too far away; never backwards."""
-        use, (vx, vy) = self._use, self._target.velocity
+        vx, vy = self._target.velocity
         heading = pose.yaw + bearing
         away = math.cos(heading) * vx + math.sin(heading) * vy
-        error = distance - self._goal.distance
-        if abs(error) <= use.follow_distance_tolerance:
-            error = 0.0
-            if math.hypot(vx, vy) < _WALKING_MPS:
-                return 0.0
-        fastest = min(self._goal.max_linear, self._p.controller.max_vel_x)
-        return max(0.0, min(fastest, away + use.follow_linear_gain * error))
+        return self._speed(away, distance - self._goal.distance)
 
-    def _is_free(self, state: RobotState, person: Place, way: float, least: int = INSCRIBED) -> bool:
-        """Whether some metres of the straight way towards the person are free of such costs."""
-        costmap = self._costmaps.local_costmap
-        dx, dy = person[0] - state.pose.x, person[1] - state.pose.y
-        length = max(math.hypot(dx, dy), 1e-6)
-        for along in np.arange(_OWN_PLACE_M, way, _STEP_M):
-            cost = costmap.cost_at(
-                state.pose.x + dx / length * float(along), state.pose.y + dy / length * float(along)
-            )
-            if least <= cost < UNKNOWN_COST:
-                return False
-        return True
+    def _speed(self, away: float, too_far: float) -> float:
+        """The speed behind somebody who walks on (m/s) and is some metres too far away."""
+        use = self._use
+        if abs(too_far) <= use.follow_distance_tolerance:
+            too_far = 0.0
+            if math.hypot(*self._target.velocity) < _WALKING_MPS:
+                return 0.0
+        return max(0.0, min(self._goal.max_linear, away + use.follow_linear_gain * too_far))
+
+    def _in_their_footsteps(
+        self, state: RobotState, person: Place, keep: float
+    ) -> tuple[Twist2 | None, float]:
+        """The velocity along the way that the person walked, None when it cannot be driven; the metres left.
+
+        The robot heads for the furthest point of that way to which the straight way is free; rather for a
+        nearer one than past something beside which it could not turn.
+
+        Args:
+            state: Of this moment.
+            person: Where they are now, or were last: the end of the way.
+            keep: How far to stay behind, metres.
+        """
+        pose, walks = state.pose, math.hypot(*self._target.velocity)
+        distance = math.dist(person, (pose.x, pose.y))
+        # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
+        seen = self._has_in_sight(state, person)
+        steps = self._footsteps.ahead((pose.x, pose.y), person)
+        points = [
+            (place, math.dist(place, (pose.x, pose.y)) + walked)
+            for least in (self._narrow, INSCRIBED)
+            for place, walked in steps
+            if self._is_free(state, place, person, least)
+        ]
+        for share in _SHARES:
+            for place, left in points:
+                bearing = pose.bearing_to(*place)
+                speed = self._speed(walks, (distance if seen else left) - keep)
+                speed *= share * max(0.0, math.cos(bearing))
+                turn = self._limited(self._use.follow_angular_gain * bearing)
+                if speed > 0.0 and self._may_turn(state, speed, turn, bearing):
+                    return Twist2(speed, turn), left
+        left = points[0][1] if points else math.inf
+        if not points or self._speed(walks, (distance if seen else left) - keep) == 0.0:
+            return None, left
+        command = self._turn_towards(state, pose.bearing_to(*points[0][0]))
+        return None if command.is_zero() else command, left
+
+    def _is_free(self, state: RobotState, place: Place, person: Place, least: int = INSCRIBED) -> bool:
+        """Whether the straight way to a place is free of such costs; what is marked at the person is they."""
+        x, y = state.pose.x, state.pose.y
+        away = math.dist(place, (x, y))
+        steps = np.arange(_OWN_PLACE_M, away, _STEP_M) / max(away, 1e-6)
+        points = np.column_stack([x + steps * (place[0] - x), y + steps * (place[1] - y)])
+        costs = self._costmaps.local_costmap.costs_at(points)
+        blocked = (costs >= least) & (costs < UNKNOWN_COST)
+        body = np.hypot(points[:, 0] - person[0], points[:, 1] - person[1]) < _BODY_M
+        return not (blocked & ~body).any()
 
     def _has_in_sight(self, state: RobotState, person: Place) -> bool:
         """Whether nothing that the sensors marked is on the straight line to the person."""
-        way = math.dist(person, (state.pose.x, state.pose.y)) - _BODY_M
-        return self._is_free(state, person, way, LETHAL)
+        return self._is_free(state, person, person, LETHAL)
+
+    def _may_turn(self, state: RobotState, speed: float, turn: float, left: float) -> bool:
+        """Whether a motion is free that turns by so much, and no further."""
+        ahead = self._use.follow_look_ahead
+        angle = math.copysign(min(abs(left), abs(turn) * ahead), left)
+        return state.clearance.is_free(speed * ahead, angle)
 
     def _may(self, state: RobotState, command: Twist2, ahead: float = 0.0) -> bool:
         ahead = ahead or self._use.follow_look_ahead
@@ -372,9 +445,7 @@ class Follow:
         if abs(bearing) <= self._use.follow_angle_tolerance:
             return STANDSTILL
         turn = self._limited(self._use.follow_angular_gain * bearing)
-        # No more of the turn needs to be free than there is to turn.
-        needed = math.copysign(min(abs(bearing), abs(turn) * self._use.follow_look_ahead), bearing)
-        self._held = not state.clearance.is_free(0.0, needed)
+        self._held = not self._may_turn(state, 0.0, turn, bearing)
         return STANDSTILL if self._held else Twist2(0.0, turn)
 
     def _limited(self, turn: float) -> float:
@@ -451,16 +522,18 @@ class Follow:
         if self._whereabouts is None and not self._faced and unseen <= self._use.follow_patience:
             # They may just have walked out of the picture.
             return self._turn_towards(state, bearing), self._feedback("turning after the person"), None
+        place = self._target.at(state.now, 0.0)
+        if self._whereabouts is None and math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
+            walk, left = self._in_their_footsteps(state, place, 0.0)
+            if walk is not None and self._gets_nearer(state.now, left):
+                return walk, self._feedback("going in their footsteps"), None
         command = self._look_at_legs(state)
         if command is not None:
             return command, self._feedback("looking at what may be the person"), None
         if self._whereabouts is None:
             command, remaining = self._along_path(state, place)
-            if (
-                remaining > _ARRIVED_M
-                and math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M
-                and not self._looks_at(state, place)
-            ):
+            on_the_way = remaining > _ARRIVED_M and not self._is_there(state, place)
+            if on_the_way and self._gets_nearer(state.now, remaining):
                 feedback = self._feedback("going to where the person was seen last")
                 if not command.is_zero() or unseen <= self._use.follow_patience:
                     return command, feedback, None
@@ -471,12 +544,15 @@ class Follow:
 
     def _look_at_legs(self, state: RobotState) -> Twist2 | None:
         """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""
-        self._nearby = self._nearby or NearbyLegs()
+        self._nearby = self._nearby or NearbyLegs(self._things.places())
         others = state.people.rows[:, :2]
         unknown = [
             each for each in all_legs(self._unknown) if all(math.dist(each, who) > REACH_M for who in others)
         ]
+        before = self._nearby.since
         legs = self._nearby.next(state.now, state.pose, unknown)
+        if self._nearby.since != before:
+            self._turning = 0.0
         if legs is None:
             return None
         bearing = state.pose.bearing_to(*legs)
@@ -488,6 +564,17 @@ class Follow:
         if math.dist(legs, (state.pose.x, state.pose.y)) < TOO_NEAR_M and not self._made_room:
             self._made_room, self._backs_until = True, state.now + _MAKE_ROOM_S
         return STANDSTILL
+
+    def _gets_nearer(self, now: float, left: float) -> bool:
+        """Whether the robot comes nearer to where they vanished, of which it is some metres away."""
+        if left < self._way_left - _TRAIL_STEP_M:
+            self._way_left, self._nearer_at = left, now
+        return now - self._nearer_at <= _NO_NEARER_S
+
+    def _is_there(self, state: RobotState, place: Place) -> bool:
+        """Whether the robot is where they vanished, or sees that they have walked on."""
+        near = math.dist(place, (state.pose.x, state.pose.y)) <= _ARRIVED_M
+        return near or self._looks_at(state, place)
 
     def _looks_at(self, state: RobotState, place: Place) -> bool:
         """Whether somebody at a place would be seen whole; as the robot sees nobody, they have walked on."""
@@ -515,14 +602,15 @@ class Follow:
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
             if abs(left) > _FACING_RAD / 2.0:
-                return self._turn_round(state, left)
+                fast = abs(left) > 2.0 * _FACING_RAD
+                return self._turn_round(state, left, self._goal.max_angular if fast else _LOOK_RADPS)
             self._heading = None
         if self._goal_place is None:
             return STANDSTILL
         command, _ = self._along_path(state, state.map_from_odom.inverse().apply(*self._goal_place))
         return command
 
-    def _turn_round(self, state: RobotState, left: float, speed: float = _LOOK_RADPS) -> Twist2:
+    def _turn_round(self, state: RobotState, left: float, speed: float) -> Twist2:
         """Turn in place; where there is no room for it, the other way round."""
         wanted = self._limited(math.copysign(speed, left))
         # What was begun goes on, also when the other way has become shorter.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate.legs import Place
@@ -17,15 +18,54 @@ _VIEW_RAD, TOO_NEAR_M = 0.35, 0.55
 """So near to the middle of the picture, and not nearer to the robot, the camera would see who it is ..."""
 _LOOK_S, _TRY_S = 1.0, 5.0
 """... within this time. What the robot cannot look at for so long is left."""
+_APART_M, _STANDS_M, _STOOD_S, _KEPT_S = 0.6, 0.15, 1.0, 60.0
+"""Something so far from the person that stays at its place for so long is a thing; for how long it is one."""
+
+
+@dataclass(slots=True)
+class _Thing:
+    place: Place
+    first: float
+    last: float
+
+
+class StandingThings:
+    """Remembers what stood somewhere while the person was seen somewhere else: it is not they."""
+
+    def __init__(self) -> None:
+        self._things: list[_Thing] = []
+
+    def saw(self, now: float, legs: list[Place], person: Place) -> None:
+        """Something like legs is at these places, and the person at another one, metres."""
+        self._things = [thing for thing in self._things if now - thing.last < _KEPT_S]
+        for place in legs:
+            if math.dist(place, person) < _APART_M:
+                continue
+            near = [thing for thing in self._things if math.dist(thing.place, place) < _STANDS_M]
+            if near:
+                near[0].last = now
+            else:
+                self._things.append(_Thing(place, now, now))
+
+    def places(self) -> list[Place]:
+        """Where things stand, metres."""
+        return [thing.place for thing in self._things if thing.last - thing.first >= _STOOD_S]
 
 
 class NearbyLegs:
-    """Chooses what to look at next. All places are in one frame that does not jump."""
+    """Chooses what to look at next. All places are in one frame that does not jump.
 
-    def __init__(self) -> None:
-        self._known: list[Place] = []
+    Args:
+        known: Where things stand that are not the person, metres.
+
+    Attributes:
+        since: When what is looked at was chosen, seconds; minus infinity when there was nothing yet.
+    """
+
+    def __init__(self, known: list[Place] | None = None) -> None:
+        self._known = known or []
         self._target: Place | None = None
-        self._since = self._unclear_since = 0.0
+        self.since = self._unclear_since = -math.inf
 
     def next(self, now: float, robot: Pose2, legs: list[Place]) -> Place | None:
         """What may be the legs of the person and is to be looked at, metres; None when there is nothing.
@@ -48,13 +88,13 @@ class NearbyLegs:
         near = [] if old is None else [each for each in new if math.dist(each, old) < _STEP_M]
         if old is None or not near:
             self._target = min(new, key=lambda each: math.dist(each, here))
-            self._since = self._unclear_since = now
+            self.since = self._unclear_since = now
         else:
             self._target = min(near, key=lambda each: math.dist(each, old))
         in_view = abs(robot.bearing_to(*self._target)) < _VIEW_RAD
         if not in_view or math.dist(self._target, here) < TOO_NEAR_M:
             self._unclear_since = now
-        if now - self._unclear_since > _LOOK_S or now - self._since > _TRY_S:
+        if now - self._unclear_since > _LOOK_S or now - self.since > _TRY_S:
             self.leave()
         return self._target
 

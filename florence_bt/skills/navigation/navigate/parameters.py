@@ -87,7 +87,7 @@ class FollowParameters:
 
     Attributes:
         follow_distance: How far to stay behind, between the middles, in metres.
-        follow_max_lin_speed: m/s; never more than what the controller allows.
+        follow_max_lin_speed: m/s; along a planned path never more than what the controller allows.
         follow_max_ang_speed: rad/s.
         follow_back_speed: Who comes too near is given way to at this speed, in m/s; 0 stands still
             instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.

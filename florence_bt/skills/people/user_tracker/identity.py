@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.returning import Sighting, may_return, walked_share
+from florence_bt.skills.people.user_tracker.returning import Sighting, away, may_return, walked_share
 
+NEARBY = 2.0
+"""Whose colours are known and not seen is recognised by place only within this many ``return_margin``."""
 CLEARLY = 2.0
 """Who is this much easier to have been is the one; otherwise two may be meant, and it is somebody new."""
 
@@ -54,10 +56,7 @@ class Gallery:
             came: How they were seen first; None when only the colours count.
             others: How others were seen first who have no id yet.
         """
-        self._known = {
-            key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
-        }
-        absent = {key: each for key, each in self._known.items() if key not in present}
+        absent = self._absent(now, present)
         best = self._by_colours(absent, histogram, came)
         if best is None and came is not None:
             best = self._by_place(absent, histogram, came, others)
@@ -65,6 +64,35 @@ class Gallery:
             best = self._add(histogram, now, present)
         self._known[best].seen = now
         return best
+
+    def recognise(
+        self, user_id: int, histogram: Histogram | None, now: float, present: Collection[int], came: Sighting
+    ) -> int:
+        """The persistent id of somebody whose colours are seen now and were not when they got an id.
+
+        Args:
+            user_id: The id that they have.
+            histogram: The colours.
+            now: Seconds.
+            present: The ids of the people who are there.
+            came: How they were seen first.
+
+        Returns:
+            The id of somebody who has these colours and is known well; else that which they have.
+        """
+        apart = distance_if_known(histogram, self._known[user_id].histogram)
+        if apart is not None and apart < self._use.match_distance:
+            return user_id
+        best = self._by_colours(self._absent(now, present), histogram, came)
+        known_well = best is not None and self._known[best].pictures >= self._use.known_pictures
+        return best if best is not None and known_well else user_id
+
+    def _absent(self, now: float, present: Collection[int]) -> dict[int, _Known]:
+        """Who is remembered and not there; who was not seen for long is forgotten."""
+        self._known = {
+            key: each for key, each in self._known.items() if now - each.seen <= self._use.remember_s
+        }
+        return {key: each for key, each in self._known.items() if key not in present}
 
     def observe(
         self, user_id: int, histogram: Histogram | None, now: float, last: Sighting | None = None
@@ -109,8 +137,13 @@ class Gallery:
             distance = distance_if_known(histogram, known.histogram)
             if distance is not None and distance >= self._use.differ_distance:
                 continue
-            if known.last is not None and may_return(known.last, came, self._use):
-                fitting[user_id] = known.last
+            if known.last is None or not may_return(known.last, came, self._use):
+                continue
+            # A reflection of somebody, or somebody in grey, is not who has colours and was somewhere else.
+            unseen = distance is None and known.histogram is not None
+            if unseen and away(known.last, came) > NEARBY * self._use.return_margin:
+                continue
+            fitting[user_id] = known.last
         if not fitting:
             return None
         walked = {key: walked_share(lost, came, self._use) for key, lost in fitting.items()}

@@ -28,10 +28,14 @@ class Sighting:
     user: TrackedUser
 
 
+def away(lost: Sighting, came: Sighting) -> float:
+    """Metres between two sightings."""
+    return math.hypot(came.user.x - lost.user.x, came.user.y - lost.user.y)
+
+
 def walked_share(lost: Sighting, came: Sighting, use: TrackerParameters) -> float:
     """How much of what somebody could have walked meanwhile is between two sightings; above 1 is too far."""
-    away = math.hypot(came.user.x - lost.user.x, came.user.y - lost.user.y)
-    return away / (use.return_speed * max(0.0, came.time - lost.time) + use.return_margin)
+    return away(lost, came) / (use.return_speed * max(0.0, came.time - lost.time) + use.return_margin)
 
 
 def may_return(lost: Sighting, came: Sighting, use: TrackerParameters) -> bool:

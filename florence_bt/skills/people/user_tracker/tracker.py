@@ -50,6 +50,7 @@ class _Track:
         self.hits: deque[bool] = deque([True], maxlen=use.confirm_window)
         self.device_id = 0
         self.user_id = 0
+        self.has_colours = False
         self.distance = detection.distance
         self.histogram: Histogram | None = detection.histogram
         self.looks = deque([detection], maxlen=use.posture_window)
@@ -290,16 +291,27 @@ class UserTracker:
         """Give ids to who is confirmed now, and remember who is seen."""
         for track in self._tracks:
             if not track.device_id and track.is_a_person(now) and not self._doubts(track):
-                present = [other.user_id for other in self._tracks if other.device_id and other.seen == now]
+                present = self._present(now)
                 others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
                 track.device_id = self._next_device_id
                 self._next_device_id += 1
+                track.has_colours = track.histogram is not None
+            if track.device_id and not track.has_colours and track.histogram is not None:
+                track.has_colours = True
+                present = self._present(now)
+                track.user_id = self._gallery.recognise(
+                    track.user_id, track.histogram, now, present, track.came
+                )
             if track.device_id and track.seen == now:
                 last = Sighting(now, track.as_user())
                 self._doubted.seen(now, last.user.x, last.user.y)
                 self._gallery.observe(track.user_id, track.histogram, now, last)
         self._drop_doubles(now)
+
+    def _present(self, now: float) -> list[int]:
+        """The persistent ids of those who are in the last picture."""
+        return [track.user_id for track in self._tracks if track.device_id and track.seen == now]
 
     def _may_be_new(self, track: _Track) -> bool:
         """Whether a track without an id shows a person for sure."""

@@ -1,0 +1,52 @@
+"""The way that somebody walked: where they got through, the robot gets through too, and cuts no corner."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import deque
+
+from florence_bt.skills.navigation.navigate.legs import Place
+
+_STEP_M, _STEPS = 0.1, 80
+"""A point of the way is so far from the one before at least; so many are remembered."""
+_GAP_M = 0.6
+"""Between two sights that are further apart nobody knows how they walked: the way begins anew."""
+
+
+class Footsteps:
+    """Remembers where somebody walked. All places are in one frame that does not jump, metres."""
+
+    def __init__(self) -> None:
+        self._steps: deque[tuple[float, Place]] = deque(maxlen=_STEPS)
+
+    def saw(self, stamp: float, place: Place) -> None:
+        """They were at a place; ``stamp`` in seconds."""
+        away = math.dist(self._steps[-1][1], place) if self._steps else math.inf
+        if away > _GAP_M:
+            self._steps.clear()
+        if away >= _STEP_M:
+            self._steps.append((stamp, place))
+
+    def forget_since(self, stamp: float) -> None:
+        """What was taken for them after a time was somebody or something else."""
+        while self._steps and self._steps[-1][0] > stamp:
+            self._steps.pop()
+
+    def ahead(self, robot: Place, person: Place) -> list[tuple[Place, float]]:
+        """The points of the way from the one nearest to the robot on.
+
+        Args:
+            robot: Where the robot is.
+            person: Where the person is now, or was last: the end of the way.
+
+        Returns:
+            Each with the metres that the person walked from there on; the end of the way first.
+        """
+        places = [place for _, place in self._steps]
+        if places:
+            nearest = min(range(len(places)), key=lambda k: math.dist(places[k], robot))
+            places = places[nearest:]
+        places = [person, *reversed(places)]
+        walked = itertools.accumulate((math.dist(a, b) for a, b in itertools.pairwise(places)), initial=0.0)
+        return list(zip(places, walked, strict=True))
