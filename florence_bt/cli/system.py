@@ -13,7 +13,11 @@ from florence_bt.core.errors import ConfigError
 
 PersonOption = Annotated[
     str | None,
-    typer.Option(help="Room the person is in, or 'absent' for nobody at home.", show_default="a random room"),
+    typer.Option(
+        help="Room the person is in; or what they do: standing, sitting, lying, walking, aided, leading; "
+        "'company' for two or three people, 'absent' for nobody.",
+        show_default="a random room",
+    ),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random generator.")]
 WorldOption = Annotated[

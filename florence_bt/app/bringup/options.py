@@ -27,7 +27,8 @@ class BringUp:
         map_file: Map of the flat, None for the one of the package.
         hotspots_file: Hotspots of the flat, None for the one of the package.
         home_file: The home sensors (docs/home_sensors.md), None for none.
-        person: Simulated only: the room the person is in, None for a random one, ``absent`` for nobody.
+        person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
+            for nobody (``app.bringup.simulated.who_is_at_home``).
         user_room: Room in which the user was last seen; None takes the person's room.
         start: Pose of the robot at the start in the map frame, None for the flat's own.
         world_file: Source file of the simulated home, None for the flat that comes with Florence.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from florence_bt.app.bringup.options import ABSENT, BringUp
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.transforms import TransformBuffer
 from florence_bt.simulation.hardware.ports import HardwareMounts, HardwareSettings
@@ -19,6 +20,7 @@ from florence_bt.simulation.home.build_map import build_files
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.people import PersonSpec, place_person
+from florence_bt.simulation.home.situations import SITUATIONS, company_in, led_walk, person_in
 from florence_bt.skills.robot_description.description import load_description
 
 if TYPE_CHECKING:
@@ -26,6 +28,12 @@ if TYPE_CHECKING:
 
 LASER_FRAME = "base_laser_round_link"
 CAMERA_FRAME = "camera_depth_optical_frame"
+
+COMPANY, LEADING = "company", "leading"
+"""Values of ``person``: two or three people; somebody who leads the robot through the home, and somebody else
+who walks across their way."""
+LEADER_WAITS_S = 30.0
+"""So long after the start of the simulation the leader sets off: time to trigger ``follow_me``."""
 
 
 def robot_frames() -> TransformBuffer:
@@ -95,23 +103,46 @@ def with_world_files(options: BringUp) -> BringUp:
     )
 
 
-def people_at_home(options: BringUp) -> list[PersonSpec]:
-    """The person that the bring-up asks for: in a room, anywhere, or nobody.
+def who_is_at_home(flat: Flat, person: str | None, seed: int) -> tuple[list[PersonSpec], Pose2]:
+    """The people that ``--person`` asks for, and where the robot starts.
+
+    Args:
+        flat: The home.
+        person: A room, a situation (``SITUATIONS``, ``company``, ``leading``), ``absent`` for nobody; None
+            for a random room.
+        seed: Where the chance comes from.
 
     Raises:
-        ConfigError: There is no such room, or the home's file is wrong.
+        ConfigError: There is no such room or situation, or the home has no place for it.
     """
-    flat = flat_of(options)
-    if options.person == ABSENT:
-        return []
-    return [place_person(flat, options.person, np.random.default_rng(options.seed))]
+    rng = np.random.default_rng(seed)
+    if person == ABSENT:
+        return [], flat.start
+    if person == LEADING:
+        walk = led_walk(flat, rng)
+        return [replace(walk.leader, wait=LEADER_WAITS_S), walk.visitor], walk.start
+    if person == COMPANY:
+        return company_in(flat, rng), flat.start
+    if person in SITUATIONS:
+        return [person_in(person, flat, rng)], flat.start
+    names = [*(room.name for room in flat.rooms), *SITUATIONS, COMPANY, LEADING, ABSENT]
+    if person is not None and person not in names:
+        raise ConfigError(
+            f"no room and no situation is called {person!r}", valid=closest_first(person, names)
+        )
+    return [place_person(flat, person, rng)], flat.start
+
+
+def people_at_home(options: BringUp) -> list[PersonSpec]:
+    """The people that the bring-up asks for; see :func:`who_is_at_home`."""
+    return who_is_at_home(flat_of(options), options.person, options.seed)[0]
 
 
 def start_of(options: BringUp) -> Pose2 | None:
     """Where the robot starts, None when a real robot must be given its pose."""
     if options.start_pose is not None or not options.in_flat:
         return options.start_pose
-    return flat_of(options).start
+    return who_is_at_home(flat_of(options), options.person, options.seed)[1]
 
 
 def user_room(options: BringUp) -> str | None:

@@ -134,12 +134,18 @@ def _simulator(settings: _Settings) -> list[Factory]:
 
 
 def _make_server(options: BringUp) -> HardwareServer:
-    from florence_bt.app.bringup.simulated import flat_of, hardware_mounts, hardware_settings, people_at_home
+    from florence_bt.app.bringup.simulated import (
+        flat_of,
+        hardware_mounts,
+        hardware_settings,
+        people_at_home,
+        start_of,
+    )
     from florence_bt.simulation.hardware.server import HardwareServer
     from florence_bt.simulation.home.world import SimulatedWorld
 
     people = people_at_home(options)
-    world = SimulatedWorld(flat_of(options), people=people, start=options.start_pose, seed=options.seed)
+    world = SimulatedWorld(flat_of(options), people=people, start=start_of(options), seed=options.seed)
     return HardwareServer(world, hardware_mounts(), hardware_settings(options))
 
 

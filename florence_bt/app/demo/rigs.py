@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from florence_bt.app.bringup.config import load_config
-from florence_bt.app.bringup.options import ABSENT
-from florence_bt.app.bringup.simulated import robot_frames
+from florence_bt.app.bringup.simulated import robot_frames, who_is_at_home
 from florence_bt.core.geometry import Pose2
 from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
-from florence_bt.simulation.home.people import PersonSpec, place_person
+from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.rig.rig import Rig, RigSetting
 from florence_bt.skills.locator.hotspots import parse_hotspots
 
@@ -32,23 +29,22 @@ def make_rig(
 
     Args:
         seed: Start of every random generator; the place and posture of the person come from it too.
-        person: A room, a ready person, ``absent`` for nobody, None for a random room.
+        person: A ready person, or what ``--person`` takes (``who_is_at_home``).
         user_room: Where the user was last seen; the person's room when not given.
         runs_folder: Where the runs leave their folders; None for nowhere.
         flat: The home; the flat that comes with Florence when not given.
         others: Who else is there.
-        start: Where the robot stands at first, map frame; the home's own place when not given.
+        start: Where the robot stands at first, map frame; the home's own place, or that of the situation,
+            when not given.
 
     Raises:
-        ConfigError: There is no such room.
+        ConfigError: There is no such room or situation.
     """
     flat = flat or load_flat()
     if isinstance(person, PersonSpec):
-        people = [person]
-    elif person == ABSENT:
-        people = []
+        people, place = [person], flat.start
     else:
-        people = [place_person(flat, person, np.random.default_rng(seed))]
+        people, place = who_is_at_home(flat, person, seed)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
     return Rig(
         RigSetting(
@@ -58,7 +54,7 @@ def make_rig(
             frames=robot_frames(),
             config=load_config(),
             people=[*people, *others],
-            start=start,
+            start=start or place,
             user_room=user_room if user_room is not None else (room.name if room else ""),
             seed=seed,
             runs_folder=runs_folder,

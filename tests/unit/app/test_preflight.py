@@ -8,7 +8,7 @@ import pytest
 
 from florence_bt.app.bringup.options import BringUp
 from florence_bt.app.bringup.preflight import check_options
-from florence_bt.app.bringup.simulated import flat_of, with_world_files
+from florence_bt.app.bringup.simulated import LEADER_WAITS_S, flat_of, who_is_at_home, with_world_files
 from florence_bt.app.bringup.topology import NODES, factories, groups
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.paths import find_data
@@ -53,6 +53,26 @@ def test_the_home_sensors_are_started_when_their_file_is_given(tmp_path):
 def test_the_files_of_the_package_are_right(tmp_path):
     for options in ({}, {"person": "kitchen"}, {"person": "absent"}, {"simulated": False}):
         check_options(BringUp(folder=str(tmp_path), **options))
+
+
+def test_a_room_or_situation_that_does_not_exist_is_told(tmp_path):
+    assert "would have worked: walking" in refused("'walkin'", tmp_path, person="walkin")
+
+
+def test_who_is_at_home_is_a_situation_of_the_seed(tmp_path):
+    flat = flat_of(BringUp(folder=str(tmp_path)))
+    people, start = who_is_at_home(flat, "lying", 3)
+    assert [each.posture for each in people] == ["lying"] and start == flat.start
+    assert who_is_at_home(flat, "lying", 3) == (people, start) != who_is_at_home(flat, "lying", 4)
+    assert len(who_is_at_home(flat, "company", 3)[0]) in (2, 3)
+
+
+def test_somebody_leads_the_robot_that_faces_them(tmp_path):
+    flat = flat_of(BringUp(folder=str(tmp_path)))
+    (leader, visitor), start = who_is_at_home(flat, "leading", 3)
+    assert leader.once and leader.wait == LEADER_WAITS_S and not visitor.once
+    assert abs(start.bearing_to(leader.pose.x, leader.pose.y)) < 0.01
+    assert 1.1 < start.distance_to(leader.pose) < 1.3
 
 
 @pytest.mark.parametrize("line", ["resolution: fast", "origin: [1, 2", "resolution: -0.05"])
