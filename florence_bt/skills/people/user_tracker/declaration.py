@@ -116,7 +116,7 @@ SERVED = (
             **{name: float(inputs[name]) for name in ("window", "x", "y")},
         },
         result=_looked,
-        feedback=lambda message: f"looking, {message.users_seen} people seen so far",
+        feedback=lambda message: f"looking; people seen so far: {message.users_seen}",
         component="people",
         perform=lambda people, inputs: people.look(**inputs),
     ),
