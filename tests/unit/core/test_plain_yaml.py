@@ -174,3 +174,19 @@ def test_any_text_is_read_or_refused(text):
         parse(text)
     except ConfigError as error:
         assert error.file == "m.yaml" and error.line >= 1 and error.column >= 1
+
+
+@pytest.mark.parametrize(
+    ("written", "column"),
+    [
+        ("plain text", 4),
+        ("'in quotes'", 5),
+        ('"in quotes"', 5),
+        ("'it''s'", None),  # shorter than it was written: an offset in the text is no column of the file
+        ("|\n  block", None),
+        ("two\n  lines", None),
+    ],
+)
+def test_the_column_of_the_first_character_is_known_where_the_text_stands_as_it_is(written, column):
+    value = parse(f"k: {written}\n").entries[0][1]
+    assert value.first_column == column
