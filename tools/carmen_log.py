@@ -91,7 +91,7 @@ def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyG
     places = np.array([(record.reference.x, record.reference.y) for record in records])
     low, high = places.min(axis=0) - MARGIN_M, places.max(axis=0) + MARGIN_M
     columns, rows = np.ceil((high - low) / resolution).astype(int)
-    hits, passes = np.zeros(rows * columns), np.zeros(rows * columns)
+    hits, passes = Counts(rows, columns), Counts(rows, columns)
     along = np.arange(0.0, FREE_M, resolution)
     for record in records:
         pose, scan = record.reference, record.scan
@@ -100,17 +100,36 @@ def build_map(records: Sequence[Record], resolution: float = 0.05) -> OccupancyG
         rays = np.stack([np.cos(angles), np.sin(angles)], axis=1) / resolution
         start = (np.array([pose.x, pose.y]) - low) / resolution
         free = along[None, :] < np.minimum(ranges, FREE_M)[:, None] - resolution
-        _count(passes, (start + rays[:, None] * along[None, :, None])[free], columns, rows)
+        passes.add((start + rays[:, None] * along[None, :, None])[free])
         ends = start + rays * ranges[:, None]
-        _count(hits, ends[ranges < FREE_M], columns, rows)
-    cells = np.full(rows * columns, -1, np.int8)
-    reached = hits + passes
+        hits.add(ends[ranges < FREE_M])
+    cells = np.full((rows, columns), -1, np.int8)
+    ended = hits.total()
+    reached = ended + passes.total()
     cells[reached > 0] = 0
-    cells[(hits >= LEAST_HITS) & (hits > LEAST_SHARE * reached)] = 100
-    return OccupancyGrid(resolution, Pose2(*low.tolist()), cells.reshape(rows, columns))
+    cells[(ended >= LEAST_HITS) & (ended > LEAST_SHARE * reached)] = 100
+    return OccupancyGrid(resolution, Pose2(*low.tolist()), cells)
 
 
-def _count(counts: NDArray[np.float64], points: NDArray[np.float64], columns: int, rows: int) -> None:
-    u, v = np.floor(points).astype(int).T
-    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
-    counts += np.bincount(v[inside] * columns + u[inside], minlength=len(counts))
+class Counts:
+    """How many points lie in each cell; those of many scans are counted at once."""
+
+    def __init__(self, rows: int, columns: int) -> None:
+        self._rows, self._columns = rows, columns
+        self._total = np.zeros(rows * columns)
+        self._waiting: list[NDArray[np.int64]] = []
+
+    def add(self, points: NDArray[np.float64]) -> None:
+        """Count some points, shape (n, 2), in cells."""
+        u, v = np.floor(points).astype(int).T
+        inside = (u >= 0) & (u < self._columns) & (v >= 0) & (v < self._rows)
+        self._waiting.append(v[inside] * self._columns + u[inside])
+        if len(self._waiting) == 100:
+            self.total()
+
+    def total(self) -> NDArray[np.float64]:
+        """Shape (rows, columns)."""
+        if self._waiting:
+            self._total += np.bincount(np.concatenate(self._waiting), minlength=len(self._total))
+            self._waiting.clear()
+        return self._total.reshape(self._rows, self._columns)

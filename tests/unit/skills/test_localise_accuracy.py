@@ -84,21 +84,36 @@ def test_the_same_seed_gives_the_same_poses() -> None:
 
 
 def test_a_scan_counts_first_after_motion_and_once_at_rest() -> None:
+    """What does not count only corrects the odometry, and leaves the particles alone."""
     world = World(Pose2(1.0, 1.0, 0.4), odometry_noise=0.0)
     localiser = Localiser(make_map())
     localiser.set_pose(world.pose, (0.1, 0.1, 0.05))
 
-    def update() -> bool:
-        return localiser.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom) is not None
+    def update(forwards: float = 0.0) -> tuple[bool, bool]:
+        """Whether a pose is told, and whether the scan counts."""
+        world.pose, world.odom = world.pose @ Pose2(forwards), world.odom @ Pose2(forwards)
+        before = localiser.particles.copy()
+        told = localiser.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom) is not None
+        return told, not np.array_equal(before, localiser.particles)
 
-    assert update()
-    assert not update()
-    world.odom = world.odom @ Pose2(0.05, 0.0, 0.0)
-    assert not update()  # moved too little, and still moving
-    assert update()  # has come to rest
-    assert not update()
-    world.odom = world.odom @ Pose2(0.11, 0.0, 0.0)
-    assert update()
+    assert update() == (True, True)
+    assert update() == (False, False)
+    assert update(0.05) == (True, False)  # moved too little, and still moving
+    assert update() == (True, True)  # has come to rest
+    assert update() == (False, False)
+    assert update(0.11) == (True, True)
+
+
+def test_the_place_is_right_also_between_the_scans_that_count() -> None:
+    """Wheels that turn without moving the robot."""
+    world = World(Pose2(1.0, 1.0, 0.4), odometry_noise=0.0)
+    localiser = Localiser(make_map(), seed=4)
+    localiser.set_pose(world.pose, (0.05, 0.05, 0.03))
+    for _ in range(4):
+        world.odom = world.odom @ Pose2(0.06)
+        localiser.update(raw(world.scan()), UPSIDE_DOWN_LASER, world.odom)
+        assert localiser.map_from_odom is not None
+        assert (localiser.map_from_odom @ world.odom).distance_to(world.pose) < 0.03
 
 
 def test_useless_scans_change_nothing() -> None:

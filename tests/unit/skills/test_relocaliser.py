@@ -63,10 +63,14 @@ def test_who_is_carried_away_says_so_and_is_found(there: Pose2) -> None:
     assert was_lost
 
 
-def test_a_robot_of_which_nobody_knows_where_it_is_finds_itself() -> None:
+@pytest.mark.parametrize("told", [True, False])
+def test_a_robot_of_which_nobody_knows_where_it_is_finds_itself(told: bool) -> None:
     world, localiser = furnished(Pose2(5.0, 1.2, -2.5))
-    localiser.set_pose(Pose2(1.0, 1.0, 0.4))
-    localiser.lose()
+    if told:
+        localiser.set_pose(Pose2(1.0, 1.0, 0.4))
+        localiser.lose()
+    else:
+        localiser = Localiser(make_map([*WALLS, *FURNITURE]), seed=4)
     assert localiser.lost
     assert localiser.map_from_odom is None
     drive(world, localiser, Twist2(0.1, 0.5), 4.0)
@@ -102,25 +106,25 @@ def test_who_stands_before_the_robot_makes_it_doubt_nothing(half_angle: float) -
 
 
 class Search:
-    """Stands in for the search in the map: finds what it is told to find."""
+    """Stands in for the search in the map: finds what it is told to find, with the robot at ``at``."""
 
     def __init__(self, *fits: float, contradicted: float = 0.5) -> None:
-        self.fits, self.contradicted = fits, contradicted
-        self.asked = 0
+        self.fits, self.contradicted, self.at = fits, contradicted, Pose2()
+        self.asked: list[int] = []
 
     def contradicted_part(self, points: NDArray[np.float64], pose: Pose2) -> float:
         return self.contradicted
 
-    def around(self, points: NDArray[np.float64], centre: Pose2, reach: float, turn: float) -> Match:
-        return match(0.0)
+    def around(self, points: NDArray[np.float64], centre: Pose2, reach: float, turn: float) -> Match | None:
+        return None
 
     def everywhere(self, points: NDArray[np.float64]) -> list[Match]:
-        self.asked += 1
-        return [match(fit) for fit in self.fits]
+        self.asked.append(len(points))
+        return [match(fit, Pose2(self.at.x + 3.0 * n, self.at.y)) for n, fit in enumerate(self.fits)]
 
 
-def match(fit: float) -> Match:
-    return Match(Pose2(), np.eye(3), fit)
+def match(fit: float, pose: Pose2 | None = None) -> Match:
+    return Match(pose or Pose2(), np.eye(3), fit)
 
 
 def relocaliser_with(search: Search) -> Relocaliser:
@@ -130,35 +134,88 @@ def relocaliser_with(search: Search) -> Relocaliser:
 POINTS = np.ones((30, 2))
 
 
-@pytest.mark.parametrize(("fits", "places"), [((0.9, 0.7), 1), ((0.9, 0.85), 2), ((0.5,), 0), ((), 0)])
-def test_no_single_scan_tells_who_is_lost_where_they_are(fits: tuple[float, ...], places: int) -> None:
-    relocaliser = relocaliser_with(Search(*fits))
+def drive_lost(relocaliser: Relocaliser, search: Search, scans: int) -> list[Match | None]:
+    """Forwards by 0.3 m a scan; what is found moves along."""
+    found = []
+    for number in range(scans):
+        search.at = Pose2(0.3 * number)
+        found.append(relocaliser.look_everywhere(POINTS, Pose2(0.3 * number)))
+    return found
+
+
+def test_two_searches_that_agree_find_who_is_lost() -> None:
+    search = Search(0.9, 0.7, contradicted=0.0)
+    relocaliser = relocaliser_with(search)
     relocaliser.lose()
-    assert len(relocaliser.look(POINTS, match(0.1))) == places
+    found = drive_lost(relocaliser, search, 7)
+    assert search.asked == [150, 210]
+    assert found[:-1] == [None] * 6
+    assert found[-1] is not None
+    assert found[-1].pose == search.at
+    assert not relocaliser.lost
+
+
+@pytest.mark.parametrize(
+    ("fits", "contradicted"),
+    [
+        # Another place fits nearly as well; nothing fits well enough; nothing was found; through walls.
+        ((0.9, 0.85), 0.0),
+        ((0.6, 0.1), 0.0),
+        ((), 0.0),
+        ((0.9, 0.7), 0.2),
+    ],
+)
+def test_who_is_not_sure_stays_lost(fits: tuple[float, ...], contradicted: float) -> None:
+    search = Search(*fits, contradicted=contradicted)
+    relocaliser = relocaliser_with(search)
+    relocaliser.lose()
+    assert drive_lost(relocaliser, search, 20) == [None] * 20
+    assert relocaliser.lost
+    assert len(search.asked) == 8
+
+
+def test_searches_that_find_different_places_find_nothing() -> None:
+    search = Search(0.9, contradicted=0.0)
+    relocaliser = relocaliser_with(search)
+    relocaliser.lose()
+    for number in range(20):
+        # The place stays, though the robot drives on.
+        assert relocaliser.look_everywhere(POINTS, Pose2(0.3 * number)) is None
     assert relocaliser.lost
 
 
-def test_who_is_lost_looks_everywhere_now_and_then_and_is_found_by_scans_that_fit() -> None:
-    search = Search(0.9, 0.85)
+def test_what_was_seen_before_a_break_is_not_looked_for() -> None:
+    search = Search(0.9, contradicted=0.0)
     relocaliser = relocaliser_with(search)
     relocaliser.lose()
-    for _ in range(8):
-        relocaliser.look(POINTS, match(0.1))
-    assert search.asked == 2
-    for _ in range(4):
-        relocaliser.look(POINTS, match(0.8))
-        assert relocaliser.lost
-    relocaliser.look(POINTS, match(0.8))
-    assert not relocaliser.lost
+    drive_lost(relocaliser, search, 5)
+    relocaliser.doubt()
+    assert drive_lost(relocaliser, search, 5) == [None] * 5
+    assert search.asked == [150, 150]
 
 
 @pytest.mark.parametrize(("fit", "contradicted"), [(0.1, 0.05), (0.5, 0.5)])
 def test_what_says_little_of_the_place_makes_nobody_lost(fit: float, contradicted: float) -> None:
     """Hardly a beam goes through a wall, so what does not fit has met people; or half of the scan fits."""
     relocaliser = relocaliser_with(Search(0.9, contradicted=contradicted))
+    for _ in range(5):
+        relocaliser.look(POINTS, match(0.9))
     for _ in range(50):
-        assert relocaliser.look(POINTS, match(fit)) == []
+        assert relocaliser.look(POINTS, match(fit)) is None
     assert not relocaliser.lost
+
+
+@pytest.mark.parametrize(("confirmed", "after"), [(True, 41), (False, 6)])
+def test_who_knew_where_it_was_is_lost_later_than_who_was_only_told(confirmed: bool, after: int) -> None:
+    """A room that the map does not know contradicts it for some metres."""
+    relocaliser = relocaliser_with(Search())
+    for _ in range(5 if confirmed else 0):
+        relocaliser.look(POINTS, match(0.9))
+    scans = 0
+    while not relocaliser.lost:
+        relocaliser.look(POINTS, match(0.1))
+        scans += 1
+    assert scans == after
 
 
 def test_a_map_without_surfaces_makes_nobody_lost() -> None:

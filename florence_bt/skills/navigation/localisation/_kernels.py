@@ -162,47 +162,38 @@ def match_terms(
 
 
 @njit(cache=True)
-def score_poses(
-    places: NDArray[np.float64],
-    headings: NDArray[np.float64],
-    points: NDArray[np.float64],
-    table: NDArray[np.float32],
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """How well a scan fits at each place with the best of some headings.
+def score_blocks(
+    blocks: NDArray[np.int32],
+    beam_cells: NDArray[np.int32],
+    table: NDArray[np.uint8],
+    least: float,
+) -> NDArray[np.float32]:
+    """How well a scan fits at poses that are given in whole cells.
 
     Args:
-        places: Shape (n, 2), metres in the map frame.
-        headings: Shape (h,), radians.
-        points: Shape (m, 2), beam ends in the base frame, metres.
-        table: Shape (rows, columns), 0 to 1: how well a beam fits that ends in the cell.
-        origin_x: Outer corner of cell [0, 0].
-        origin_y: Outer corner of cell [0, 0].
-        resolution: Metres per cell.
+        blocks: Shape (n, 3): row, column and number of the heading.
+        beam_cells: Shape (h, m, 2): for each heading the beams' ends, in rows and columns from the robot.
+        table: Shape (rows, columns), 0 to 255: how well a beam fits that ends in the cell.
+        least: A score below this is not worked out to the end.
 
     Returns:
-        Shape (n,): the mean over the beams, and the index of that heading.
+        Shape (n,): the mean over the beams, 0 to 1; 0 for less than ``least``.
     """
     rows, columns = table.shape
-    best, which = np.zeros(len(places)), np.zeros(len(places), np.int64)
-    x, y = np.empty(len(points)), np.empty(len(points))
-    for h in range(len(headings)):
-        c, s = math.cos(headings[h]), math.sin(headings[h])
-        for k in range(len(points)):
-            x[k] = c * points[k, 0] - s * points[k, 1] - origin_x
-            y[k] = s * points[k, 0] + c * points[k, 1] - origin_y
-        for i in range(len(places)):
-            total = 0.0
-            for k in range(len(points)):
-                column = math.floor((places[i, 0] + x[k]) / resolution)
-                row = math.floor((places[i, 1] + y[k]) / resolution)
-                if 0 <= row < rows and 0 <= column < columns:
-                    total += table[row, column]
-            if total > best[i]:
-                best[i], which[i] = total, h
-    return best / max(1, len(points)), which
+    count = beam_cells.shape[1]
+    scores = np.zeros(len(blocks), np.float32)
+    for i in range(len(blocks)):
+        row, column, heading = blocks[i, 0], blocks[i, 1], blocks[i, 2]
+        total, needed = 0, least * 255.0 * count
+        for k in range(count):
+            v, u = row + beam_cells[heading, k, 0], column + beam_cells[heading, k, 1]
+            if 0 <= v < rows and 0 <= u < columns:
+                total += table[v, u]
+            if total + 255.0 * (count - 1 - k) < needed:
+                break
+        if total >= needed:
+            scores[i] = total / (255.0 * count)
+    return scores
 
 
 @njit(cache=True)
@@ -252,3 +243,124 @@ def contradicted_part(
                 through += 1
                 break
     return through / max(1, len(points))
+
+
+@njit(cache=True)
+def draw_distances(
+    distances: NDArray[np.float32],
+    points: NDArray[np.float64],
+    x: float,
+    y: float,
+    yaw: float,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    far: float,
+    gap: float,
+) -> None:
+    """Draw a scan into a grid of distances to the nearest surface.
+
+    Args:
+        distances: Shape (rows, columns), metres; made smaller where the scan's surfaces are nearer.
+        points: Shape (n, 2), beam ends in the base frame, metres, in the order of the beams.
+        x: The base in the grid's frame, metres.
+        y: Metres.
+        yaw: Radians.
+        origin_x: Outer corner of cell [0, 0].
+        origin_y: Outer corner of cell [0, 0].
+        resolution: Metres per cell.
+        far: How far around a surface is drawn, metres.
+        gap: Two neighbouring beams that end nearer to each other have met one surface, metres.
+    """
+    rows, columns = distances.shape
+    c, s = math.cos(yaw), math.sin(yaw)
+    reach = int(far / resolution)
+    last_u, last_v, last = 0.0, 0.0, False
+    for k in range(len(points)):
+        u = (x + c * points[k, 0] - s * points[k, 1] - origin_x) / resolution - 0.5
+        v = (y + s * points[k, 0] + c * points[k, 1] - origin_y) / resolution - 0.5
+        pieces = 1
+        if last:
+            apart = math.hypot(u - last_u, v - last_v)
+            if apart * resolution <= gap:
+                pieces = max(1, math.ceil(apart))
+        for piece in range(1, pieces + 1):
+            share = piece / pieces
+            at_u = u if piece == pieces else last_u + share * (u - last_u)
+            at_v = v if piece == pieces else last_v + share * (v - last_v)
+            column, row = round(at_u), round(at_v)
+            if not (reach <= row < rows - reach and reach <= column < columns - reach):
+                continue
+            for i in range(row - reach, row + reach + 1):
+                for j in range(column - reach, column + reach + 1):
+                    distance = resolution * math.hypot(i - at_v, j - at_u)
+                    if distance < distances[i, j]:
+                        distances[i, j] = distance
+        last_u, last_v, last = u, v, True
+
+
+@njit(cache=True)
+def best_offset(
+    distances: NDArray[np.float32],
+    points: NDArray[np.float64],
+    x: float,
+    y: float,
+    yaw: float,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    step: float,
+    steps: int,
+    turn_step: float,
+    turns: int,
+    near: float,
+    cost_d: float,
+    cost_a: float,
+) -> tuple[float, float, float]:
+    """The pose around another one at which a scan fits best.
+
+    Args:
+        distances: Shape (rows, columns), metres to the nearest surface, below zero inside of it.
+        points: Shape (n, 2), beam ends in the base frame, metres.
+        x: The middle of where is looked, metres in the grid's frame.
+        y: Metres.
+        yaw: Radians.
+        origin_x: Outer corner of cell [0, 0].
+        origin_y: Outer corner of cell [0, 0].
+        resolution: Metres per cell.
+        step: From place to place, metres.
+        steps: So many to each side.
+        turn_step: From heading to heading, radians.
+        turns: So many to each side.
+        near: A beam fits the less the farther from a surface it ends, and not at all from here on, metres.
+        cost_d: How much more of the scan has to fit at a place, per squared metre from the middle.
+        cost_a: The same per squared radian.
+
+    Returns:
+        x, y, yaw.
+    """
+    rows, columns = distances.shape
+    best, best_x, best_y, best_yaw = -1e9, x, y, yaw
+    along_x, along_y = np.empty(len(points)), np.empty(len(points))
+    for h in range(-turns, turns + 1):
+        turned = yaw + h * turn_step
+        c, s = math.cos(turned), math.sin(turned)
+        for k in range(len(points)):
+            along_x[k] = (c * points[k, 0] - s * points[k, 1] + x - origin_x) / resolution
+            along_y[k] = (s * points[k, 0] + c * points[k, 1] + y - origin_y) / resolution
+        for i in range(-steps, steps + 1):
+            for j in range(-steps, steps + 1):
+                cost = cost_d * step * step * (i * i + j * j) + cost_a * (h * turn_step) ** 2
+                if i * i + j * j > steps * steps or 1.0 - cost <= best:
+                    continue
+                total = 0.0
+                for k in range(len(points)):
+                    column = math.floor(along_x[k] + j * step / resolution)
+                    row = math.floor(along_y[k] + i * step / resolution)
+                    if 0 <= row < rows and 0 <= column < columns:
+                        total += max(0.0, 1.0 - abs(distances[row, column]) / near)
+                score = total / len(points) - cost
+                if score > best:
+                    best = score
+                    best_x, best_y, best_yaw = x + j * step, y + i * step, turned
+    return best_x, best_y, best_yaw

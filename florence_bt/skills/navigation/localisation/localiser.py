@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import Transform3
+from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
 from florence_bt.skills.navigation.localisation.likelihood_field import build_likelihood_field
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.particle_filter import ParticleFilter
-from florence_bt.skills.navigation.localisation.pose_search import PoseSearch, evenly
+from florence_bt.skills.navigation.localisation.pose_search import PoseSearch
 from florence_bt.skills.navigation.localisation.relocaliser import Relocaliser
-from florence_bt.skills.navigation.localisation.scan_match import Match, match_scan
+from florence_bt.skills.navigation.localisation.scan_match import Match, evenly, match_scan
 
 INITIAL_DEVIATIONS = (0.5, 0.5, math.pi / 12.0)
 """Standard deviations of x, y (metres) and yaw (radians) of an initial pose (REFERENCE 7.7)."""
@@ -25,15 +26,17 @@ _SETTLE_DISTANCE_M, _SETTLE_ANGLE = 0.01, 0.01
 _MIN_POINTS = 10
 _FOUND_DEVIATIONS = (0.1, 0.1, 0.06)
 _FOUND_SHARE = 0.8
-"""How far around a place that was found (metres, radians) which part of the particles is drawn again."""
+"""How far around a better place nearby (metres, radians) which part of the particles is drawn again."""
 
 
 class Localiser:
     """Finds the robot in a map.
 
-    A scan counts when the robot has moved far enough since the last one that did, and once more when it has
-    come to rest after any motion. The scan must be the laser's own, not the filtered one (document, section
-    3.5.3).
+    Each scan of a robot that moves corrects the odometry. It counts, that is, it is compared with the map,
+    when the robot has moved far enough since the last one that did, and once more when it has come to rest
+    after any motion. The scan must be the laser's own, not the filtered one (document, section 3.5.3).
+
+    Until somebody says where the robot is (:meth:`set_pose`) it is looked for everywhere.
 
     Attributes:
         pose: base_footprint in the map at the last update, None before the first; a guess while lost.
@@ -53,13 +56,20 @@ class Localiser:
         near = np.diag(np.square(_FOUND_DEVIATIONS))
         search = PoseSearch(self._field, grid, lambda points, pose: self._fit(points, pose, near))
         self._relocaliser = Relocaliser(search, self._parameters)
+        self._laser = LaserOdometry()
         self._given: Pose2 | None = None
-        self._odom: Pose2 | None = None
         self._previous_odom: Pose2 | None = None
+        # At the last scan that counted: the corrected odometry, the wheels' own, and the place in the map.
+        self._counted: Pose2 | None = None
+        self._counted_odom = self._there = Pose2()
+        self._resting = False
         self.pose: Pose2 | None = None
         self.covariance: NDArray[np.float64] = np.diag(np.square(INITIAL_DEVIATIONS))
         self.map_from_odom: Pose2 | None = None
-        self.set_pose(Pose2())
+        if self._parameters.refine:
+            self.lose()
+        else:
+            self.set_pose(Pose2())
 
     @property
     def particles(self) -> NDArray[np.float64]:
@@ -82,8 +92,8 @@ class Localiser:
             raise ValueError(f"the robot cannot be at {pose} with the deviations {standard_deviations}")
         self._filter.set_pose(pose, standard_deviations)
         self._relocaliser.reset()
-        self._given = pose
-        self._odom = None
+        self._given = self._there = pose
+        self._counted = None
         self.covariance = np.diag(np.square(standard_deviations))
 
     def lose(self) -> None:
@@ -95,7 +105,7 @@ class Localiser:
         if not self._parameters.refine:
             raise ValueError("without fits of scans the robot cannot be found (would have worked: refine)")
         self._relocaliser.lose()
-        self._odom = self._given = self.map_from_odom = None
+        self._counted = self._given = self.map_from_odom = None
 
     @property
     def lost(self) -> bool:
@@ -124,28 +134,37 @@ class Localiser:
             The new map_from_odom, or None: the robot has not moved, too few beams hit anything, or the
             robot is lost.
         """
-        if not odom_pose.is_finite() or not self._counts(odom_pose):
+        if not odom_pose.is_finite() or self._rests(odom_pose):
             return None
         points = self._beam_ends(scan, laser_in_base)
         if len(points) < _MIN_POINTS:
             return None
-        if self._odom is not None:
-            self._filter.move(self._odom.inverse() @ odom_pose)
-        self._odom, self._given = odom_pose, None
-        self._filter.weigh(evenly(points, self._parameters.laser_max_beams), scan.range_max)
-        self.pose, self.covariance = self._estimate_and_resample(points)
+        self._laser.update(points, odom_pose)
+        if self._laser.broken:
+            self._relocaliser.doubt()
+        motion = (self._counted or self._laser.pose).inverse() @ self._laser.pose
+        self.pose = self._there @ motion
+        if self._counts(motion):
+            self.pose = self._there = self._compare(points, motion, scan.range_max)
+            self._counted, self._counted_odom, self._given = self._laser.pose, odom_pose, None
         self.map_from_odom = None if self._relocaliser.lost else self.pose @ odom_pose.inverse()
         return self.map_from_odom
 
-    def _counts(self, odom_pose: Pose2) -> bool:
+    def _rests(self, odom_pose: Pose2) -> bool:
         previous, self._previous_odom = self._previous_odom, odom_pose
-        if self._odom is None:
-            return True
+        if self._counted is None:
+            self._resting = False
+            return False
+        self._resting = previous is not None and not _moved(
+            previous, odom_pose, _REST_DISTANCE_M, _REST_ANGLE
+        )
+        return self._resting and not _moved(self._counted_odom, odom_pose, _SETTLE_DISTANCE_M, _SETTLE_ANGLE)
+
+    def _counts(self, motion: Pose2) -> bool:
         p = self._parameters
-        if _moved(self._odom, odom_pose, p.update_min_d, p.update_min_a):
-            return True
-        at_rest = previous is not None and not _moved(previous, odom_pose, _REST_DISTANCE_M, _REST_ANGLE)
-        return at_rest and _moved(self._odom, odom_pose, _SETTLE_DISTANCE_M, _SETTLE_ANGLE)
+        return (
+            self._counted is None or self._resting or _moved(Pose2(), motion, p.update_min_d, p.update_min_a)
+        )
 
     def _beam_ends(self, scan: LaserScan, laser_in_base: Transform3) -> NDArray[np.float64]:
         """The ends of all beams that hit something, shape (n, 2), in the base frame."""
@@ -167,6 +186,20 @@ class Localiser:
             independent_beams=p.match_independent_beams,
         )
 
+    def _compare(self, points: NDArray[np.float64], motion: Pose2, range_max: float) -> Pose2:
+        """Where the robot is by the map, after a motion since the last scan that counted."""
+        if self._relocaliser.lost:
+            found = self._relocaliser.look_everywhere(points, self._laser.pose)
+            if found is None:
+                return self._there @ motion
+            self._filter.set_pose(found.pose, _FOUND_DEVIATIONS)
+            self.covariance = found.covariance
+            return found.pose
+        self._filter.move(motion)
+        self._filter.weigh(evenly(points, self._parameters.laser_max_beams), range_max)
+        pose, self.covariance = self._estimate_and_resample(points)
+        return pose
+
     def _estimate_and_resample(self, points: NDArray[np.float64]) -> tuple[Pose2, NDArray[np.float64]]:
         p = self._parameters
         mean, covariance = self._filter.estimate()
@@ -178,13 +211,13 @@ class Localiser:
         match = self._fit(points, mean, covariance + floor)
         found = self._relocaliser.look(points, match)
         if found:
-            wider = np.diag(np.square(_FOUND_DEVIATIONS))
-            self._filter.inject([(each.pose, each.covariance + wider) for each in found], _FOUND_SHARE)
-            return found[0].pose, found[0].covariance
+            wider = found.covariance + np.diag(np.square(_FOUND_DEVIATIONS))
+            self._filter.inject(found.pose, wider, _FOUND_SHARE)
+            return found.pose, found.covariance
         fits = match.near_fraction >= p.match_min_near
         if not fits or _moved(mean, match.pose, p.match_max_shift, p.match_max_turn):
             return mean, covariance
-        self._filter.inject([(match.pose, match.covariance)], p.match_inject)
+        self._filter.inject(match.pose, match.covariance, p.match_inject)
         return match.pose, match.covariance
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits
 
 
@@ -28,6 +29,8 @@ class LocaliserParameters:
         z_rand: Weight of anything else.
         sigma_hit: Spread of a beam end around the surface in metres.
         likelihood_max_dist: Where distances to surfaces are cut, in metres.
+        trust_none: A scan says nothing when the map explains a smaller part of it at the best particle.
+        trust_full: From this part on its likelihood counts in full, and between the two in proportion.
         update_min_d: Metres to drive before a scan counts again.
         update_min_a: Radians to turn before a scan counts again.
         resample_interval: Updates between two resamplings.
@@ -42,8 +45,8 @@ class LocaliserParameters:
         match_max_turn: Largest correction by the fit in radians.
         surface_offset: See ``build_likelihood_field``, in cells.
         relocalise_fit: The robot is looked for elsewhere when a smaller part of the beams fits the map.
-        relocalise_gain: It is there when so much more of the beams fits.
-        lost_fit: When a smaller part fits for some scans, and nothing better is found, it is lost.
+        relocalise_gain: It is nearby when so much more of the beams fits there.
+        lost_fit: When a smaller part fits for many scans, and nothing better is found, it is lost.
     """
 
     particles: Annotated[int, Limits(10)] = 800
@@ -59,13 +62,15 @@ class LocaliserParameters:
     z_rand: NotNegative = 0.05
     sigma_hit: Positive = 0.1
     likelihood_max_dist: Positive = 2.0
+    trust_none: Annotated[float, Limits(0.0, 1.0)] = 0.4
+    trust_full: Annotated[float, Limits(0.0, 1.0)] = 0.7
     update_min_d: NotNegative = 0.10
     update_min_a: NotNegative = 0.10
     resample_interval: Annotated[int, Limits(1)] = 1
     refine: bool = True
     match_sigma: Positive = 0.05
     match_independent_beams: Positive = 60.0
-    match_min_near: float = 0.4
+    match_min_near: float = 0.6
     match_prior_d: float = 0.1
     match_prior_a: float = 0.05
     match_inject: float = 0.2
@@ -78,3 +83,7 @@ class LocaliserParameters:
 
     def __post_init__(self) -> None:
         check_limits(self)
+        if self.trust_none >= self.trust_full:
+            raise ConfigError(
+                f"trust_none {self.trust_none:g} has to be smaller than trust_full {self.trust_full:g}"
+            )

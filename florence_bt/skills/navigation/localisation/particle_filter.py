@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +90,12 @@ class ParticleFilter:
             field.origin_y,
             field.resolution,
         )
-        weights = self.weights * likelihood
+        # What the map does not explain, in rooms that it has not seen or after furniture was moved, would
+        # draw the particles to whatever of it looks alike.
+        p = self._parameters
+        explained = (float(likelihood.max()) - 1.0) / (len(points) * p.z_hit**3)
+        trust = min(1.0, max(0.0, (explained - p.trust_none) / (p.trust_full - p.trust_none)))
+        weights = self.weights * likelihood**trust
         self.weights = weights / weights.sum()
 
     def _cube_table(self, range_max: float) -> NDArray[np.float32]:
@@ -126,23 +130,22 @@ class ParticleFilter:
         angle = math.atan2(float(weights @ np.sin(yaw)), float(weights @ np.cos(yaw)))
         return np.array([float(weights @ x), float(weights @ y), angle])
 
-    def inject(self, places: Sequence[tuple[Pose2, NDArray[np.float64]]], fraction: float) -> None:
-        """Replace some particles by others around some poses, so that the cloud follows a good fit.
+    def inject(self, pose: Pose2, covariance: NDArray[np.float64], fraction: float) -> None:
+        """Replace some particles by others around a pose, so that the cloud follows a good fit.
 
         Args:
-            places: Poses in the map frame, and how far around (shape (3, 3), covariance of x, y, yaw).
-            fraction: The part of the particles, the same for each pose; which ones is left to chance.
+            pose: In the map frame.
+            covariance: How far around: shape (3, 3), of x, y, yaw.
+            fraction: The part of the particles; which ones is left to chance.
         """
-        count = int(fraction * len(self.particles) / len(places))
+        count = int(fraction * len(self.particles))
         if count == 0:
             return
-        drawn = self._random.permutation(len(self.particles))
-        for number, (pose, covariance) in enumerate(places):
-            mine = drawn[number * count : (number + 1) * count]
-            self.particles[mine] = self._random.multivariate_normal(
-                [pose.x, pose.y, pose.yaw], covariance, count
-            )
-            self.weights[mine] = self.weights.mean()
+        drawn = self._random.permutation(len(self.particles))[:count]
+        self.particles[drawn] = self._random.multivariate_normal(
+            [pose.x, pose.y, pose.yaw], covariance, count
+        )
+        self.weights[drawn] = self.weights.mean()
         self.weights /= self.weights.sum()
 
     def resample(self) -> None:

@@ -1,9 +1,12 @@
-"""The pose at which a scan fits the map, looked for around a place or everywhere.
+"""The pose at which scans fit the map, looked for around a place or everywhere.
 
-A fit that begins at a wrong pose ends at a wrong one. So all poses of a grid are tried, then a finer grid
-round the best of them, and the fit begins there.
+A fit that begins at a wrong pose ends at a wrong one. So poses of a grid are tried, and the fit begins at the
+best of them. Everywhere there are millions, and most are ruled out by the block: a table that tells for
+each block of cells how well a beam fits that ends in the best of them bounds what all poses of the block can
+reach.
 
-Source: Olson, Real-time correlative scan matching, ICRA 2009.
+Source: Olson, Real-time correlative scan matching, ICRA 2009; Hess et al., Real-time loop closure in 2D lidar
+SLAM, ICRA 2016 (branch and bound).
 """
 
 from __future__ import annotations
@@ -15,39 +18,42 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.core.sensing import OccupancyGrid
-from florence_bt.skills.navigation.localisation._kernels import contradicted_part, score_poses
+from florence_bt.skills.navigation.localisation._kernels import contradicted_part, score_blocks
 from florence_bt.skills.navigation.localisation.likelihood_field import OCCUPIED_FROM, LikelihoodField
-from florence_bt.skills.navigation.localisation.scan_match import Match
+from florence_bt.skills.navigation.localisation.scan_match import Match, evenly, search_around
 
 T = TypeVar("T")
 
-_SIGMA_M = 0.15
-"""How far from a surface a beam still fits: about as wide as the steps of the grid."""
 _BEAMS = 60
-_STEP_M, _STEP_RAD = 0.1, 0.05
-_FINE_M, _FINE_RAD = 0.025, 0.0125
-_COARSE_M, _COARSE_RAD = 0.2, math.radians(5.0)
-_SECTORS = 4
-"""Everywhere, the best heading of each quarter of the circle is a pose of its own: corridors look alike each
-way."""
-_FREE_M = 0.15
-"""A robot is not nearer to a surface."""
+_STEP_M, _STEP_RAD, _NEAR_M = 0.1, 0.05, 0.3
+_FINE_M, _FINE_RAD, _FINE_NEAR_M = 0.025, 0.0125, 0.15
+"""Around a place: steps, and how near to a surface a beam has to end."""
 _NEARER = 0.05
 """So much more of the scan has to fit at the edge of where is looked than in the middle."""
-_BEYOND_M = 0.3
-"""A beam that ends so far behind a wall went through it."""
-_PEAKS, _APART_M, _APART_RAD = 12, 0.5, math.radians(30.0)
+_ON_SURFACE_M, _BEYOND_M = 0.15, 0.3
+"""A beam that ends so near to a surface has met it; one that ends so far behind a wall went through it."""
+_FREE_M = 0.15
+"""A robot is not nearer to a surface."""
+_SIGMA_M = 0.15
+"""Everywhere: how far from a surface a beam still fits, about as wide as the steps of the grid."""
+_LEAF_M, _LEVELS = 0.1, 5
+"""The steps of the grid, and how often they are doubled for the blocks."""
+_HEADINGS, _SEARCH_BEAMS = 210, 120
+_LEAST, _MARGIN = 0.4, 0.2
+"""What is ruled out: what fits less than so, or so much less than the best."""
+_DIVES, _MOST_BLOCKS = 16, 400_000
+_PEAKS, _APART_M, _APART_RAD = 8, 0.5, math.radians(30.0)
 
 
 class PoseSearch:
-    """Looks for poses at which a scan fits.
+    """Looks for poses at which scans fit.
 
     Args:
         field: The map's distances.
         grid: The map: a robot is only where it is free.
-        fit: Fits a scan (shape (n, 2), beam ends in the base frame), beginning at a pose.
+        fit: Fits scans (shape (n, 2), beam ends in the base frame), beginning at a pose.
     """
 
     def __init__(
@@ -58,15 +64,24 @@ class PoseSearch:
     ) -> None:
         self._field = field
         self._fit = fit
-        distances = field.signed.astype(float)
-        self._table = np.ascontiguousarray(np.exp(-(distances**2) / (2.0 * _SIGMA_M**2)), np.float32)
-        self._free = (grid.cells >= 0) & (grid.cells < OCCUPIED_FROM) & (distances >= _FREE_M)
-        stride = max(1, round(_COARSE_M / field.resolution))
-        rows, columns = np.nonzero(self._free[::stride, ::stride])
-        corner = np.array([field.origin_x, field.origin_y])
-        self._places = corner + (np.stack([columns, rows], axis=1) * stride + 0.5) * field.resolution
+        self._free = (grid.cells >= 0) & (grid.cells < OCCUPIED_FROM) & (field.signed >= _FREE_M)
+        self._leaf = max(1, round(_LEAF_M / field.resolution))
+        widest = self._leaf << (_LEVELS - 1)
+        fits = np.exp(-(field.signed.astype(float) ** 2) / (2.0 * _SIGMA_M**2))
+        self._pad = widest
+        tables = np.pad(np.round(255.0 * fits).astype(np.uint8), widest)
+        free = np.pad(self._free, widest)
+        self._tables: list[NDArray[np.uint8]] = []
+        self._free_blocks: list[NDArray[np.bool_]] = []
+        width = 1
+        for level in range(_LEVELS):
+            while width < self._leaf << level:
+                tables, free = _doubled(tables, width), _doubled(free, width)
+                width *= 2
+            self._tables.append(tables)
+            self._free_blocks.append(free)
         # The first calls load the compiled loops: not during a drive.
-        self._scores(self._places[:1], np.zeros(1), np.zeros((1, 2)))
+        self.everywhere(np.ones((1, 2)))
         self.contradicted_part(np.zeros((1, 2)), Pose2())
 
     def contradicted_part(self, points: NDArray[np.float64], pose: Pose2) -> float:
@@ -82,13 +97,13 @@ class PoseSearch:
                 field.origin_x,
                 field.origin_y,
                 field.resolution,
-                _SIGMA_M,
+                _ON_SURFACE_M,
                 _BEYOND_M,
             )
         )
 
-    def around(self, points: NDArray[np.float64], centre: Pose2, reach: float, turn: float) -> Match:
-        """The best fit around a pose.
+    def around(self, points: NDArray[np.float64], centre: Pose2, reach: float, turn: float) -> Match | None:
+        """The best fit around a pose, None where no robot can be.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame.
@@ -96,75 +111,112 @@ class PoseSearch:
             reach: How far from there, metres.
             turn: How far from its heading, radians.
         """
-        few = evenly(points, _BEAMS)
-        coarse = self._best(few, centre, reach, turn, _STEP_M, _STEP_RAD)
-        return self._fit(points, self._best(few, coarse, _STEP_M, _STEP_RAD, _FINE_M, _FINE_RAD))
+        few, cost = evenly(points, _BEAMS), _NEARER / reach**2
+        field = self._field
+        coarse = search_around(
+            field,
+            few,
+            centre,
+            reach=reach,
+            turn=turn,
+            step=_STEP_M,
+            turn_step=_STEP_RAD,
+            near=_NEAR_M,
+            cost_d=cost,
+        )
+        fine = search_around(
+            field,
+            few,
+            coarse,
+            reach=_STEP_M,
+            turn=_STEP_RAD,
+            step=_FINE_M,
+            turn_step=_FINE_RAD,
+            near=_FINE_NEAR_M,
+            cost_d=cost,
+        )
+        match = self._fit(points, fine)
+        return match if self._is_free(match.pose) else None
 
     def everywhere(self, points: NDArray[np.float64]) -> list[Match]:
-        """The places of the whole map where the scan fits best, apart from each other, the best one first."""
-        few = evenly(points, _BEAMS)
-        count = round(math.tau / _COARSE_RAD / _SECTORS)
-        poses, scores = [], []
-        for sector in range(_SECTORS):
-            headings = (
-                np.arange(sector * count, (sector + 1) * count, dtype=np.float64) * _COARSE_RAD - math.pi
-            )
-            found, which = self._scores(self._places, headings, few)
-            poses.append(np.column_stack([self._places, headings[which]]))
-            scores.append(found)
-        order = np.argsort(-np.concatenate(scores), kind="stable")
-        peaks = _apart((Pose2(*pose) for pose in np.concatenate(poses)[order].tolist()), lambda pose: pose)
-        fits = [self.around(points, peak, _COARSE_M, _COARSE_RAD) for peak in peaks]
+        """The places of the whole map where scans fit best, apart from each other, the best one first.
+
+        Args:
+            points: Shape (n, 2), beam ends in the base frame.
+        """
+        headings = np.arange(_HEADINGS, dtype=np.float64) * (math.tau / _HEADINGS) - math.pi
+        few = evenly(points, _SEARCH_BEAMS)
+        c, s = np.cos(headings)[:, None], np.sin(headings)[:, None]
+        ends = np.stack([s * few[:, 0] + c * few[:, 1], c * few[:, 0] - s * few[:, 1]], axis=-1)
+        # From the middle of the cell that the robot is in.
+        cells = np.floor(ends / self._field.resolution + 0.5).astype(np.int32)
+        leaves = self._leaves(cells)
+        peaks = _apart((self._pose_of(leaf, headings) for leaf in leaves), lambda pose: pose)
+        fits = [self._fit(points, peak) for peak in peaks]
+        fits = [each for each in fits if self._is_free(each.pose)]
         return _apart(sorted(fits, key=lambda match: -match.near_fraction), lambda match: match.pose)
 
-    def _best(
-        self,
-        points: NDArray[np.float64],
-        centre: Pose2,
-        reach: float,
-        turn: float,
-        step: float,
-        turn_step: float,
-    ) -> Pose2:
-        along = step * np.arange(-round(reach / step), round(reach / step) + 1)
-        x, y = (each.ravel() for each in np.meshgrid(along, along))
-        places = np.stack([centre.x + x, centre.y + y], axis=1)
-        places = places[(np.hypot(x, y) <= reach + step / 2.0) & self._at(self._free, places)]
-        if not len(places):
-            return centre
-        turns = round(turn / turn_step)
-        headings = centre.yaw + turn_step * np.arange(-turns, turns + 1, dtype=np.float64)
-        scores, which = self._scores(places, headings, points)
-        # Along a corridor all places look alike: then the nearest one counts.
-        away = np.hypot(places[:, 0] - centre.x, places[:, 1] - centre.y) / reach
-        best = int((scores - _NEARER * away**2).argmax())
-        px, py = places[best].tolist()
-        return Pose2(px, py, normalize_angle(float(headings[which[best]])))
+    def _leaves(self, beam_cells: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Poses (row, column, number of the heading) that fit, the best ones first."""
+        top = _LEVELS - 1
+        width = self._leaf << top
+        rows, columns = np.nonzero(self._free_blocks[top][::width, ::width])
+        corners = np.stack([rows, columns], axis=1) * width
+        headings = np.arange(len(beam_cells))
+        blocks = np.column_stack(
+            [np.repeat(corners, len(headings), axis=0), np.tile(headings, len(corners))]
+        ).astype(np.int32)
+        least = _LEAST
+        for level in range(top, -1, -1):
+            scores = score_blocks(blocks, beam_cells, self._tables[level], least)
+            order = np.argsort(-scores, kind="stable")[:_MOST_BLOCKS]
+            best = blocks[order[:_DIVES]]
+            for below in range(level - 1, -1, -1):
+                best = self._split(best, below)
+                below_scores = score_blocks(best, beam_cells, self._tables[below], _LEAST)
+                best = best[np.argsort(-below_scores, kind="stable")[:_DIVES]]
+            if level and len(best):
+                leaf_scores = score_blocks(best[:1], beam_cells, self._tables[0], _LEAST)
+                least = max(least, float(leaf_scores[0]) - _MARGIN)
+            blocks = blocks[order[scores[order] >= least]]
+            if level:
+                blocks = self._split(blocks, level - 1)
+        return blocks
 
-    def _at(self, cells: NDArray[np.bool_], points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether some points, shape (n, 2), map frame, lie in such cells."""
-        field = self._field
-        corner = np.array([field.origin_x, field.origin_y])
-        u, v = np.floor((points - corner) / field.resolution).astype(int).T
-        inside = (u >= 0) & (u < cells.shape[1]) & (v >= 0) & (v < cells.shape[0])
-        found = np.zeros(len(points), bool)
-        found[inside] = cells[v[inside], u[inside]]
-        return found
+    def _split(self, blocks: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+        """The quarters of some blocks, as far as a robot can be there."""
+        width = self._leaf << level
+        quarters = np.array([[0, 0, 0], [0, width, 0], [width, 0, 0], [width, width, 0]], np.int32)
+        parts = (blocks[:, None, :] + quarters).reshape(-1, 3)
+        free = self._free_blocks[level]
+        inside = (parts[:, 0] < free.shape[0]) & (parts[:, 1] < free.shape[1])
+        parts = parts[inside]
+        return np.ascontiguousarray(parts[free[parts[:, 0], parts[:, 1]]])
 
-    def _scores(
-        self, places: NDArray[np.float64], headings: NDArray[np.float64], points: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    def _pose_of(self, leaf: NDArray[np.int32], headings: NDArray[np.float64]) -> Pose2:
+        row, column, heading = leaf.tolist()
         field = self._field
-        found: tuple[NDArray[np.float64], NDArray[np.int64]] = score_poses(
-            np.ascontiguousarray(places),
-            headings,
-            points,
-            self._table,
-            field.origin_x,
-            field.origin_y,
-            field.resolution,
+        return Pose2(
+            field.origin_x + (column - self._pad + 0.5) * field.resolution,
+            field.origin_y + (row - self._pad + 0.5) * field.resolution,
+            float(headings[heading]),
         )
-        return found
+
+    def _is_free(self, pose: Pose2) -> bool:
+        field = self._field
+        column = math.floor((pose.x - field.origin_x) / field.resolution)
+        row = math.floor((pose.y - field.origin_y) / field.resolution)
+        rows, columns = self._free.shape
+        return 0 <= row < rows and 0 <= column < columns and bool(self._free[row, column])
+
+
+def _doubled(table: NDArray, width: int) -> NDArray:
+    """The greatest values of blocks of twice the width, each kept at the block's first cell."""
+    wider = table.copy()
+    np.maximum(wider[:-width], table[width:], out=wider[:-width])
+    both = wider.copy()
+    np.maximum(both[:, :-width], wider[:, width:], out=both[:, :-width])
+    return both
 
 
 def _apart(ordered: Iterable[T], pose_of: Callable[[T], Pose2]) -> list[T]:
@@ -174,17 +226,10 @@ def _apart(ordered: Iterable[T], pose_of: Callable[[T], Pose2]) -> list[T]:
         pose = pose_of(each)
         if all(
             pose.distance_to(pose_of(other)) > _APART_M
-            or abs(normalize_angle(pose.yaw - pose_of(other).yaw)) > _APART_RAD
+            or abs(angle_difference(pose.yaw, pose_of(other).yaw)) > _APART_RAD
             for other in found
         ):
             found.append(each)
         if len(found) == _PEAKS:
             break
     return found
-
-
-def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """At most ``count`` of the points, evenly chosen."""
-    if len(points) <= count:
-        return points
-    return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])

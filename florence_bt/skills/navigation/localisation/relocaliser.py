@@ -2,90 +2,143 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 from numpy.typing import NDArray
 
+from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
 from florence_bt.skills.navigation.localisation.pose_search import PoseSearch
-from florence_bt.skills.navigation.localisation.scan_match import Match
+from florence_bt.skills.navigation.localisation.scan_match import Match, evenly
 
 _NEAR_M, _NEAR_RAD = 0.8, 0.35
 _CONTRADICTED = 0.1
 """When fewer of the beams go through walls, what does not fit has met people or moved chairs."""
-_LOST_AFTER = 12
+_CONFIRMED_AFTER = 5
+"""After so many scans that fit it is known that the robot is there."""
+_LOST_AFTER, _LOST_AFTER_IN_DOUBT = 40, 5
 """After so many scans that fit badly, more than there are of others, the robot is lost."""
-_EVERYWHERE_EVERY = 4
-"""To look everywhere in a flat takes a tenth of a second, so not with every scan."""
-_AS_GOOD = 0.1
-"""A place is as likely as the best one when the part of the scan that fits there is smaller by no more."""
-_FOUND_AFTER = 5
-"""It is found when so many scans in a row fit: a single one fits in a wrong place, too."""
+_KEPT, _KEEP_M, _KEEP_RAD, _BEAMS_KEPT = 32, 0.25, 0.25, 60
+"""So many scans of the way are looked for together: the last 8 m."""
+_LEAST_KEPT, _SEARCH_EVERY = 5, 2
+"""It is looked for when at least so many are kept, and then with each second one: a search takes some tenths
+of a second."""
+_UNLIKE = 0.03, 1.5
+"""At all other places so much more of the scans does not fit: a part of them, and so many times as much."""
+_AGREE_M, _AGREE_RAD = 0.5, 0.3
+_FIT_BEAMS = 400
 
 
 class Relocaliser:
     """Looks around where the robot is believed to be with each scan that does not fit there, and everywhere
     once it is lost.
 
+    A robot whose odometry has gone on without a break since its place was known is hardly elsewhere: scans
+    that do not fit are then of a room that the map does not know. Its place is in doubt after somebody has
+    told it, and when a scan does not fit those before it: the robot may have been carried.
+
     Attributes:
-        lost: Whether the scans have not fitted for long. Nothing that needs the place may be done then.
+        lost: Whether nobody knows where the robot is. Nothing that needs the place may be done then.
     """
 
     def __init__(self, search: PoseSearch, parameters: LocaliserParameters) -> None:
         self._search = search
         self._p = parameters
-        self._poor = 0
-        self._fitting = 0
-        self._scans_lost = 0
-        self.lost = False
+        self._kept: deque[tuple[Pose2, NDArray[np.float64]]] = deque(maxlen=_KEPT)
+        self._since_search = 0
+        self._candidate: tuple[Pose2, Pose2] | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Somebody has said where the robot is."""
-        self._poor, self.lost = 0, False
+        self._poor, self._fitting, self.lost = 0, 0, False
+
+    def doubt(self) -> None:
+        """The robot may have been carried: what was seen before says nothing any more."""
+        self._fitting = self._since_search = 0
+        self._kept.clear()
+        self._candidate = None
 
     def lose(self) -> None:
         """Nobody knows where the robot is."""
-        self._fitting, self._scans_lost, self.lost = 0, 0, True
+        self.doubt()
+        self.lost = True
 
-    def look(self, points: NDArray[np.float64], believed: Match) -> list[Match]:
-        """Take a scan.
+    def look(self, points: NDArray[np.float64], believed: Match) -> Match | None:
+        """Check with a scan whether the robot is where it is believed to be.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame, metres.
             believed: How it fits where the robot is believed to be.
 
         Returns:
-            Where the robot is rather, the best place first; none when it is where it is believed to be, or
-            nothing better was found.
+            Where the robot is rather, nearby; None when it is where it is believed to be, or nothing better
+            was found.
         """
-        if self.lost:
-            return self._look_everywhere(points, believed)
         fit = believed.near_fraction
         if fit >= self._p.relocalise_fit:
             self._poor = 0
-            return []
+            self._fitting += 1
+            return None
         contradicted = self._search.contradicted_part(points, believed.pose)
         if contradicted < _CONTRADICTED:
             self._poor = max(0, self._poor - 1)
-            return []
+            return None
         found = self._search.around(points, believed.pose, _NEAR_M, _NEAR_RAD)
-        better = found.near_fraction >= max(self._p.relocalise_fit, fit + self._p.relocalise_gain)
-        if better and self._search.contradicted_part(points, found.pose) <= contradicted / 2.0:
+        better = found is not None and found.near_fraction >= max(
+            self._p.relocalise_fit, fit + self._p.relocalise_gain
+        )
+        if found and better and self._search.contradicted_part(points, found.pose) <= contradicted / 2.0:
             self._poor = 0
-            return [found]
-        self._poor = max(0, self._poor + (1 if fit < self._p.lost_fit else -1))
-        if self._poor > _LOST_AFTER:
+            return found
+        in_doubt = self._fitting < _CONFIRMED_AFTER
+        poor = fit < (self._p.relocalise_fit if in_doubt else self._p.lost_fit)
+        self._poor = max(0, self._poor + (1 if poor else -1))
+        if self._poor > (_LOST_AFTER_IN_DOUBT if in_doubt else _LOST_AFTER):
             self.lose()
-        return []
+        return None
 
-    def _look_everywhere(self, points: NDArray[np.float64], believed: Match) -> list[Match]:
-        fits = believed.near_fraction >= self._p.relocalise_fit
-        self._fitting = self._fitting + 1 if fits else 0
-        self._scans_lost += 1
-        if self._fitting >= _FOUND_AFTER:
-            self.reset()
-            return []
-        if self._fitting > 1 or self._scans_lost % _EVERYWHERE_EVERY != 1:
-            return []
-        found = self._search.everywhere(points)
-        likely = [each for each in found if each.near_fraction >= found[0].near_fraction - _AS_GOOD]
-        return likely if likely and likely[0].near_fraction >= self._p.relocalise_fit else []
+    def look_everywhere(self, points: NDArray[np.float64], track: Pose2) -> Match | None:
+        """Look for the robot with a scan and those of the last metres.
+
+        Args:
+            points: Shape (n, 2), beam ends in the base frame, metres.
+            track: The base by the odometry.
+
+        Returns:
+            Where the robot is, None until that is known.
+        """
+        if self._kept and not _moved(self._kept[-1][0], track, _KEEP_M, _KEEP_RAD):
+            return None
+        self._kept.append((track, evenly(points, _BEAMS_KEPT)))
+        self._since_search += 1
+        if len(self._kept) < _LEAST_KEPT or self._since_search < _SEARCH_EVERY:
+            return None
+        self._since_search = 0
+        seen = [self._seen_from(track, pose, scan) for pose, scan in self._kept]
+        way = evenly(np.concatenate(seen), _FIT_BEAMS)
+        found = self._search.everywhere(way)
+        before, self._candidate = self._candidate, None
+        if not found or found[0].near_fraction < self._p.relocalise_fit:
+            return None
+        best = found[0]
+        least = _UNLIKE[0] + _UNLIKE[1] * (1.0 - best.near_fraction)
+        if any(1.0 - other.near_fraction < least for other in found[1:]):
+            return None
+        if self._search.contradicted_part(way, best.pose) > _CONTRADICTED:
+            return None
+        self._candidate = track, best.pose
+        if before is None or _moved(before[1] @ before[0].inverse() @ track, best.pose, _AGREE_M, _AGREE_RAD):
+            return None
+        self.reset()
+        return best
+
+    def _seen_from(self, track: Pose2, pose: Pose2, scan: NDArray[np.float64]) -> NDArray[np.float64]:
+        there = track.inverse() @ pose
+        c, s = np.cos(there.yaw), np.sin(there.yaw)
+        return scan @ np.array([[c, s], [-s, c]]) + np.array([there.x, there.y])
+
+
+def _moved(start: Pose2, end: Pose2, distance: float, angle: float) -> bool:
+    return start.distance_to(end) >= distance or abs(angle_difference(end.yaw, start.yaw)) >= angle

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.navigation.localisation._kernels import match_terms
+from florence_bt.skills.navigation.localisation._kernels import best_offset, match_terms
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 
@@ -78,6 +79,64 @@ def match_scan(
         here, near = start, near_before
     pose = Pose2(float(here[0]), float(here[1]), normalize_angle(float(here[2])))
     return Match(pose, np.linalg.inv(matrix), near / max(1, len(points)))
+
+
+def search_around(
+    field: LikelihoodField,
+    points: NDArray[np.float64],
+    centre: Pose2,
+    *,
+    reach: float,
+    turn: float,
+    step: float,
+    turn_step: float,
+    near: float,
+    cost_d: float,
+    cost_a: float = 0.0,
+) -> Pose2:
+    """The pose of a grid of poses at which a scan fits best: for a fit to begin at.
+
+    Args:
+        field: The map.
+        points: Shape (n, 2), beam ends in the base frame, metres.
+        centre: The middle of where is looked.
+        reach: How far from there, metres.
+        turn: How far from its heading, radians.
+        step: From place to place, metres.
+        turn_step: From heading to heading, radians.
+        near: A beam that ends farther from a surface does not fit, metres.
+        cost_d: How much more of the scan has to fit at a place, per squared metre from the middle: along a
+            corridor all places look alike.
+        cost_a: The same per squared radian.
+
+    Source:
+        Olson, Real-time correlative scan matching, ICRA 2009.
+    """
+    x, y, yaw = best_offset(
+        field.signed,
+        points,
+        centre.x,
+        centre.y,
+        centre.yaw,
+        field.origin_x,
+        field.origin_y,
+        field.resolution,
+        step,
+        math.ceil(reach / step - 1e-9),
+        turn_step,
+        math.ceil(turn / turn_step - 1e-9),
+        near,
+        cost_d,
+        cost_a,
+    )
+    return Pose2(x, y, normalize_angle(yaw))
+
+
+def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """At most ``count`` of the points, evenly chosen."""
+    if len(points) <= count:
+        return points
+    return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
 
 
 def _terms(
