@@ -30,9 +30,12 @@ MAX_BEAMS = 20_000
 MAX_PIXELS_A_SIDE = 10_000
 MAX_FOCAL_LENGTH_PX = 100_000.0
 MAX_LOOK_S = 3_600.0
+MAX_WAIT_S = 86_400
 MAX_NOTE_S = 60.0
 MAX_ITEMS = 1_000
 """Transforms or joints in one message."""
+MAX_POSES = 20_000
+"""Of a path."""
 MAX_NAME = 200
 """Characters of a frame, a label or another name."""
 MIN_SQUARED_NORM = 1e-6
@@ -298,6 +301,20 @@ def _pose_stamped(message: Any, now: Now | None) -> None:
     _rotation("pose.orientation", message.pose.orientation, shortest=0.0)
 
 
+def _poses(name: str) -> Check:
+    """A field that is a list of poses, or a path."""
+
+    def check(message: Any, now: Now | None) -> None:
+        field = getattr(message, name)
+        poses = getattr(field, "poses", field)
+        if len(poses) > MAX_POSES:
+            raise BadMessage(f"{name} has {len(poses)} poses", f"at most {MAX_POSES}")
+        for pose in poses:
+            _pose_stamped(pose, now)
+
+    return check
+
+
 def _pose_with_covariance(message: Any, now: Now | None) -> None:
     _name("header.frame_id", message.header.frame_id)
     _place("pose.position", message.pose.pose.position)
@@ -321,6 +338,15 @@ def _parameters(message: Any, now: Now | None) -> None:
 def _song(message: Any, now: Now | None) -> None:
     for duration in message.durations:
         _between("a duration", duration, 0.0, MAX_NOTE_S, "s")
+
+
+def _wait(message: Any, now: Now | None) -> None:
+    _between("time.sec", message.time.sec, 0, MAX_WAIT_S, "s")
+
+
+def _straight(message: Any, now: Now | None) -> None:
+    _place("target", message.target)
+    _within("speed", message.speed, MAX_SPEED_MPS, "m/s")
 
 
 _SPEED_LIMITS = (
@@ -382,10 +408,26 @@ CHECKS: Mapping[str, Check] = {
     "florence_interfaces/LookForUser_Goal": _all(
         _range("window", 0.0, MAX_LOOK_S, "s"), _numbers(MAX_DISTANCE_M, "m", "x", "y")
     ),
+    "nav_msgs/GetPlan_Request": _all(
+        lambda message, now: _pose_stamped(message.start, now),
+        lambda message, now: _pose_stamped(message.goal, now),
+        _range("tolerance", 0.0, MAX_DISTANCE_M, "m"),
+    ),
+    "nav2_msgs/BackUp_Goal": _straight,
+    "nav2_msgs/ClearCostmapAroundRobot_Request": _range("reset_distance", 0.0, MAX_DISTANCE_M, "m"),
+    "nav2_msgs/ClearCostmapExceptRegion_Request": _range("reset_distance", 0.0, MAX_DISTANCE_M, "m"),
+    "nav2_msgs/ComputePathToPose_Goal": _all(
+        lambda message, now: _pose_stamped(message.start, now),
+        lambda message, now: _pose_stamped(message.goal, now),
+    ),
+    "nav2_msgs/DriveOnHeading_Goal": _straight,
+    "nav2_msgs/FollowPath_Goal": _poses("path"),
+    "nav2_msgs/NavigateThroughPoses_Goal": _poses("poses"),
     "nav2_msgs/NavigateToPose_Goal": lambda message, now: _pose_stamped(message.pose, now),
     "nav2_msgs/SaveMap_Request": _all(
         _range("free_thresh", 0.0, 1.0, ""), _range("occupied_thresh", 0.0, 1.0, "")
     ),
+    "nav2_msgs/Wait_Goal": _wait,
     "nav2_msgs/Spin_Goal": _numbers(MAX_ANGLE_RAD, "rad", "target_yaw"),
 }
 """Type -> its check. A type that is not here is not checked."""

@@ -19,5 +19,8 @@ SERVED: tuple[Served, ...] = (
     *speech.SERVED,
 )
 
-ACTIONS = tuple(served.name for served in SERVED if isinstance(served, ServedAction))
+ACTIONS = (
+    *(served.name for served in SERVED if isinstance(served, ServedAction)),
+    *navigate.ACTIONS_WITHOUT_SKILL,
+)
 """The names of all actions: what moves the robot, and what it must not move during."""

@@ -15,13 +15,28 @@ pytest.importorskip("rclpy")
 from builtin_interfaces.msg import Duration
 from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
-from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
-from nav2_msgs.action import NavigateToPose, Spin
-from nav2_msgs.srv import LoadMap, SaveMap
+from geometry_msgs.msg import Point, PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
+from nav2_msgs.action import (
+    BackUp,
+    ComputePathToPose,
+    DriveOnHeading,
+    FollowPath,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
+from nav2_msgs.srv import (
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    LoadMap,
+    SaveMap,
+)
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
-from nav_msgs.srv import GetMap
+from nav_msgs.srv import GetMap, GetPlan
 from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan as LaserScanMsg
@@ -183,7 +198,8 @@ class Scene:
         def come() -> None:
             flag[0] = True
 
-        node.timebase.call_at(self.robot.world.now, come)
+        # A hair earlier: the message on /clock has whole nanoseconds.
+        node.timebase.call_at(self.robot.world.now - 1e-6, come)
         return flag
 
     def play_until(self, condition: Callable[[], Any], limit_s: float = 40.0) -> Any:
@@ -403,6 +419,101 @@ def test_what_the_base_says_is_the_failure_of_the_drive_and_of_the_turn(scene: S
     publisher.publish(StopReason())
     scene.ros.spin_until(lambda: not scene.navigation._base_stop.code)
     assert scene.result_of(scene.send(scene.poses, to(Pose2(2.0, 2.4)))).status == 4
+
+
+def test_every_motion_of_nav2(scene: Scene) -> None:
+    scene.add_navigation()
+    world = scene.robot.world
+
+    def do(kind: Any, name: str, **goal: Any) -> tuple[Any, list[Any]]:
+        heard: list[Any] = []
+        client = ActionClient(scene.client, kind, name)
+        scene.client.on_destroy(client.destroy)
+        handle = scene.send(
+            client, kind.Goal(**goal), feedback_callback=lambda one: heard.append(one.feedback)
+        )
+        return scene.result_of(handle), heard
+
+    def stamped(*poses: Pose2) -> list[PoseStamped]:
+        return [pose_stamped_to_ros(pose, "map", 0.0) for pose in poses]
+
+    allowance = duration_to_ros(20.0)
+    answer, heard = do(BackUp, "backup", target=Point(x=0.3), speed=0.1, time_allowance=allowance)
+    assert (answer.status, answer.result.error_code) == (4, 0)
+    assert world.pose.x == pytest.approx(START.x - 0.3, abs=0.04)
+    assert answer.result.total_elapsed_time.sec >= 2
+    assert 0.1 < heard[-1].distance_traveled < 0.32
+    answer, _ = do(
+        DriveOnHeading, "drive_on_heading", target=Point(x=0.3), speed=0.2, time_allowance=allowance
+    )
+    assert (answer.status, world.pose.x) == (4, pytest.approx(START.x, abs=0.06))
+    for kind, name, goal, number in (
+        (BackUp, "backup", {"target": Point(x=0.3, y=0.1), "speed": 0.1}, 713),
+        (BackUp, "backup", {"target": Point(x=0.3), "speed": 0.0}, 713),
+        (DriveOnHeading, "drive_on_heading", {"target": Point(x=0.3), "speed": -0.1}, 724),
+        (DriveOnHeading, "drive_on_heading", {"target": Point(x=9.0), "speed": 0.4}, 723),
+        (NavigateThroughPoses, "navigate_through_poses", {"poses": []}, 309),
+        (NavigateThroughPoses, "navigate_through_poses", {"poses": stamped(START, Pose2(99.0))}, 304),
+        (FollowPath, "follow_path", {}, 103),
+    ):
+        answer, _ = do(kind, name, **goal)
+        assert (answer.status, answer.result.error_code) == (6, number)
+        assert answer.result.error_msg
+    answer, heard = do(Wait, "wait", time=duration_to_ros(1.5))
+    assert (answer.status, answer.result.total_elapsed_time.sec) == (4, 1)
+    left = [one.time_left.sec + 1e-9 * one.time_left.nanosec for one in heard]
+    assert left == pytest.approx([1.5, 1.0, 0.5], abs=0.11)
+
+    answer, _ = do(ComputePathToPose, "compute_path_to_pose", goal=stamped(Pose2(1.5, 1.0, 1.0))[0])
+    path = answer.result.path
+    assert (answer.status, answer.result.error_code, path.header.frame_id) == (4, 0, "map")
+    assert pose_from_ros(path.poses[-1].pose).distance_to(Pose2(1.5, 1.0)) < 1e-6
+    outside = {"start": stamped(Pose2(99.0))[0], "use_start": True, "goal": stamped(START)[0]}
+    answer, _ = do(ComputePathToPose, "compute_path_to_pose", **outside)
+    assert (answer.status, answer.result.error_code) == (6, 203)
+
+    answer, heard = do(FollowPath, "follow_path", path=path)
+    assert (answer.status, answer.result.error_code) == (4, 0)
+    assert world.pose.distance_to(Pose2(1.5, 1.0)) < 0.08
+    assert max(one.distance_to_goal for one in heard) > 1.0 and max(one.speed for one in heard) > 0.1
+    ways = stamped(Pose2(2.4, 1.2), Pose2(2.4, 2.8, 1.5))
+    answer, heard = do(NavigateThroughPoses, "navigate_through_poses", poses=ways)
+    assert (answer.status, answer.result.error_code, world.hits) == (4, 0, 0)
+    assert {one.number_of_poses_remaining for one in heard} == {1, 2}
+    assert heard[-1].estimated_time_remaining.sec < heard[2].estimated_time_remaining.sec
+
+
+def test_plans_and_costmaps_by_service(scene: Scene) -> None:
+    scene.add_navigation()
+
+    def ask(kind: Any, name: str, **request: Any) -> Any:
+        client = scene.client.create_client(kind, name)
+        scene.ros.spin_until(client.service_is_ready)
+        future = client.call_async(kind.Request(**request))
+        scene.ros.spin_until(future.done)
+        return future.result()
+
+    def marked(which: str) -> int:
+        costmap = scene.navigation._costmap(which)
+        return sum(int((layer == 254).sum()) for layer in costmap._layers.values())
+
+    def pose(*numbers: float) -> PoseStamped:
+        return pose_stamped_to_ros(Pose2(*numbers), "map", 0.0)
+
+    blocked = pose(4.05, 1.0)
+    assert not ask(GetPlan, "navigate/make_plan", start=pose(1.0, 1.0), goal=blocked).plan.poses
+    plan = ask(GetPlan, "navigate/make_plan", start=pose(1.0, 1.0), goal=blocked, tolerance=0.5).plan
+    assert len(plan.poses) > 20
+    for which in ("global", "local"):
+        everything = marked(which)
+        assert everything
+        ask(ClearCostmapAroundRobot, f"{which}_costmap/clear_around_{which}_costmap", reset_distance=4.9)
+        around = marked(which)
+        assert around < everything
+        ask(ClearCostmapExceptRegion, f"{which}_costmap/clear_except_{which}_costmap", reset_distance=5.0)
+        assert marked(which) <= around
+        ask(ClearEntireCostmap, f"{which}_costmap/clear_entirely_{which}_costmap")
+        assert not marked(which)
 
 
 def test_a_goal_in_another_frame_and_a_cancel(scene: Scene) -> None:

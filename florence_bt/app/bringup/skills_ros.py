@@ -8,6 +8,8 @@ from datetime import timedelta
 from types import ModuleType
 from typing import Any
 
+from geometry_msgs.msg import Point
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.serving import (
     Served,
@@ -134,4 +136,8 @@ def _to_ros(node: FlorenceNode, value: Any) -> Any:
         return pose_stamped_to_ros(value, "map", node.timebase.now())
     if isinstance(value, timedelta):
         return duration_to_ros(value.total_seconds())
+    if isinstance(value, tuple):
+        return Point(**dict(zip("xyz", map(float, value), strict=True)))
+    if isinstance(value, list):
+        return [_to_ros(node, each) for each in value]
     return value

@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 
 from florence_bt.core.clock import ManualClock, call_every
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.outcome import Result, cancelled, success
+from florence_bt.core.outcome import Result, cancelled, failure, success
 from florence_bt.core.sensing import ColourImage, DepthImage, LaserScan, OccupancyGrid, TrackedUser
 from florence_bt.core.skill import SkillRun
 from florence_bt.core.transforms import TransformBuffer
@@ -219,6 +219,27 @@ class _BaseSkills:
     def navigate(self, goal: Pose2) -> SkillRun:
         run = self._component.begin("driving", self._navigator.cancel)
         self._navigator.start(goal, self._clock.now())
+        return run
+
+    def navigate_through(self, goals: Sequence[Pose2]) -> SkillRun:
+        run = self._component.begin("driving", self._navigator.cancel)
+        self._navigator.start_through(goals, self._clock.now())
+        return run
+
+    def plan(self, goal: Pose2) -> Result:
+        place = self._robot.map_from_odom
+        if place is None:
+            return failure("no_pose", "the robot does not know where it is in the map")
+        plan = self._navigator.plan_between(place @ self._robot.odometry.pose, goal)
+        return plan if isinstance(plan, Result) else success(length=plan.length)
+
+    def clear_costmap(self) -> Result:
+        self._navigator.global_costmap.reset_outside(0.0, 0.0, 0.0)
+        return success()
+
+    def drive_straight(self, distance: float, speed: float, time_allowance: float) -> SkillRun:
+        run = self._component.begin("driving straight on", self._navigator.cancel)
+        self._navigator.start_straight(distance, speed, self._clock.now(), time_allowance)
         return run
 
     def turn(self, angle: float, time_allowance: float) -> SkillRun:

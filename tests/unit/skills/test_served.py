@@ -33,7 +33,9 @@ def ended(name: str, outcome: Outcome, **fields: Any) -> Result:
 
 def test_every_declared_skill_is_served_once() -> None:
     assert sorted(served.skill.name for served in SERVED) == list(collect_declarations(third_party=False))
-    assert ACTIONS == ("navigate_to_pose", "spin", "follow_user", "approach_person", "look_for_user")
+    moving = {served.name for served in SERVED if served.skill.resources and isinstance(served, ServedAction)}
+    assert moving <= set(ACTIONS)
+    assert set(ACTIONS) - {served.name for served in SERVED} == {"follow_path", "wait"}
 
 
 @pytest.mark.parametrize("served", SERVED, ids=lambda served: served.skill.name)
@@ -51,6 +53,19 @@ def test_the_type_fits_the_table(served: Served) -> None:
             {"angle": 1, "time_allowance": 20.0},
             {"target_yaw": 1.0, "time_allowance": timedelta(seconds=20.0)},
         ),
+        ("navigate_through", {"via": POSE, "goal": Pose2()}, {"poses": [POSE, Pose2()]}),
+        ("plan_to", {"goal": POSE}, {"goal": POSE}),
+        (
+            "back_up",
+            {"distance": 0.5, "speed": 0.1, "time_allowance": 20.0},
+            {"target": (0.5, 0.0, 0.0), "speed": 0.1, "time_allowance": timedelta(seconds=20.0)},
+        ),
+        (
+            "drive_straight",
+            {"distance": -1, "speed": 0.1, "time_allowance": 20.0},
+            {"target": (-1, 0.0, 0.0), "speed": -0.1, "time_allowance": timedelta(seconds=20.0)},
+        ),
+        ("clear_costmap", {}, {}),
         (
             "look_for_user",
             {"window": 5, "user_id": 7, "x": 1, "y": 0.5},
@@ -160,6 +175,37 @@ def test_the_battery_is_above_a_part_of_its_charge() -> None:
             served.judge({"charge": 0.2}, SimpleNamespace(percentage=unknown))
 
 
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        (
+            "navigate_through",
+            {102: "no_pose", 104: "blocked", 204: "goal_outside", 304: "goal_outside", 309: "bad_input"},
+        ),
+        ("navigate_through", {10001: "wheel_drop", 308: "no_path", 1: "blocked", 105: "no_progress"}),
+        (
+            "plan_to",
+            {200: "bad_input", 202: "no_transform", 205: "start_occupied", 208: "no_path", 9: "no_path"},
+        ),
+        (
+            "back_up",
+            {710: "drive_failed", 711: "time_allowance", 712: "no_pose", 713: "bad_input", 717: "no_scan"},
+        ),
+        ("back_up", {714: "collision_ahead", 10006: "bumper"}),
+        (
+            "drive_straight",
+            {720: "drive_failed", 721: "time_allowance", 723: "collision_ahead", 724: "bad_input"},
+        ),
+    ],
+)
+def test_numbers_of_nav2_become_codes(name: str, numbers: dict[int, str]) -> None:
+    for number, code in numbers.items():
+        result = ended(name, Outcome.FAILED, error_code=number, error_msg="")
+        assert (result.code, result.server_code) == (code, number)
+        assert code == "bad_input" or code in BY_NAME[name].skill.failures
+        assert str(number) in result.reason
+
+
 def test_who_lies_on_the_floor_is_a_condition() -> None:
     served = BY_NAME["user_lying"]
     assert isinstance(served, ServedCondition)
@@ -171,6 +217,11 @@ def test_ends_of_actions_become_results() -> None:
     error = {"error_code": 106, "error_msg": "a chair"}
     assert ended("navigate_to", Outcome.FAILED, **error) == failure("blocked", "a chair", server_code=106)
     assert ended("turn", Outcome.SUCCEEDED, error_code=0, error_msg="") == success()
+    path = [
+        SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=x, y=y))) for x, y in ((0, 0), (3, 4))
+    ]
+    planned = {"error_code": 0, "error_msg": "", "path": SimpleNamespace(poses=path)}
+    assert ended("plan_to", Outcome.SUCCEEDED, **planned) == success(length=5.0)
     person = {"distance": 2.0, "user_id": 7, "posture": "lying", "height": 0.3}
     lost = ended("follow_user", Outcome.FAILED, error_code=10000, error_msg="out of sight")
     assert (lost.code, lost.reason) == ("user_lost", "out of sight")

@@ -352,6 +352,15 @@ class Costmap:
                 marks[v : v + kept.shape[0], u : u + kept.shape[1]] = kept
         self._master = None
 
+    def reset_inside(self, x: float, y: float, side: float) -> None:
+        """Forget what the sensors marked, and what was touched, inside of a square window (metres)."""
+        half = side / 2.0
+        rows = slice(max(0, self._row(y - half)), max(0, self._row(y + half)))
+        columns = slice(max(0, self._column(x - half)), max(0, self._column(x + half)))
+        for marks in self._layers.values():
+            marks[rows, columns] = 0
+        self._master = None
+
     def _column(self, x: float) -> int:
         return math.floor((x - self.origin_x) / self.resolution)
 

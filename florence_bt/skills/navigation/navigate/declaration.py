@@ -4,26 +4,42 @@ from __future__ import annotations
 
 import math
 from datetime import timedelta
+from itertools import pairwise
 from typing import Any
 
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
-from florence_bt.core.serving import ServedAction, ServedPublication
+from florence_bt.core.outcome import Outcome, Result, success
+from florence_bt.core.serving import ServedAction, ServedPublication, ServedService
+from florence_bt.core.skill import Inputs
 from florence_bt.skills.navigation.navigate.results import (
     APPROACH_FAILURES,
+    BACK_UP_CODES_BY_NUMBER,
     FOLLOW_FAILURES,
+    HEADING_CODES_BY_NUMBER,
     NAVIGATE_CODES_BY_NUMBER,
     NAVIGATE_FAILURES,
+    PLAN_CODES_BY_NUMBER,
+    PLAN_FAILURES,
     SERVER_CODES,
     SPIN_CODES_BY_NUMBER,
+    STRAIGHT_FAILURES,
+    THROUGH_CODES_BY_NUMBER,
     TURN_FAILURES,
     result_from_approach,
+    result_from_back_up,
     result_from_follow,
+    result_from_heading,
     result_from_navigate,
+    result_from_plan,
     result_from_spin,
+    result_from_through,
 )
 
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
+
+ACTIONS_WITHOUT_SKILL = ("follow_path", "wait")
+"""For other programs: missions have no paths, and a node of their own that waits."""
 
 _SPEED_LIMITS = {
     "max_lin_speed": Port(
@@ -70,6 +86,65 @@ TURN = SkillDeclaration(
     resources=frozenset({"base"}),
     deadline_s=30.0,
     server_codes=SPIN_CODES_BY_NUMBER,
+)
+
+NAVIGATE_THROUGH = SkillDeclaration(
+    name="navigate_through",
+    summary="Drive to a pose in the map past another one, without a stop there.",
+    inputs={
+        "via": Port(Kind.POSE, "Where to pass, within 0.7 m; its heading does not matter."),
+        "goal": Port(Kind.POSE, "Where to go, in the map frame."),
+    },
+    failures=NAVIGATE_FAILURES,
+    resources=frozenset({"base"}),
+    deadline_s=360.0,
+    server_codes=THROUGH_CODES_BY_NUMBER,
+)
+
+PLAN_TO = SkillDeclaration(
+    name="plan_to",
+    summary="Find out whether a way leads to a pose now, and how long it is; nothing moves",
+    inputs={"goal": Port(Kind.POSE, "Where to, in the map frame.")},
+    outputs={"length": Port(Kind.LENGTH, "how long the way is")},
+    failures=PLAN_FAILURES,
+    deadline_s=15.0,
+    server_codes=PLAN_CODES_BY_NUMBER,
+)
+
+_ALLOWANCE = Port(Kind.DURATION, "How long it may take.", default=20.0, minimum=0.1, maximum=120.0)
+
+BACK_UP = SkillDeclaration(
+    name="back_up",
+    summary="Drive straight back by odometry, while nothing is behind the robot",
+    inputs={
+        "distance": Port(Kind.LENGTH, "How far.", default=0.15, minimum=0.0, maximum=2.0),
+        "speed": Port(Kind.SPEED, "How fast.", default=0.1, minimum=0.03, maximum=0.3),
+        "time_allowance": _ALLOWANCE,
+    },
+    failures=STRAIGHT_FAILURES,
+    resources=frozenset({"base"}),
+    deadline_s=130.0,
+    server_codes=BACK_UP_CODES_BY_NUMBER,
+)
+
+DRIVE_STRAIGHT = SkillDeclaration(
+    name="drive_straight",
+    summary="Drive straight on by odometry, while nothing is in the way",
+    inputs={
+        "distance": Port(Kind.LENGTH, "How far; below 0 backwards.", minimum=-10.0, maximum=10.0),
+        "speed": Port(Kind.SPEED, "How fast.", default=0.2, minimum=0.03, maximum=0.5),
+        "time_allowance": _ALLOWANCE,
+    },
+    failures=STRAIGHT_FAILURES,
+    resources=frozenset({"base"}),
+    deadline_s=130.0,
+    server_codes=HEADING_CODES_BY_NUMBER,
+)
+
+CLEAR_COSTMAP = SkillDeclaration(
+    name="clear_costmap",
+    summary="Forget the obstacles that the sensors have marked in the map; what they see they mark again",
+    deadline_s=10.0,
 )
 
 FOLLOW_USER = SkillDeclaration(
@@ -129,6 +204,22 @@ SET_SPEED_LIMIT = SkillDeclaration(
 )
 
 
+def _plan_result(message: Any, outcome: Outcome) -> Result:
+    result = result_from_plan(outcome, message.error_code, message.error_msg)
+    if not result.succeeded:
+        return result
+    places = [(pose.pose.position.x, pose.pose.position.y) for pose in message.path.poses]
+    return success(length=sum(math.dist(one, two) for one, two in pairwise(places)))
+
+
+def _straight_request(distance: float, inputs: Inputs) -> dict[str, Any]:
+    return {
+        "target": (distance, 0.0, 0.0),
+        "speed": math.copysign(inputs["speed"], distance),
+        "time_allowance": timedelta(seconds=inputs["time_allowance"]),
+    }
+
+
 def _driving(message: Any) -> str:
     """Where to, not how far: a countdown would make every feedback look like a change."""
     recoveries = message.number_of_recoveries
@@ -158,6 +249,56 @@ SERVED = (
         feedback=lambda message: "turning",
         component="base",
         perform=lambda base, inputs: base.turn(float(inputs["angle"]), inputs["time_allowance"]),
+    ),
+    ServedAction(
+        skill=NAVIGATE_THROUGH,
+        interface="nav2_msgs/action/NavigateThroughPoses",
+        name="navigate_through_poses",
+        request=lambda inputs: {"poses": [inputs["via"], inputs["goal"]]},
+        result=lambda message, outcome: result_from_through(outcome, message.error_code, message.error_msg),
+        feedback=_driving,
+        component="base",
+        perform=lambda base, inputs: base.navigate_through([inputs["via"], inputs["goal"]]),
+    ),
+    ServedAction(
+        skill=PLAN_TO,
+        interface="nav2_msgs/action/ComputePathToPose",
+        name="compute_path_to_pose",
+        request=lambda inputs: {"goal": inputs["goal"]},
+        result=_plan_result,
+        feedback=lambda message: "planning",
+        component="base",
+        perform=lambda base, inputs: base.plan(inputs["goal"]),
+    ),
+    ServedAction(
+        skill=BACK_UP,
+        interface="nav2_msgs/action/BackUp",
+        name="backup",
+        request=lambda inputs: _straight_request(inputs["distance"], inputs),
+        result=lambda message, outcome: result_from_back_up(outcome, message.error_code, message.error_msg),
+        feedback=lambda message: "backing up",
+        component="base",
+        perform=lambda base, inputs: base.drive_straight(
+            -inputs["distance"], inputs["speed"], inputs["time_allowance"]
+        ),
+    ),
+    ServedAction(
+        skill=DRIVE_STRAIGHT,
+        interface="nav2_msgs/action/DriveOnHeading",
+        name="drive_on_heading",
+        request=lambda inputs: _straight_request(inputs["distance"], inputs),
+        result=lambda message, outcome: result_from_heading(outcome, message.error_code, message.error_msg),
+        feedback=lambda message: "driving straight on",
+        component="base",
+        perform=lambda base, inputs: base.drive_straight(**inputs),
+    ),
+    ServedService(
+        skill=CLEAR_COSTMAP,
+        interface="nav2_msgs/srv/ClearEntireCostmap",
+        name="global_costmap/clear_entirely_global_costmap",
+        result=lambda response: success(),
+        component="base",
+        perform=lambda base, inputs: base.clear_costmap(),
     ),
     ServedAction(
         skill=FOLLOW_USER,

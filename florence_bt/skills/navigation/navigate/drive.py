@@ -85,7 +85,8 @@ _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
 _BEHAVIOUR_TIME_S = 25.0
 _NEAR_GOAL_M = 1.0
-_TYPICAL_SPEED, _TYPICAL_TURN_SPEED = 0.35, 0.5
+TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
+"""m/s and rad/s, for the time that is left."""
 
 
 class Drive:
@@ -93,6 +94,7 @@ class Drive:
 
     Attributes:
         path: The path that is followed, shape (n, 2) in the map frame, or None.
+        remaining: Metres along it in the last cycle, infinity before the first.
     """
 
     def __init__(self, goal: Pose2, costmaps: Costmaps, parameters: NavigatorParameters, now: float) -> None:
@@ -114,6 +116,7 @@ class Drive:
         self._recoveries = 0
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self.path: NDArray[np.float64] | None = None
+        self.remaining = math.inf
 
     def step(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         """One cycle: the velocity, the feedback, and the result when the drive is over."""
@@ -205,6 +208,7 @@ class Drive:
             state.clearance,
             state.people.around_goal(odom_from_map @ self._goal),
         )
+        self.remaining = control.remaining
         feedback = self._feedback(state, control.remaining, control.text or f"waiting: {control.blocked}")
         if control.reached:
             return STANDSTILL, feedback, self._arrived()
@@ -305,5 +309,5 @@ class Drive:
         if math.isnan(remaining):
             remaining = here.distance_to(self._goal)
         turn = abs(math.remainder(self._goal.yaw - here.yaw, math.tau))
-        time = remaining / _TYPICAL_SPEED + turn / _TYPICAL_TURN_SPEED
+        time = remaining / TYPICAL_SPEED + turn / TYPICAL_TURN_SPEED
         return Feedback(remaining, time, self._all_recoveries, text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from florence_bt.core.outcome import Outcome, Result, cancelled, failure
 from florence_bt.core.sensing import LaserScan, OccupancyGrid, Odometry
 from florence_bt.core.table_legs import with_tables
 from florence_bt.core.transforms import Transform3
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.approach import Approach, ApproachGoal
 from florence_bt.skills.navigation.navigate.clearance import Clearance, MapWalls
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_rays, rays_of
@@ -21,17 +22,25 @@ from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.follow import Follow, FollowGoal
 from florence_bt.skills.navigation.navigate.legs import Place, Unmapped
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.path_drive import PathDrive
 from florence_bt.skills.navigation.navigate.people_tracks import PeopleTracks
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M
+from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
+from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StandStill, StraightDrive
+from florence_bt.skills.navigation.navigate.through import ThroughDrive
 from florence_bt.skills.navigation.navigate.trails import BODIES, BODY_M, CAMERA_SOURCES, Trails
 
 LASER = "scan"
 """The source in whose scans legs are found."""
 _CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact does not believe in it any more."""
+
+Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | StandStill | Follow | Approach
+_BY_ODOMETRY = (Spin, StraightDrive, Approach)
+"""Goals that do not need to know where the robot is in the map."""
 
 
 class Freshness:
@@ -95,7 +104,7 @@ def problem_with_quaternion(x: float, y: float, z: float, w: float) -> str | Non
 
 
 class Navigator:
-    """Drives to poses, turns in place, follows and approaches people, one goal at a time.
+    """Drives to poses and along paths, turns in place, follows and approaches people, one goal at a time.
 
     Feed it every scan with :meth:`add_scan` and every person with :meth:`saw_person`, start a goal, then call
     :meth:`step` at the controller's frequency and send what it commands, until it gives a result.
@@ -122,7 +131,7 @@ class Navigator:
         self._people = PeopleTracks(self._p.people)
         self._trails = Trails()
         self._left: list[Place] = []
-        self._goal: Drive | Spin | Follow | Approach | None = None
+        self._goal: Goal | None = None
         self._end: Result | None = None
         self._missing_since: float | None = None
         self._feedback = Feedback()
@@ -137,12 +146,8 @@ class Navigator:
     @property
     def plan(self) -> NDArray[np.float64] | None:
         """The path that is followed, shape (n, 2) in the map frame, or None."""
-        return self._goal.path if isinstance(self._goal, (Drive, Follow)) else None
-
-    @property
-    def turn_travelled(self) -> float:
-        """Radians turned so far by the active turn, 0 without one."""
-        return self._goal.travelled if isinstance(self._goal, Spin) else 0.0
+        with_path = (Drive, ThroughDrive, PathDrive, Follow)
+        return self._goal.path if isinstance(self._goal, with_path) else None
 
     @property
     def person(self) -> Place | None:
@@ -236,6 +241,76 @@ class Navigator:
             self._end = failure(code, reason, server_code=SERVER_CODES[code])
         else:
             self._goal = Drive(goal, self._costmaps, self._p, now)
+
+    def start_through(self, goals: Sequence[Pose2], now: float) -> None:
+        """Drive to the last of several poses in the map frame, past the others; replaces what is active."""
+        self._begin(now)
+        if not goals:
+            self._end = failure("no_poses", "no pose is given (would have worked: one or more)")
+            return
+        problems = ((number, self._problem_with(goal)) for number, goal in enumerate(goals, start=1))
+        number, problem = next((one for one in problems if one[1] is not None), (0, None))
+        if problem is not None:
+            code, reason = problem
+            self._end = failure(code, f"pose {number} of {len(goals)}: {reason}")
+        else:
+            self._goal = ThroughDrive(goals, self._costmaps, self._p, now)
+
+    def start_path(self, path: Sequence[Pose2], now: float) -> None:
+        """Drive along a path in the map frame, as it is; replaces what is active.
+
+        Args:
+            path: From the robot to the goal, whose heading counts.
+            now: Seconds.
+        """
+        self._begin(now)
+        if not path or not all(pose.is_finite() for pose in path):
+            self._refuse(f"a path of {len(path)} poses cannot be driven (would have worked: one of numbers)")
+            return
+        points = np.array([(pose.x, pose.y) for pose in path])
+        self._goal = PathDrive(points, path[-1], self._costmaps, self._p, now)
+
+    def start_straight(self, distance: float, speed: float, now: float, time_allowance: float) -> None:
+        """Drive straight on by odometry; replaces what is active.
+
+        Args:
+            distance: Metres, below zero backwards.
+            speed: m/s, :data:`SLOWEST_MPS` or more.
+            now: Seconds.
+            time_allowance: Seconds it may take; 0 is no limit.
+        """
+        self._begin(now)
+        if not all(map(math.isfinite, (distance, speed, time_allowance))) or speed < SLOWEST_MPS:
+            numbers = f"{distance} m at {speed} m/s in {time_allowance} s"
+            self._refuse(f"cannot drive {numbers} (would have worked: {SLOWEST_MPS} m/s and more)")
+        else:
+            speed = min(speed, self._p.controller.max_vel_x)
+            self._goal = StraightDrive(distance, speed, now, time_allowance)
+
+    def start_wait(self, duration: float, now: float) -> None:
+        """Stand still for some seconds; replaces what is active."""
+        self._begin(now)
+        if not math.isfinite(duration) or duration < 0.0:
+            self._refuse(f"cannot wait for {duration} s")
+        else:
+            self._goal = StandStill(duration, now)
+
+    def plan_between(self, start: Pose2, goal: Pose2, tolerance: float = 0.0) -> Plan | Result:
+        """A path in the map frame, which nobody drives.
+
+        Args:
+            start: Where from.
+            goal: Where to.
+            tolerance: When the goal is blocked, the nearest place within this many metres will do.
+
+        Returns:
+            The plan, or a failure as of :func:`plan_path`, or ``start_occupied``.
+        """
+        if not start.is_finite():
+            return failure("bad_input", f"the start {start} is not finite")
+        if self.cost_at(start.x, start.y) == LETHAL:
+            return failure("start_occupied", f"({start.x:.2f}, {start.y:.2f}) lies in an obstacle")
+        return plan_path(self.global_costmap, start, goal, self._p.planner, tolerance=tolerance)
 
     def start_spin(self, angle: float, now: float, time_allowance: float) -> None:
         """Turn in place by an angle (rad, counter-clockwise positive); replaces what is active.
@@ -387,9 +462,11 @@ class Navigator:
             return CycleResult(None, Feedback())
         if self._end is not None:
             return self._finish(self._end)
+        if isinstance(self._goal, StandStill):
+            return self._stand_still(self._goal, now)
         if self.base_stop.holds_all:
             return self._finish(self.base_stop.failure())
-        needs_map = not isinstance(self._goal, (Spin, Approach))
+        needs_map = not isinstance(self._goal, _BY_ODOMETRY)
         missing = self._fresh.missing(now, odometry, map_from_odom, needs_map=needs_map)
         if missing is not None:
             return self._wait(now, *missing)
@@ -401,6 +478,11 @@ class Navigator:
             return self._finish(result)
         limit = self.speed_limit
         return CycleResult(command.slowed_to(limit) if limit > 0.0 else command, self._feedback)
+
+    def _stand_still(self, goal: StandStill, now: float) -> CycleResult:
+        """Waiting needs no sensors."""
+        self._feedback, result = goal.step(now)
+        return CycleResult(STANDSTILL, self._feedback) if result is None else self._finish(result)
 
     def _state_at(self, now: float, odometry: Odometry, map_from_odom: Pose2 | None) -> RobotState:
         # The odometry is a little old; the robot has moved on since.
@@ -418,32 +500,28 @@ class Navigator:
 
     def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
         goal = self._goal
-        assert goal is not None
+        assert goal is not None and not isinstance(goal, StandStill)
         if not isinstance(goal, Spin):
             command, self._feedback, result = goal.step(state)
             return command, result
         command, result = goal.step(state.now, state.pose, state.twist, state.clearance)
         left = abs(goal.remaining)
-        self._feedback = Feedback(left, left / self._p.turn.spin_max_speed, 0, "turning in place")
+        time = left / self._p.turn.spin_max_speed
+        self._feedback = Feedback(left, time, 0, "turning in place", travelled=goal.travelled)
         return command, result
 
     def _wait(self, now: float, code: str, reason: str) -> CycleResult:
         if self._missing_since is None:
             self._missing_since = now
         if now - self._missing_since > self._p.cycle.sensor_patience:
-            codes = SPIN_SERVER_CODES if isinstance(self._goal, Spin) else SERVER_CODES
-            return self._finish(failure(code, reason, server_code=codes[code]))
-        old = self._feedback
-        self._feedback = Feedback(
-            old.distance_remaining, old.time_remaining, old.recoveries, f"waiting: {reason}"
-        )
+            return self._finish(failure(code, reason))
+        self._feedback = replace(self._feedback, text=f"waiting: {reason}")
         return CycleResult(STANDSTILL, self._feedback)
 
     def _finish(self, result: Result) -> CycleResult:
         self._goal = self._end = None
-        old = self._feedback
         text = "arrived" if result.outcome is Outcome.SUCCEEDED else result.reason
-        self._feedback = Feedback(old.distance_remaining, 0.0, old.recoveries, text)
+        self._feedback = replace(self._feedback, time_remaining=0.0, text=text)
         return CycleResult(STANDSTILL, self._feedback, result)
 
 

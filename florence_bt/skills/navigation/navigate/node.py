@@ -1,4 +1,4 @@
-"""The node ``navigate``: drives, turns, follows and approaches (four actions), costmaps, ``cmd_vel``.
+"""The node ``navigate``: its actions (:mod:`actions.node`), plans, costmaps, ``cmd_vel``.
 
 A pose on ``goal_pose`` (RViz) is sent on to the own action, as in Nav2: so every drive can be listed and
 cancelled as a goal.
@@ -12,15 +12,17 @@ import math
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import PoseStamped, Twist
-from nav2_msgs.action import NavigateToPose, Spin
+from nav2_msgs.action import ComputePathToPose, NavigateToPose
+from nav2_msgs.srv import ClearCostmapAroundRobot, ClearCostmapExceptRegion, ClearEntireCostmap
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
+from nav_msgs.srv import GetPlan
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_msgs.msg import Bool, Float64
@@ -34,7 +36,6 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.action_server import PREEMPTED, SingleGoalServer
 from florence_bt.ros.conversions import (
-    duration_from_ros,
     duration_to_ros,
     frame_from_ros,
     grid_from_ros,
@@ -52,17 +53,19 @@ from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformListener
 from florence_bt.ros.topics import MANUAL_OVERRIDE
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
+from florence_bt.skills.navigation.navigate.actions.node import (
+    GOAL_ACTIONS,
+    NAVIGATE_TO_POSE,
+    GoalAction,
+    filled,
+)
+from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.results import (
-    SERVER_CODES,
-    SPIN_SERVER_CODES,
-    BaseStop,
-    navigate_error_code,
-    spin_error_code,
-)
+from florence_bt.skills.navigation.navigate.planner import Plan
+from florence_bt.skills.navigation.navigate.results import PLAN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
 from florence_bt.skills.navigation.navigate.trails import BODIES
 
@@ -71,6 +74,7 @@ _JUST_AFTER_S = 0.001
 _USER_FRAME = "user_"
 """The frame of a person is this and their persistent id."""
 OVERRIDDEN = "the manual override is on; release it first: florence release"
+NO_POSE = "the robot does not know where it is in the map"
 NO_MAP = "there is no map yet; the map server publishes it on 'map'"
 SendGoal = NavigateToPose.Impl.SendGoalService
 
@@ -111,7 +115,7 @@ class NavigationNode(FlorenceNode):
         self._taken: dict[str, float] = {}
         self._cycle: Timer | None = None
         self._overdue: Timer | None = None
-        self._owner: SingleGoalServer | None = None
+        self._owner: GoalAction | None = None
         self._started = 0.0
         self._next_feedback = 0.0
         self._shown_plan: object = None
@@ -120,9 +124,17 @@ class NavigationNode(FlorenceNode):
         self._person = 0.0, 0.0
         self._make_publishers()
         self._make_subscriptions()
-        self._make_action_servers()
+        self._servers = {action: self._serve(action) for action in GOAL_ACTIONS}
+        self._plans = SingleGoalServer(
+            self,
+            ComputePathToPose,
+            "compute_path_to_pose",
+            on_goal=self._on_plan_goal,
+            on_cancel=lambda: None,
+            bad_goal_code=PLAN_SERVER_CODES["bad_input"],
+        )
+        self._make_services()
         self._own_goals = self.create_client(SendGoal, "navigate_to_pose/_action/send_goal")
-        self.create_service(Empty, "~/clear_costmaps", self._on_clear)
         call_every(self.timebase, self._p.costmap_publish_period, self._publish_costmaps)
 
     def _make_subscriptions(self) -> None:
@@ -143,34 +155,27 @@ class NavigationNode(FlorenceNode):
         self.create_subscription(Float64, SPEED_LIMIT, self._on_speed_limit, RELIABLE)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal_pose, RELIABLE)
 
-    def _make_action_servers(self) -> None:
-        self._poses = SingleGoalServer(
+    def _serve(self, action: GoalAction) -> SingleGoalServer:
+        return SingleGoalServer(
             self,
-            NavigateToPose,
-            "navigate_to_pose",
-            on_goal=self._on_pose_goal,
+            action.interface,
+            action.name,
+            on_goal=partial(self._on_goal, action),
             on_cancel=self._on_cancel,
-            bad_goal_code=SERVER_CODES["bad_input"],
+            bad_goal_code=action.codes["bad_input"],
         )
-        self._spins = SingleGoalServer(
-            self,
-            Spin,
-            "spin",
-            on_goal=self._on_spin_goal,
-            on_cancel=self._on_cancel,
-            bad_goal_code=SPIN_SERVER_CODES["bad_input"],
-        )
-        self._follows = SingleGoalServer(
-            self,
-            FollowUser,
-            "follow_user",
-            on_goal=self._on_follow_goal,
-            on_cancel=self._on_cancel,
-            bad_goal_code=SERVER_CODES["bad_input"],
-        )
-        self._approaches = SingleGoalServer(
-            self, ApproachMe, "approach_person", on_goal=self._on_approach_goal, on_cancel=self._on_cancel
-        )
+
+    def _make_services(self) -> None:
+        self.create_service(Empty, "~/clear_costmaps", self._on_clear)
+        self.create_service(GetPlan, "~/make_plan", self._on_make_plan)
+        for which in ("global", "local"):
+            for kind, name in (
+                (ClearEntireCostmap, "entirely"),
+                (ClearCostmapExceptRegion, "except"),
+                (ClearCostmapAroundRobot, "around"),
+            ):
+                service = f"{which}_costmap/clear_{name}_{which}_costmap"
+                self.create_service(kind, service, partial(self._on_clear_one, which, name))
 
     def _make_publishers(self) -> None:
         self._velocity = self.create_publisher(Twist, "cmd_vel", RELIABLE)
@@ -204,7 +209,7 @@ class NavigationNode(FlorenceNode):
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
         if self._navigator is not None and self._navigator.active:
-            self._abandon(failure("no_path", "the map was replaced", server_code=SERVER_CODES["no_path"]))
+            self._abandon(failure("no_path", "the map was replaced"))
         self._navigator = Navigator(grid_from_ros(message), self._settings)
         self._navigator.base_stop = self._base_stop
         self._navigator.speed_limit = self._speed_limit
@@ -284,6 +289,73 @@ class NavigationNode(FlorenceNode):
             self._navigator.clear()
         return response
 
+    def _on_clear_one(self, which: str, name: str, request: Any, response: Any) -> Any:
+        costmap = self._costmap(which)
+        if costmap is not None and name == "entirely":
+            costmap.reset_outside(0.0, 0.0, 0.0)
+        elif costmap is not None:
+            robot = self._pose_in(which)
+            if robot is None:
+                self.get_logger().warning(f"the {which} costmap is not cleared: {NO_POSE}")
+            else:
+                clear = costmap.reset_inside if name == "around" else costmap.reset_outside
+                clear(robot.x, robot.y, float(request.reset_distance))
+        return response
+
+    def _costmap(self, which: str) -> Costmap | None:
+        navigator = self._navigator
+        if navigator is None:
+            return None
+        return navigator.global_costmap if which == "global" else navigator.local_costmap
+
+    def _pose_in(self, which: str) -> Pose2 | None:
+        """The robot in the frame of a costmap, None while it is not known."""
+        odometry, place = self._queue.odometry, self._map_from_odom()
+        if odometry is None or (which == "global" and place is None):
+            return None
+        return odometry.pose if place is None or which == "local" else place @ odometry.pose
+
+    # Plans that nobody drives.
+
+    def _plan(self, start: PoseStamped | None, goal: PoseStamped, tolerance: float = 0.0) -> Plan | Result:
+        if self._navigator is None:
+            return failure("rejected", NO_MAP)
+        begin = self._pose_in("global") if start is None else self._goal_in_map(start)
+        end = self._goal_in_map(goal)
+        if begin is None:
+            return failure("no_pose", NO_POSE)
+        for place in (begin, end):
+            if isinstance(place, Result):
+                return place
+        assert isinstance(begin, Pose2) and isinstance(end, Pose2)
+        return self._navigator.plan_between(begin, end, tolerance)
+
+    def _on_plan_goal(self, request: ComputePathToPose.Goal) -> str | None:
+        if self._navigator is None:
+            return NO_MAP
+        started = self.steady.now()
+        plan = self._plan(request.start if request.use_start else None, request.goal)
+        took = duration_to_ros(self.steady.now() - started)
+        if isinstance(plan, Result):
+            code = PLAN_SERVER_CODES.get(plan.code, 200)
+            failed = ComputePathToPose.Result(planning_time=took, error_code=code, error_msg=plan.reason)
+            self._plans.finish(failed, Outcome.FAILED)
+        else:
+            done = ComputePathToPose.Result(path=self._path_of(plan), planning_time=took)
+            self._plans.finish(done, Outcome.SUCCEEDED)
+        return None
+
+    def _on_make_plan(self, request: GetPlan.Request, response: GetPlan.Response) -> GetPlan.Response:
+        plan = self._plan(request.start, request.goal, float(request.tolerance))
+        if isinstance(plan, Result):
+            self.get_logger().warning(f"make_plan: {plan.reason}")
+        else:
+            response.plan = self._path_of(plan)
+        return response
+
+    def _path_of(self, plan: Plan) -> Path:
+        return path_to_ros(plan.poses(), self._p.map_frame, self.timebase.now())
+
     # Goals.
 
     def _why_not(self) -> str | None:
@@ -292,11 +364,27 @@ class NavigationNode(FlorenceNode):
             return OVERRIDDEN
         return NO_MAP if self._navigator is None else None
 
-    def _on_pose_goal(self, request: NavigateToPose.Goal) -> str | None:
+    def _on_goal(self, action: GoalAction, request: Any) -> str | None:
         refusal = self._why_not()
-        if refusal is None:
-            self._begin(self._goal_in_map(request.pose))
-        return refusal
+        if refusal is not None or self._navigator is None:
+            return refusal
+        if self._owner is not None and self._owner is not action:
+            # A server replaces its own goals by itself.
+            self._finish_goal(self._owner, failure("cancelled", PREEMPTED))
+        self._owner = action
+        # Until somebody is seen, the person is where the goal says.
+        self._person = float(getattr(request, "x", 0.0)), float(getattr(request, "y", 0.0))
+        problem = action.begin(self._navigator, request, self.timebase.now(), self._goal_in_map)
+        if problem is not None:
+            # An older goal ends with it: the base stops.
+            self._abandon(problem)
+            return None
+        if action is NAVIGATE_TO_POSE:
+            goal = self._goal_in_map(request.pose)
+            assert isinstance(goal, Pose2), "begun"
+            self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.timebase.now()))
+        self._start_cycle()
+        return None
 
     def _on_goal_pose(self, message: PoseStamped) -> None:
         refusal = self._why_not()
@@ -308,49 +396,6 @@ class NavigationNode(FlorenceNode):
         goal = NavigateToPose.Goal(pose=message)
         goal_id = UUID(uuid=list(uuid.uuid4().bytes))
         self._own_goals.call_async(SendGoal.Request(goal_id=goal_id, goal=goal))
-
-    def _on_spin_goal(self, request: Spin.Goal) -> str | None:
-        refusal = self._why_not()
-        if refusal is not None or self._navigator is None:
-            return refusal
-        self._replace_owner(self._spins)
-        allowance = duration_from_ros(request.time_allowance)
-        self._navigator.start_spin(float(request.target_yaw), self.timebase.now(), allowance)
-        self._start_cycle()
-        return None
-
-    def _on_follow_goal(self, request: FollowUser.Goal) -> str | None:
-        refusal = self._why_not()
-        if refusal is not None or self._navigator is None:
-            return refusal
-        self._replace_owner(self._follows)
-        self._person = 0.0, 0.0
-        self._navigator.start_follow(
-            self.timebase.now(),
-            request.user_id,
-            float(request.distance),
-            float(request.max_lin_speed),
-            float(request.max_ang_speed),
-        )
-        self._start_cycle()
-        return None
-
-    def _on_approach_goal(self, request: ApproachMe.Goal) -> str | None:
-        refusal = self._why_not()
-        if refusal is not None or self._navigator is None:
-            return refusal
-        self._replace_owner(self._approaches)
-        self._person = person = float(request.x), float(request.y)
-        self._navigator.start_approach(
-            self.timebase.now(),
-            person,
-            float(request.desired_distance),
-            (float(request.desired_p2r_orientation), float(request.desired_r2p_orientation)),
-            float(request.max_lin_speed),
-            float(request.max_ang_speed),
-        )
-        self._start_cycle()
-        return None
 
     def _see_people(self, navigator: Navigator) -> None:
         """Tell where people were seen: the frames of the user tracker say it."""
@@ -374,25 +419,14 @@ class NavigationNode(FlorenceNode):
         q = message.pose.orientation
         problem = problem_with_quaternion(q.x, q.y, q.z, q.w)
         if problem is not None:
-            return failure("bad_input", problem, server_code=SERVER_CODES["bad_input"])
+            return failure("bad_input", problem)
         pose, frame = pose_from_ros(message.pose), frame_from_ros(message.header.frame_id)
         if frame in ("", self._p.map_frame):
             return pose
         try:
             return self._frames.buffer.lookup_pose(self._p.map_frame, frame) @ pose
         except TransformUnavailable as error:
-            return failure("no_transform", str(error), server_code=SERVER_CODES["no_transform"])
-
-    def _begin(self, goal: Pose2 | Result) -> None:
-        self._replace_owner(self._poses)
-        if isinstance(goal, Result):
-            # An older goal ends with it: the base stops.
-            self._abandon(goal)
-            return
-        assert self._navigator is not None, "without a map no goal is taken"
-        self._navigator.start(goal, self.timebase.now())
-        self._current_goal.publish(pose_stamped_to_ros(goal, self._p.map_frame, self.timebase.now()))
-        self._start_cycle()
+            return failure("no_transform", str(error))
 
     def _abandon(self, result: Result) -> None:
         """End the goal with a result that is not its own, and stop the base."""
@@ -401,12 +435,6 @@ class NavigationNode(FlorenceNode):
         self._velocity.publish(twist_to_ros(STANDSTILL))
         self._stop_cycle()
         self._report(result)
-
-    def _replace_owner(self, owner: SingleGoalServer) -> None:
-        """Take the base from the other server; a server replaces its own goals by itself."""
-        if self._owner is not None and self._owner is not owner:
-            self._finish_server(self._owner, failure("cancelled", PREEMPTED))
-        self._owner = owner
 
     def _on_cancel(self) -> None:
         if self._navigator is not None and self._navigator.active:
@@ -443,31 +471,31 @@ class NavigationNode(FlorenceNode):
             self._publish_plan(navigator)
 
     def _publish_feedback(self, navigator: Navigator, step: CycleResult) -> None:
-        now = self.timebase.now()
-        if self._owner is self._follows or self._owner is self._approaches:
-            # In every cycle (document, sections 4.1 and 4.3).
-            self._person = x, y = self._person_in_base(navigator)
-            self._follows.publish_feedback(FollowUser.Feedback(x=x, y=y, text=step.feedback.text))
-            self._approaches.publish_feedback(ApproachMe.Feedback(x=x, y=y))
-            return
-        if self._owner is None or now < self._next_feedback:
+        now, action = self.timebase.now(), self._owner
+        if action is None or (now < self._next_feedback and not action.every_cycle):
             return
         self._next_feedback = now + _FEEDBACK_PERIOD_S
-        if self._owner is self._spins:
-            turned = navigator.turn_travelled
-            self._spins.publish_feedback(Spin.Feedback(angular_distance_traveled=float(turned)))
-            return
-        message = NavigateToPose.Feedback(
-            navigation_time=duration_to_ros(now - self._started),
-            estimated_time_remaining=duration_to_ros(step.feedback.time_remaining),
-            number_of_recoveries=step.feedback.recoveries,
-            distance_remaining=float(step.feedback.distance_remaining),
-        )
-        map_from_odom, odometry = self._map_from_odom(), self._queue.odometry
-        if map_from_odom is not None and odometry is not None:
-            pose = map_from_odom @ odometry.pose
-            message.current_pose = pose_stamped_to_ros(pose, self._p.map_frame, odometry.stamp)
-        self._poses.publish_feedback(message)
+        self._person = x, y = self._person_in_base(navigator)
+        told, odometry, pose = step.feedback, self._queue.odometry, self._pose_in("global")
+        time_left = duration_to_ros(told.time_remaining)
+        facts = {
+            "x": x,
+            "y": y,
+            "text": told.text,
+            "navigation_time": duration_to_ros(now - self._started),
+            "estimated_time_remaining": time_left,
+            "time_left": time_left,
+            "number_of_recoveries": told.recoveries,
+            "distance_remaining": float(told.distance_remaining),
+            "distance_to_goal": float(told.distance_remaining),
+            "number_of_poses_remaining": told.poses_remaining,
+            "distance_traveled": float(told.travelled),
+            "angular_distance_traveled": float(told.travelled),
+            "speed": 0.0 if odometry is None else float(odometry.twist.linear),
+        }
+        if pose is not None and odometry is not None:
+            facts["current_pose"] = pose_stamped_to_ros(pose, self._p.map_frame, odometry.stamp)
+        self._servers[action].publish_feedback(filled(action.interface.Feedback, facts))
 
     def _person_in_base(self, navigator: Navigator) -> tuple[float, float]:
         """Where the person was last, in the robot's frame, metres; as before while nobody knows."""
@@ -479,31 +507,25 @@ class NavigationNode(FlorenceNode):
     def _report(self, result: Result) -> None:
         owner, self._owner = self._owner, None
         if owner is not None:
-            self._finish_server(owner, result)
+            self._finish_goal(owner, result)
         # One line of code each: rclpy refuses another severity from the same line.
         if result.succeeded:
             self.get_logger().info("goal succeeded")
         else:
             self.get_logger().warning(f"goal {result.outcome.value} ({result.code}): {result.reason}")
 
-    def _finish_server(self, server: SingleGoalServer, result: Result) -> None:
-        message: Any
-        if server is self._poses:
-            message = NavigateToPose.Result(error_code=navigate_error_code(result), error_msg=result.reason)
-        elif server is self._follows:
-            x, y = self._person
-            code = navigate_error_code(result)
-            message = FollowUser.Result(x=x, y=y, error_code=code, error_msg=result.reason)
-        elif server is self._approaches:
-            x, y = self._person
-            failed = result.code if result.outcome is Outcome.FAILED else ""
-            message = ApproachMe.Result(x=x, y=y, code=failed, reason=result.reason)
-        else:
-            elapsed = duration_to_ros(self.timebase.now() - self._started)
-            message = Spin.Result(
-                total_elapsed_time=elapsed, error_code=spin_error_code(result), error_msg=result.reason
-            )
-        server.finish(message, result.outcome)
+    def _finish_goal(self, action: GoalAction, result: Result) -> None:
+        x, y = self._person
+        facts = {
+            "x": x,
+            "y": y,
+            "code": result.code if result.outcome is Outcome.FAILED else "",
+            "reason": result.reason,
+            "error_code": action.number(result),
+            "error_msg": result.reason,
+            "total_elapsed_time": duration_to_ros(self.timebase.now() - self._started),
+        }
+        self._servers[action].finish(filled(action.interface.Result, facts), result.outcome)
 
     # For viewers.
 

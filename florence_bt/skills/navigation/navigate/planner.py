@@ -62,6 +62,13 @@ class Plan:
     length: float
     goal: Pose2
 
+    def poses(self) -> list[Pose2]:
+        """The points with the headings along the path; the last one has the goal's."""
+        steps = np.diff(self.points, axis=0)
+        yaws = np.arctan2(steps[:, 1], steps[:, 0])
+        inner = zip(self.points[:-1], yaws, strict=True)
+        return [Pose2(float(x), float(y), float(yaw)) for (x, y), yaw in inner] + [self.goal]
+
 
 def plan_path(
     costmap: Costmap,

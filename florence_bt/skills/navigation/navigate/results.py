@@ -47,6 +47,27 @@ TURN_FAILURES = {
 }
 """The codes of ``turn``."""
 
+PLAN_FAILURES = {
+    **{
+        code: NAVIGATE_FAILURES[code]
+        for code in ("no_path", "goal_occupied", "goal_outside", "start_outside")
+    },
+    "start_occupied": "the place to start from lies in an obstacle",
+    **{code: NAVIGATE_FAILURES[code] for code in ("no_pose", "no_transform")},
+}
+"""The codes of ``plan_to``."""
+
+STRAIGHT_FAILURES = {
+    "collision_ahead": "something is in the way",
+    "drive_failed": "the server could not drive the robot; the reason says more",
+    "time_allowance": "the drive took longer than allowed",
+    "no_pose": "the odometry is silent",
+    "no_scan": NAVIGATE_FAILURES["no_scan"],
+    **TOUCH_FAILURES,
+    **HELD_FAILURES,
+}
+"""The codes of ``back_up`` and ``drive_straight``."""
+
 FOLLOW_FAILURES = {
     "user_lost": "the person is out of sight, also from where they were seen last",
     **{
@@ -89,20 +110,44 @@ SERVER_CODES = {
 }
 """Our code -> error_code of NavigateToPose (REFERENCE 7.9) and of FollowUser."""
 
-NO_SCAN_IN_SPIN = 707
-"""As 107 of NavigateToPose; Nav2 has no number for a Spin without data, and leaves 704 to 709 free."""
-SPIN_SERVER_CODES = {
-    "ok": 0,
-    "cancelled": 0,
-    "bad_input": 700,
-    "no_scan": NO_SCAN_IN_SPIN,
-    "time_allowance": 701,
-    "timed_out": 701,
-    "no_pose": 702,
-    "collision_ahead": 703,
-    **STOP_CODES,
-}
-"""Our code -> error_code of Spin (REFERENCE 7.9)."""
+PLAN_SERVER_CODES = {
+    code: SERVER_CODES[code]
+    for code in ("ok", "cancelled", "bad_input", "no_transform", "start_outside", "goal_outside")
+} | {"start_occupied": 205, "goal_occupied": 206, "timed_out": 207, "no_path": 208, "no_pose": 202}
+"""Our code -> error_code of ComputePathToPose (REFERENCE 7.9)."""
+
+THROUGH_SERVER_CODES = {
+    code: number + 100 if 200 <= number < 300 else number for code, number in SERVER_CODES.items()
+} | {"no_poses": 309}
+"""Our code -> error_code of NavigateThroughPoses: its planner has a family of its own (REFERENCE 7.9)."""
+
+PATH_SERVER_CODES = {**SERVER_CODES, "bad_input": 103, "no_transform": 102, "blocked": 104}
+"""Our code -> error_code of FollowPath (REFERENCE 7.9): who is blocked has been patient before."""
+
+
+def _behaviour_codes(family: int, collision_ahead: int, bad_input: int) -> dict[str, int]:
+    """Our code -> error_code of an action of Nav2's behaviour server, whose codes begin with ``family``.
+
+    Nav2 has no number for one without data, and leaves the last three of each family free.
+    """
+    return {
+        "ok": 0,
+        "cancelled": 0,
+        "bad_input": bad_input,
+        "no_scan": family + 7,
+        "time_allowance": family + 1,
+        "timed_out": family + 1,
+        "no_pose": family + 2,
+        "collision_ahead": collision_ahead,
+        **STOP_CODES,
+    }
+
+
+SPIN_SERVER_CODES = _behaviour_codes(700, 703, 700)
+BACK_UP_SERVER_CODES = _behaviour_codes(710, 714, 713)
+HEADING_SERVER_CODES = _behaviour_codes(720, 723, 724)
+WAIT_SERVER_CODES = _behaviour_codes(740, 743, 740)
+"""Our code -> error_code of Spin, BackUp, DriveOnHeading and Wait (REFERENCE 7.9)."""
 
 NAVIGATE_CODES_BY_NUMBER = {
     **{number: code for code, number in SERVER_CODES.items() if number},
@@ -114,30 +159,61 @@ NAVIGATE_CODES_BY_NUMBER = {
     205: "blocked",
 }
 """error_code of NavigateToPose, ours or Nav2's -> our code."""
+THROUGH_CODES_BY_NUMBER = {
+    **NAVIGATE_CODES_BY_NUMBER,
+    **{number + 100: code for number, code in NAVIGATE_CODES_BY_NUMBER.items() if 200 <= number < 300},
+    309: "bad_input",
+}
+"""error_code of NavigateThroughPoses -> our code."""
+PLAN_CODES_BY_NUMBER = {
+    **{number: code for code, number in PLAN_SERVER_CODES.items() if number},
+    202: "no_transform",
+}
+"""error_code of ComputePathToPose -> our code."""
 SPIN_CODES_BY_NUMBER = {
     700: "turn_failed",
     701: "time_allowance",
     702: "no_pose",
     703: "collision_ahead",
-    NO_SCAN_IN_SPIN: "no_scan",
+    707: "no_scan",
     **{STOP_CODES[code]: code for code in HELD_FAILURES},
 }
 """error_code of Spin -> our code."""
 
 
-def navigate_error_code(result: Result) -> int:
-    """The error_code of NavigateToPose for a result."""
-    return result.server_code or SERVER_CODES.get(result.code, 100)
+def _straight_codes(codes: dict[str, int], unknown: int) -> dict[int, str]:
+    by_number = {number: code for code, number in codes.items() if number}
+    return {**by_number, codes["time_allowance"]: "time_allowance", unknown: "drive_failed"}
 
 
-def spin_error_code(result: Result) -> int:
-    """The error_code of Spin for a result."""
-    return result.server_code or SPIN_SERVER_CODES.get(result.code, 700)
+BACK_UP_CODES_BY_NUMBER = _straight_codes(BACK_UP_SERVER_CODES, 710)
+HEADING_CODES_BY_NUMBER = _straight_codes(HEADING_SERVER_CODES, 720)
+"""error_code of BackUp and DriveOnHeading -> our code."""
 
 
 def result_from_navigate(outcome: Outcome, error_code: int, error_msg: str) -> Result:
     """Our result for the answer of a NavigateToPose server (ours or Nav2's)."""
     return _result(outcome, error_code, error_msg, NAVIGATE_CODES_BY_NUMBER, "blocked", "navigation")
+
+
+def result_from_through(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a NavigateThroughPoses server (ours or Nav2's)."""
+    return _result(outcome, error_code, error_msg, THROUGH_CODES_BY_NUMBER, "blocked", "navigation")
+
+
+def result_from_plan(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a ComputePathToPose server (ours or Nav2's), without its outputs."""
+    return _result(outcome, error_code, error_msg, PLAN_CODES_BY_NUMBER, "no_path", "planning")
+
+
+def result_from_back_up(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a BackUp server (ours or Nav2's)."""
+    return _result(outcome, error_code, error_msg, BACK_UP_CODES_BY_NUMBER, "drive_failed", "backing up")
+
+
+def result_from_heading(outcome: Outcome, error_code: int, error_msg: str) -> Result:
+    """Our result for the answer of a DriveOnHeading server (ours or Nav2's)."""
+    return _result(outcome, error_code, error_msg, HEADING_CODES_BY_NUMBER, "drive_failed", "the drive")
 
 
 def result_from_follow(outcome: Outcome, error_code: int, error_msg: str) -> Result:

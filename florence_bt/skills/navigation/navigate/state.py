@@ -22,12 +22,16 @@ class Feedback:
         time_remaining: Seconds, a rough estimate.
         recoveries: How often the robot had to recover.
         text: What it does, for people; steady while nothing new happens.
+        poses_remaining: How many of several goals are left.
+        travelled: What a motion by odometry has behind it, in metres; of a turn in radians.
     """
 
     distance_remaining: float = 0.0
     time_remaining: float = 0.0
     recoveries: int = 0
     text: str = ""
+    poses_remaining: int = 1
+    travelled: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,1 @@
+"""The actions that drive the robot, as one table."""
