@@ -206,6 +206,7 @@ class TrackedUser:
         height: Height above the floor of the highest point that was seen of them, metres; 0 when not known.
         vx: Velocity in m/s in the frame of x and y; 0 for a lost person.
         vy: As vx.
+        confidence: How sure the last picture was that this is a person, 0 to 1.
     """
 
     user_id: int
@@ -217,6 +218,7 @@ class TrackedUser:
     height: float = 0.0
     vx: float = 0.0
     vy: float = 0.0
+    confidence: float = 1.0
 
     def moved_by(self, frame: Pose2) -> TrackedUser:
         """The same in the frame in which its present frame has this pose."""

@@ -25,7 +25,7 @@ from florence_bt.skills.people.user_tracker.appearance import (
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER, SERVED
 from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.identity import Gallery
-from florence_bt.skills.people.user_tracker.look import LookForUser
+from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import LookParameters, TrackerParameters
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users
 
@@ -514,6 +514,22 @@ def test_who_comes_at_the_last_moment_still_counts(look: LookForUser) -> None:
     assert look.result(14.95) is None
     result = look.result(15.0)
     assert result is not None and result.succeeded
+
+
+@pytest.mark.parametrize(
+    ("best", "wanted", "found"), [(0.74, 0, False), (0.9, 0, True), (0.74, 1, True), (0.74, 2, False)]
+)
+def test_what_never_looks_like_a_person_for_certain_is_nobody(best: float, wanted: int, found: bool) -> None:
+    look = LookForUser()
+    look.start(10.0, 5.0, Wanted(wanted))
+    results = []
+    for k in range(26):
+        now = 11.0 + 0.1 * k
+        look.feed(now, [replace(tracked(2.0, 0.0), confidence=best if k == 2 else 0.7)])
+        results.append(look.result(now))
+    (result, *_) = [each for each in results if each is not None] or [look.result(15.0)]
+    assert result is not None and result.succeeded is found
+    assert found or wanted == 2 or results[19] is None is not results[20], "after two seconds it is decided"
 
 
 def test_one_flicker_is_not_enough(look: LookForUser) -> None:

@@ -228,3 +228,14 @@ def test_a_place_that_something_keeps_the_robot_from_is_not_proposed() -> None:
     assert refused.code == "pose_occupied" and "no room" in refused.reason
     pose = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
     assert pose.distance_to(USER) == pytest.approx(0.5, abs=0.06)
+
+
+@pytest.mark.parametrize(("nearer", "stays"), [(0.04, True), (0.12, False)])
+def test_a_robot_that_stands_well_already_stays(nearer: float, stays: bool) -> None:
+    grid = costmap({})
+    block(grid, (2.6, 3.4), (1.0, 3.0))
+    best = propose_approach(USER, ROBOT, 4, 0.5, grid).outputs["pose"]
+    robot = Pose2(best.x - nearer, best.y + 0.1, 0.4)
+    pose = propose_approach(USER, robot, 4, 0.5, grid).outputs["pose"]
+    assert (pose.distance_to(robot) < 1e-9) is stays
+    assert abs(pose.bearing_to(USER.x, USER.y)) < 0.05

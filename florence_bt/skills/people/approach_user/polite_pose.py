@@ -57,6 +57,8 @@ SIGHT_WORTH = 0.5
 """What it is worth that nothing stands between the place and the person, in metres nearer to the person."""
 _BESIDE = 0.1
 """Metres beside the straight way into a place that are no matter."""
+STAY_WORTH = 0.06
+"""The robot stays where it is when the best place is no more than this nearer to the person, metres."""
 PLACES_APART = 0.3
 """Metres between the places of two trials."""
 
@@ -189,6 +191,15 @@ class _Surroundings:
         first = int(np.argmin(costs < LETHAL_COST + 1)) if (costs > LETHAL_COST).any() else len(costs)
         return not open_floor[first:].any()
 
+    def stay_for(self, best: Pose2, safe_distance: float) -> Pose2:
+        """Where the robot stands, facing the person, when the best place is hardly nearer to them."""
+        here, user = self._robot, self._user
+        away = here.distance_to(user)
+        near = safe_distance - STAY_WORTH <= away <= best.distance_to(user) + STAY_WORTH
+        if not near or not self.is_in_sight(here):
+            return best
+        return Pose2(here.x, here.y, math.atan2(user.y - here.y, user.x - here.x))
+
     def stops_before(self, pose: Pose2) -> float:
         """How far before a pose that it enters straight the robot has to stop, metres, at most ``SPARE``."""
         return next((back for back in _STOPS if self._fits(pose @ Pose2(-back, 0.0, 0.0))), SPARE)
@@ -251,8 +262,8 @@ def nearest_pose(
                 best, least = place, worth
         if best is None:
             return None
-        chosen.append(best)
-    return best
+        chosen.append(near.stay_for(best, safe_distance) if number == 1 else best)
+    return chosen[-1]
 
 
 def propose_approach(

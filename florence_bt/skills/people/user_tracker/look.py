@@ -113,13 +113,20 @@ class LookForUser:
             ``distance``, ``user_id``, ``posture`` and ``height``; ``no_user_seen``; or ``no_picture`` when
             there were too few pictures to see anybody.
         """
-        seen = {key: each for key, each in self._samples.items() if len(each) >= self._use.minimum_pictures}
+        seen = {key: each for key, each in self._samples.items() if self._counts(each)}
         settled = any(each[-1][0] - each[0][0] >= self._use.settle_s for each in seen.values())
         if seen and (settled or now >= self.deadline):
             return self._found(seen)
         if now >= self.deadline or (not self._samples and self._is_empty(now)):
             return self._nobody(now)
-        return None
+        firsts = [each[0][0] for each in self._samples.values()]
+        doubtful = bool(firsts) and not seen and now - min(firsts) >= self._use.doubtful_s
+        return self._nobody(now) if doubtful else None
+
+    def _counts(self, samples: Sequence[_Sample]) -> bool:
+        """Whether somebody was seen often enough, and for certain."""
+        certain = self._wanted.user_id or max(user.confidence for _, user in samples) >= self._use.certain
+        return bool(certain) and len(samples) >= self._use.minimum_pictures
 
     def _is_empty(self, now: float) -> bool:
         """Whether enough pictures have shown nothing that may be a person."""

@@ -164,6 +164,10 @@ class LookParameters:
         settle_s: The position is averaged over this time, seconds; pictures that show nothing for so long
             are enough, too.
         minimum_pictures: How often a person must have been seen.
+        certain: In one picture of the look at least the confidence must have been this large, unless somebody
+            is looked for who is known already: a thing that looks like a person does so from one side, and
+            never quite.
+        doubtful_s: What is not certain after so many seconds is nobody.
         place_tolerance: Who is this near to the place that was asked for may be meant, metres
             (REFERENCE 12.6).
         enough_pictures: A look at fewer pictures cannot say that nobody is there. A person who stands in view
@@ -174,6 +178,8 @@ class LookParameters:
     farthest: Positive = 4.0
     settle_s: Positive = 0.6
     minimum_pictures: Annotated[int, Limits(1)] = 3
+    certain: Annotated[float, Limits(0.0, 1.0)] = 0.78
+    doubtful_s: Positive = 2.0
     place_tolerance: Positive = 0.5
     enough_pictures: Annotated[int, Limits(1)] = 5
 

@@ -20,7 +20,7 @@ from florence_bt.skills.people.user_tracker.doubted_places import CameraView, Do
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.resting_place import RestingPlace
+from florence_bt.skills.people.user_tracker.resting_place import RestingPlace, RestingPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
 
 LOST_DISTANCE = 0.0
@@ -36,10 +36,17 @@ class _Track:
         use: How people are followed.
         number: Of the track.
         waits_s: It waits this long for a second opinion, seconds.
+        resting: Where people lie.
     """
 
     def __init__(
-        self, detection: Detection, now: float, use: TrackerParameters, number: int, waits_s: float
+        self,
+        detection: Detection,
+        now: float,
+        use: TrackerParameters,
+        number: int,
+        waits_s: float,
+        resting: RestingPlaces,
     ) -> None:
         self._use = use
         self.number = number
@@ -54,8 +61,9 @@ class _Track:
         self.distance = detection.distance
         self.histogram: Histogram | None = detection.histogram
         self.looks = deque([detection], maxlen=use.posture_window)
-        self._lies_at = RestingPlace()
-        self._lies_at.take(detection)
+        self._resting = resting
+        self._lies_at: RestingPlace | None = None
+        self._lie(detection)
         self.seen = self.predicted = now
         self.lost = False
         self._first = now, detection
@@ -76,11 +84,16 @@ class _Track:
         self.filter.update(np.array([detection.x, detection.y]), _sigma_of(detection, self._use))
         self.hits.append(True)
         self.looks.append(detection)
-        self._lies_at.take(detection)
+        self._lie(detection)
         self.distance, self.seen, self.lost = detection.distance, now, False
         if detection.histogram is not None:
             old = self.histogram
             self.histogram = detection.histogram if old is None else blend(old, detection.histogram, 0.3)
+
+    def _lie(self, detection: Detection) -> None:
+        if detection.posture == "lying":
+            self._lies_at = self._resting.near(detection)
+            self._lies_at.take(detection)
 
     def take_opinion(self, opinion: Opinion, now: float) -> None:
         """Take what a second source says; once a person, always a person."""
@@ -116,10 +129,11 @@ class _Track:
         x, y, vx, vy = (float(value) for value in self.filter.state)
         distance = LOST_DISTANCE if self.lost else self.distance
         posture = statistics.mode(each.posture for each in self.looks)
-        if posture == "lying" and self._lies_at.place is not None:
+        if posture == "lying" and self._lies_at is not None and self._lies_at.place is not None:
             (x, y), vx, vy = self._lies_at.place, 0.0, 0.0
         height = statistics.median(each.height for each in self.looks)
-        return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy)
+        sure = self.looks[-1].confidence
+        return TrackedUser(self.user_id, self.device_id, x, y, distance, posture, height, vx, vy, sure)
 
     @property
     def came(self) -> Sighting:
@@ -152,6 +166,7 @@ class UserTracker:
         self._numbers = itertools.count()
         self._gallery = Gallery(self._use)
         self._doubted = DoubtedPlaces(self._use)
+        self._resting = RestingPlaces()
         self._tracks: list[_Track] = []
         self._next_device_id = 1
         self.running = False
@@ -197,7 +212,7 @@ class UserTracker:
             if id(track) not in matched_tracks:
                 track.hits.append(False)
         self._tracks += [
-            _Track(each, now, self._use, next(self._numbers), self._waits_s)
+            _Track(each, now, self._use, next(self._numbers), self._waits_s, self._resting)
             for each in detections
             if id(each) not in matched_detections
         ]
