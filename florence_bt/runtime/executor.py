@@ -139,7 +139,6 @@ class Executor:
         colour: bool = False,
         visited_only: bool = False,
         durations: bool = False,
-        width: int | None = None,
     ) -> str:
         """The ASCII tree of a run: live for the current one, as it was at the end for others.
 
@@ -148,7 +147,6 @@ class Executor:
             colour: Whether to colour the marks for a terminal.
             visited_only: Whether to leave out nodes that were not reached.
             durations: Whether nodes show how long they took, on the clock of the run.
-            width: Characters of a line at most; what nodes say is cut.
         """
         live = (RunStatus.RUNNING, RunStatus.PAUSED)
         rows = run.rows
@@ -156,7 +154,7 @@ class Executor:
             rows = self._active.rows()
         elif not rows:
             return run.tree
-        return draw_rows(rows, colour=colour, visited_only=visited_only, durations=durations, width=width)
+        return draw_rows(rows, colour=colour, visited_only=visited_only, durations=durations)
 
     def tip(self) -> str:
         """The name of the node that the current run waits for, empty when nothing runs."""

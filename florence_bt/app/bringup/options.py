@@ -29,14 +29,12 @@ class BringUp:
         home_file: The home sensors (docs/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
-        user_room: Room in which the user was last seen; None takes the person's room.
         start: Pose of the robot at the start in the map frame, None for the flat's own.
         world_file: Source file of the simulated home, None for the flat that comes with Florence.
         world_seed: Seed of a generated home in its place.
         seed: Start of every random generator.
         speed: Simulated seconds per wall second aimed at.
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
-        runs_folder: Where the folders of the runs go; None puts them into ``folder``.
     """
 
     folder: str
@@ -47,14 +45,12 @@ class BringUp:
     hotspots_file: str | None = None
     home_file: str | None = None
     person: str | None = None
-    user_room: str | None = None
     start: tuple[float, float, float] | None = None
     world_file: str | None = None
     world_seed: int | None = None
     seed: int = 0
     speed: float = 1.0
     mission_folders: tuple[str, ...] = ()
-    runs_folder: str | None = None
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -80,7 +76,7 @@ class BringUp:
     @property
     def runs(self) -> Path:
         """Parent of the folders of the runs."""
-        return Path(self.runs_folder) if self.runs_folder else Path(self.folder) / "runs"
+        return Path(self.folder) / "runs"
 
     @property
     def start_pose(self) -> Pose2 | None:

@@ -151,8 +151,8 @@ def user_room(options: BringUp) -> str | None:
     In the simulated flat it is the room the person is in, as presence sensors would report; with nobody at
     home it is the flat's first room.
     """
-    if options.user_room is not None or not options.in_flat:
-        return options.user_room
+    if not options.in_flat:
+        return None
     flat, people = flat_of(options), people_at_home(options)
     room = flat.room_at(people[0].pose.x, people[0].pose.y) if people else flat.rooms[0]
     return room.name if room else None

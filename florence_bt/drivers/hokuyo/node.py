@@ -8,7 +8,6 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.context import Context
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan as LaserScanMsg
 from sensor_msgs.msg import MultiEchoLaserScan
@@ -50,7 +49,6 @@ class HokuyoNode(FlorenceNode):
         *,
         parameters: Mapping[str, Any] | None = None,
         namespace: str = "",
-        context: Context | None = None,
         open_port: Callable[[str, int], BytePort] = SerialPort,
         open_tcp: Callable[[str, int], BytePort] = TcpPort,
     ) -> None:
@@ -59,11 +57,10 @@ class HokuyoNode(FlorenceNode):
         Args:
             parameters: Values of parameters by name.
             namespace: Goes before the node's name and topics.
-            context: The ROS context.
             open_port: Opens a path at a baud rate.
             open_tcp: Opens a port of a host.
         """
-        super().__init__("hokuyo_node", parameters=parameters, namespace=namespace, context=context)
+        super().__init__("hokuyo_node", parameters=parameters, namespace=namespace)
         self._settings = self.read_parameters(HokuyoPortParameters)
         self._measuring = self.read_parameters(HokuyoParameters)
         self._driver = HokuyoDriver(

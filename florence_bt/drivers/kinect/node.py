@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.context import Context
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from florence_bt.core.clock import call_every
@@ -51,19 +50,15 @@ class KinectNode(FlorenceNode):
         self,
         *,
         parameters: Mapping[str, Any] | None = None,
-        namespace: str = "",
-        context: Context | None = None,
         open_source: Callable[[KinectParameters], FrameSource] = open_source,
     ) -> None:
         """Make the node and try to open the source.
 
         Args:
             parameters: Values of parameters by name.
-            namespace: Goes before the node's name and topics.
-            context: The ROS context.
             open_source: Opens what the parameters name.
         """
-        super().__init__("kinect_node", parameters=parameters, namespace=namespace, context=context)
+        super().__init__("kinect_node", parameters=parameters)
         self._settings = self.read_parameters(KinectParameters)
         self._driver = KinectDriver(self._settings)
         self._colour_requested = True

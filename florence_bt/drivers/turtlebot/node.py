@@ -12,7 +12,6 @@ from florence_interfaces.msg import StopReason as StopReasonMsg
 from florence_interfaces.srv import PlaySong, SetDigitalOutputs, SetLeds, SetTurtlebotMode
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMsg
-from rclpy.context import Context
 from sensor_msgs.msg import BatteryState, Imu, JointState
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
@@ -67,19 +66,15 @@ class TurtlebotNode(FlorenceNode):
         self,
         *,
         parameters: Mapping[str, Any] | None = None,
-        namespace: str = "",
-        context: Context | None = None,
         open_port: Callable[[str, int], BytePort] = SerialPort,
     ) -> None:
         """Make the node and try to open the port.
 
         Args:
             parameters: Values of parameters by name.
-            namespace: Goes before the node's name and topics.
-            context: The ROS context.
             open_port: Opens a path at a baud rate.
         """
-        super().__init__("turtlebot_node", parameters=parameters, namespace=namespace, context=context)
+        super().__init__("turtlebot_node", parameters=parameters)
         self._settings = self.read_parameters(TurtlebotNodeParameters)
         parameters_of_driver = self.read_parameters(TurtlebotParameters)
         self._driver = TurtlebotDriver(parameters_of_driver)

@@ -959,13 +959,10 @@ class Libraries:
 
     Args:
         folders: Folders of missions for every file, beside those that a file names.
-        declarations: The skills; all that are installed when not given.
     """
 
-    def __init__(
-        self, folders: tuple[Path, ...] = (), declarations: Mapping[str, SkillDeclaration] | None = None
-    ) -> None:
-        self.declarations = declarations if declarations is not None else all_declarations()
+    def __init__(self, folders: tuple[Path, ...] = ()) -> None:
+        self.declarations: Mapping[str, SkillDeclaration] = all_declarations()
         self._folders = folders
         self._known: dict[tuple[Path, ...], tuple[MissionLibrary, MissionMaps]] = {}
 

@@ -22,9 +22,6 @@ MARKS = {Status.SUCCESS: "[+]", Status.FAILURE: "[x]", Status.RUNNING: "[>]", St
 STOPPED = "[-]"
 """Stopped before its end."""
 
-MIN_SAYS = 12
-"""Characters that are left to what a node says, however narrow the text is."""
-
 _COLOURS = {
     Status.SUCCESS: "\x1b[32m",
     Status.FAILURE: "\x1b[31m",
@@ -117,7 +114,6 @@ def draw_rows(
     colour: bool = False,
     visited_only: bool = False,
     durations: bool = False,
-    width: int | None = None,
 ) -> str:
     """Draw the nodes of a tree as text.
 
@@ -126,7 +122,6 @@ def draw_rows(
         colour: Whether to colour the marks for a terminal.
         visited_only: Whether to leave out nodes that were not reached.
         durations: Whether to show how long nodes took; without it equal trees give equal texts.
-        width: Characters of a line at most; what a node says is cut, never its name.
 
     Returns:
         One line per node: a mark, the name, the kind of composites, and what the node says about itself.
@@ -140,21 +135,17 @@ def draw_rows(
         if visited_only and row.status is Status.INVALID:
             hidden_below = row.depth
             continue
-        lines.append(_line(row, colour, durations, width))
+        lines.append(_line(row, colour, durations))
     return "\n".join(lines)
 
 
-def _line(row: TreeRow, colour: bool, durations: bool, width: int | None) -> str:
+def _line(row: TreeRow, colour: bool, durations: bool) -> str:
     mark = row.mark
     took = f" ({row.seconds:.1f} s)" if durations and row.seconds is not None else ""
     indent = "    " * row.depth
-    says = row.says
-    if says and width is not None:
-        room = max(MIN_SAYS, width - len(f"{indent}{mark} {row.title}{took} -- "))
-        says = says if len(says) <= room else f"{says[: room - 3]}..."
     if colour:
         mark = f"{_COLOURS[row.status]}{mark}{_PLAIN}"
-    return f"{indent}{mark} {row.title}{took}{f' -- {says}' if says else ''}"
+    return f"{indent}{mark} {row.title}{took}{f' -- {row.says}' if row.says else ''}"
 
 
 def _kind(node: Behaviour) -> str:

@@ -28,7 +28,6 @@ from florence_bt.core.geometry import Pose2
             "config_file": "robot.yaml",
             "map_file": "m",
             "hotspots_file": "h",
-            "runs_folder": "r",
         },
     ],
 )
@@ -48,9 +47,8 @@ def test_a_negative_seed_is_refused():
         BringUp(folder="x", seed=-1)
 
 
-def test_the_runs_are_in_the_folder_unless_told_otherwise():
+def test_what_is_derived_from_the_options():
     assert BringUp(folder="x").runs == Path("x/runs")
-    assert BringUp(folder="x", runs_folder="y").runs == Path("y")
     assert BringUp(folder="x", start=(1.0, 2.0, 0.0)).start_pose == Pose2(1.0, 2.0, 0.0)
     assert BringUp(folder="x").start_pose is None
 

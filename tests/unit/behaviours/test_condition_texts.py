@@ -1,9 +1,13 @@
-"""What a condition says about itself."""
+"""What a condition says about itself, and when it wakes the tree."""
 
 import pytest
+from py_trees.common import Status
 
 from florence_bt.behaviours.expressions import BadExpression, CompiledExpression
 from florence_bt.behaviours.keys import KeyStore
+from florence_bt.behaviours.leaves import Condition
+from florence_bt.core.outcome import failure
+from tests.ticking import make_context
 
 NEAR = CompiledExpression(
     "$distance < 1 m",
@@ -30,3 +34,25 @@ def test_a_denial_says_what_does_not_hold_and_why():
 def test_a_condition_is_true_or_false():
     with pytest.raises(BadExpression, match=r"three is 3, neither true nor false"):
         CompiledExpression("three", lambda keys: 3, ()).holds(KeyStore())
+
+
+def test_a_condition_wakes_the_tree_only_when_its_answer_changes(clock):
+    context = make_context(clock, keys={"distance": 0.5, "room": "hall"})
+    node = Condition("near?", context, NEAR)
+    context.keys.write("distance", 0.6)
+    assert not context.wake.take()  # nobody has asked yet
+    node.tick_once()
+    assert (node.status, node.feedback_message) == (Status.SUCCESS, "distance is 0.6 m, room is hall")
+    context.keys.write("distance", 0.7)
+    assert not context.wake.take()
+    context.keys.write("distance", 2.0)
+    assert context.wake.take()
+    node.tick_once()
+    reason = "$distance < 1 m does not hold (distance is 2.0 m, room is hall)"
+    assert (node.status, node.result) == (Status.FAILURE, failure("not_so", reason))
+    context.keys.write("distance", 3.0)
+    assert not context.wake.take()
+    context.keys.reset({"room": "hall"})
+    assert not context.wake.take()
+    node.tick_once()
+    assert node.result.code == "missing_key"

@@ -64,6 +64,17 @@ def test_a_guard_that_has_no_value_fails_and_one_that_holds_is_not_asked_again(c
     assert guard.status is Status.RUNNING
 
 
+def test_a_node_that_is_skipped_forgets_how_it_ended_before(clock):
+    context = make_context(clock, keys={"free": True})
+    child = Scripted(Status.SUCCESS)
+    guard = StartGuard("guard", child, context, FREE)
+    guard.tick_once()
+    assert child.status is Status.SUCCESS
+    context.keys.write("free", False)
+    guard.tick_once()
+    assert (guard.status, child.status, child.starts) == (Status.SUCCESS, Status.INVALID, 1)
+
+
 def test_while_stops_its_node_when_the_condition_ends(clock):
     context = make_context(clock, keys={"free": True})
     child = Scripted(Status.RUNNING)

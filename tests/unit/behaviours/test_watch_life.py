@@ -1,8 +1,10 @@
 """The life of a watched skill: asked again by time and by its keys, until it stops watching."""
 
 import pytest
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from florence_bt.behaviours.composites import ReactiveSelector, ReactiveSequence
 from florence_bt.behaviours.keys import KeyReference
 from florence_bt.behaviours.watched_skill import WatchedSkill
 from florence_bt.core.declaration import Kind, Port, SkillDeclaration
@@ -66,3 +68,32 @@ def test_when_it_stops_watching_nothing_wakes_it_any_more(clock, watched):
     context.keys.write("room", "kitchen")
     clock.advance(10.0)
     assert (context.wake.take(), len(skill.runs)) == (False, 1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "ends"), [(ReactiveSequence, Status.FAILURE), (ReactiveSelector, Status.SUCCESS)]
+)
+def test_a_composite_without_memory_ends_the_watch_when_it_ends(clock, kind, ends):
+    answer = success() if kind is ReactiveSequence else AWAY
+    skill = ScriptedSkill(AT_HOME, clock, [Step(answer)])
+    context = make_context(clock, {"at_home": skill}, {"at_home": AT_HOME})
+    condition = WatchedSkill("at home", context, "at_home", {"room": "hall"})
+    later = Scripted(Status.RUNNING, ends)
+    root = kind("root", [condition, later], [condition])
+    root.tick_once()
+    assert (root.status, context.watching) == (Status.RUNNING, [condition.ask_again])
+    root.tick_once()
+    assert (root.status, context.watching) == (ends, [])
+    clock.advance(10.0)
+    assert (len(skill.runs), context.wake.take()) == (1, False)
+
+
+class Scripted(Behaviour):
+    """Gives these statuses, one with each tick."""
+
+    def __init__(self, *statuses):
+        super().__init__("later")
+        self.left = list(statuses)
+
+    def update(self):
+        return self.left.pop(0)

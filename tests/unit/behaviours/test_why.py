@@ -9,6 +9,7 @@ from florence_bt.behaviours.decorators import ForceSuccess, Invert
 from florence_bt.behaviours.keys import KeyReference, KeyStore, TextTemplate
 from florence_bt.behaviours.leaves import Fail
 from florence_bt.behaviours.pacing import Retry
+from florence_bt.behaviours.parallel import CountingParallel
 from florence_bt.behaviours.why import Because, Why, explain, remember_failure
 from tests.ticking import make_context, tick_until
 
@@ -125,3 +126,13 @@ def test_a_branch_that_was_left_is_named_by_what_was_remembered_of_it(clock):
     assert explain(root).reason == "no b (before that, a: no a)"
     remember_failure(first, None)
     assert explain(root).reason == "no b"
+
+
+def test_a_parallel_that_counts_says_how_many_branches_failed(clock):
+    def build(c):
+        return CountingParallel("root", [Fail("a", c, "no a"), Succeed("b"), Fail("c", c, "no c")], 2, 2)
+
+    root = run(clock, build)
+    assert explain(root) == Why("root/a", "failed", "2 of 3 branches failed; first: no a")
+    one = run(clock, lambda c: CountingParallel("root", [Fail("a", c, "no a"), Succeed("b")], 2))
+    assert explain(one).reason == "no a"

@@ -103,3 +103,20 @@ def test_straight_on_and_on_the_spot():
     assert integrate_twist(Pose2(0.0, 1.0, math.pi), Twist2(0.5, 0.0), 4.0).x == pytest.approx(-2.0)
     turned = integrate_twist(Pose2(3.0, 1.0, 0.0), Twist2(0.0, 0.5), 2.0)
     assert (turned.x, turned.y, turned.yaw) == pytest.approx((3.0, 1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("twist", "limits", "slowed"),
+    [
+        (Twist2(0.4, 0.8), (0.2,), Twist2(0.2, 0.4)),
+        (Twist2(-0.4, 0.8), (0.2,), Twist2(-0.2, 0.4)),
+        (Twist2(0.4, -0.8), (1.0, 0.2), Twist2(0.1, -0.2)),
+        (Twist2(0.4, 0.8), (0.2, 0.2), Twist2(0.1, 0.2)),
+        (Twist2(0.1, 0.2), (0.2, 0.4), Twist2(0.1, 0.2)),
+        (Twist2(0.0, 0.8), (0.0,), Twist2(0.0, 0.8)),
+        (Twist2(0.4, 0.0), (0.0,), Twist2()),
+    ],
+)
+def test_a_slower_drive_keeps_its_arc(twist, limits, slowed):
+    result = twist.slowed_to(*limits)
+    assert (result.linear, result.angular) == pytest.approx((slowed.linear, slowed.angular))

@@ -1,4 +1,4 @@
-"""Dumps of trees as text: colour, visited path, durations, width."""
+"""Dumps of trees as text: colour, visited path, durations."""
 
 from __future__ import annotations
 
@@ -69,17 +69,6 @@ def test_durations_stand_behind_the_names_of_nodes_that_were_reached(root):
     assert "[>] all (sequence) (2.0 s)\n" in text
     assert "[x] drive (2.0 s) -- there is a chair" in text
     assert re.sub(r" \(2\.0 s\)", "", text) == WHOLE
-
-
-@pytest.mark.parametrize("width", [1, 40, 60])
-def test_a_narrow_text_cuts_what_nodes_say_and_never_their_names(root, width):
-    lines = ascii_tree(root, width=width).splitlines()
-    whole = WHOLE.splitlines()
-    assert [line.partition(" -- ")[0] for line in lines] == [line.partition(" -- ")[0] for line in whole]
-    said = [line.partition(" -- ")[2] for line in lines if " -- " in line]
-    assert all(len(text) >= 12 for text in said)
-    if width == 60:
-        assert all(len(line) <= 60 for line in lines) and any(text.endswith("...") for text in said)
 
 
 def test_rows_can_be_drawn_after_the_tree_has_forgotten_everything(root):

@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.context import Context
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64, UInt8, UInt16
 
@@ -42,19 +41,15 @@ class KinectMotorNode(FlorenceNode):
         self,
         *,
         parameters: Mapping[str, Any] | None = None,
-        namespace: str = "",
-        context: Context | None = None,
         open_motor: Callable[[int], UsbMotor] = UsbMotor,
     ) -> None:
         """Make the node and try to open the device.
 
         Args:
             parameters: Values of parameters by name.
-            namespace: Goes before the node's name and topics.
-            context: The ROS context.
             open_motor: Opens the motor of the Kinect with that number.
         """
-        super().__init__("kinect_aux", parameters=parameters, namespace=namespace, context=context)
+        super().__init__("kinect_aux", parameters=parameters)
         self._settings = self.read_parameters(MotorParameters)
         self._state: codec.MotorState | None = None
         self._requests_by_kind: dict[int, codec.MotorRequest] = {}

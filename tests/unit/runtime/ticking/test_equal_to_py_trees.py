@@ -29,7 +29,7 @@ def restart_time(monkeypatch) -> Callable[[], None]:
     return restart
 
 
-class Witness(VisitorBase):
+class Recorder(VisitorBase):
     """Writes down what it meets, with the status of the parent at that moment."""
 
     def __init__(self, full: bool, seen: list) -> None:
@@ -42,9 +42,8 @@ class Witness(VisitorBase):
     def run(self, behaviour: Behaviour) -> None:
         parent = behaviour.parent
         above = (parent.status, getattr(parent, "current_child", None)) if parent else None
-        self.seen.append(
-            (behaviour.name, behaviour.status, behaviour.feedback_message, str(above and above[0]))
-        )
+        state = (behaviour.name, behaviour.status, behaviour.feedback_message, str(above and above[0]))
+        self.seen.append((self.full, *state))
 
     def finalise(self) -> None:
         self.seen.append("finalise")
@@ -55,8 +54,8 @@ def watched(make_tree, seen: list):
 
     def make(root: Behaviour) -> py_trees.trees.BehaviourTree:
         tree = make_tree(root)
-        tree.add_visitor(Witness(False, seen))
-        tree.add_visitor(Witness(True, seen))
+        tree.add_visitor(Recorder(False, seen))
+        tree.add_visitor(Recorder(True, seen))
         tree.add_pre_tick_handler(lambda t: seen.append(("before", t.count)))
         tree.add_post_tick_handler(lambda t: seen.append(("after", t.count, t.root.status)))
         return tree

@@ -1,0 +1,1 @@
+"""Emulated devices alone, for any client; nothing in the package uses them."""
