@@ -21,8 +21,6 @@ from florence_bt.ros.environment import reach_of
 
 pytest.importorskip("rclpy")
 
-EMULATORS = Path(__file__).parents[1] / "tools" / "emulators"
-
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 MEASURED_S = 10.0
 READY_S = 20.0
@@ -47,7 +45,7 @@ class Emulator:
     def __init__(self, device: str, link: Path) -> None:
         self.link = link
         self.process = subprocess.Popen(
-            [sys.executable, str(EMULATORS), device, "--link", str(link)],
+            [sys.executable, "-m", "florence_bt.simulation.emulators", device, "--link", str(link)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             text=True,

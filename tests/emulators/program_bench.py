@@ -13,8 +13,6 @@ from typing import Any
 
 from florence_bt.core.socket_paths import short_path
 
-EMULATORS = Path(__file__).parents[2] / "tools" / "emulators"
-
 LONG_S = 60.0
 """A limit for what takes microseconds."""
 
@@ -60,7 +58,7 @@ class EmulatorProcess:
         self.control = folder / "control.sock"
         words = [device, "--control", str(self.control), *options]
         self.process = subprocess.Popen(
-            [sys.executable, str(EMULATORS), *words],
+            [sys.executable, "-m", "florence_bt.simulation.emulators", *words],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 import serial
 
+from florence_bt.simulation.emulators import modem_lines
+from florence_bt.simulation.emulators.modem_lines import pretended_modem_lines
 from florence_bt.simulation.emulators.pty_port import PseudoTerminal
-from tools.emulators import modem_lines
-from tools.emulators.modem_lines import pretended_modem_lines
 
 CLIENT = """
 import sys, serial
@@ -48,14 +48,12 @@ def test_lines_are_pretended_and_nothing_else(path: str) -> None:
             port.rts = True
 
 
-def test_any_python_runs_a_client_with_it(path: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("program", [["-m", modem_lines.__name__], [str(modem_lines.__file__)]])
+def test_any_python_runs_a_client_with_it(path: str, tmp_path: Path, program: list[str]) -> None:
     client = tmp_path / "client.py"
     client.write_text(CLIENT)
     done = subprocess.run(
-        [sys.executable, str(modem_lines.__file__), str(client), path],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, *program, str(client), path], capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (7, "False\n", "")
 

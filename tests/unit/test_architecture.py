@@ -41,9 +41,3 @@ def test_the_table_has_every_layer_and_folder():
     for folder in ("app", "simulation", "skills", "trees"):
         for part in (PACKAGE / folder).glob("*/__init__.py"):
             assert f"`{part.parent.name}`" in TEXT, part
-
-
-def test_emulated_devices_alone_know_nothing_of_the_drivers():
-    files = list((ROOT / "tools" / "emulators").glob("*.py"))
-    assert len(files) > 5
-    assert not [file for file in files if "florence_bt.drivers" in file.read_text(encoding="utf-8")]

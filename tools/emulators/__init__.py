@@ -1,1 +1,0 @@
-"""Emulated devices alone, for any client; nothing in the package uses them."""
