@@ -16,9 +16,9 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import BackUp
 from florence_bt.skills.navigation.navigate.controller import Control, Controller, ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters, rays_of
-from florence_bt.skills.navigation.navigate.drive import ProgressWatch
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.people import People
+from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin, SpinParameters
 from florence_bt.skills.navigation.navigate.state import RobotState

@@ -432,7 +432,9 @@ def test_a_drive_that_touches_something_again_and_again_ends() -> None:
 
     result = trip.go(Pose2(3.0, 1.5, 0.0), each=bump)
     assert result.code == "bumper"
-    assert result.reason.endswith("again after backing off 3 times")
+    # After the third time, or the time that a drive may stay where it is.
+    assert result.reason.startswith(LEFT_BUMPER.text)
+    assert trip.world.now < 31.0
 
 
 def hold(world: World, x: float, half: float) -> None:

@@ -14,11 +14,11 @@ from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
-from florence_bt.skills.navigation.navigate.drive import ProgressWatch
 from florence_bt.skills.navigation.navigate.legs import REACH_M, Place, legs_near, narrow_things
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
+from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 _AT_M = 0.5

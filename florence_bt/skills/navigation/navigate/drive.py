@@ -2,88 +2,36 @@
 
 from __future__ import annotations
 
-import enum
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
+from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result, failure, success
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST
 from florence_bt.skills.navigation.navigate.contact import BackUp, ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
-from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters, RecoveryParameters
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
+from florence_bt.skills.navigation.navigate.recovery import (
+    REMEDIES,
+    TRANSITIONS,
+    DriveEvent,
+    DriveState,
+    LostTime,
+    ProgressWatch,
+    Remedy,
+)
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.staging import staging_pose
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
-
-class RecoveryBehaviour(enum.Enum):
-    """One thing to try."""
-
-    CLEAR_FAR = "forgetting obstacles that are far away"
-    ROTATE = "looking around"
-    CLEAR_NEAR = "forgetting obstacles that are not close"
-    BACK_UP = "backing up"
-
-
-RECOVERY_BEHAVIOURS = (
-    RecoveryBehaviour.CLEAR_FAR,
-    RecoveryBehaviour.ROTATE,
-    RecoveryBehaviour.CLEAR_NEAR,
-    RecoveryBehaviour.BACK_UP,
-    RecoveryBehaviour.ROTATE,
-)
-"""In this order, each followed by a new attempt (REFERENCE 7.3; backing up comes from Nav2, 7.9). What
-is close is never forgotten: the Kinect cannot see it again from here."""
-
-
-class ProgressWatch:
-    """Whether the robot moves, and gets nearer to its goal."""
-
-    def __init__(self, parameters: RecoveryParameters) -> None:
-        self._p = parameters
-        self._anchor: Pose2 | None = None
-        self._anchor_time = 0.0
-        self._least = math.inf
-        self._least_time = 0.0
-
-    def reset(self, now: float) -> None:
-        """Start counting again."""
-        self._anchor = None
-        self._least, self._least_time = math.inf, now
-
-    def problem(self, now: float, pose: Pose2, remaining: float) -> str | None:
-        """Why this does not count as progress, None when it does.
-
-        Args:
-            now: Seconds.
-            pose: The robot, in the odometry frame.
-            remaining: Metres left along the path.
-        """
-        p = self._p
-        anchor = self._anchor
-        if (
-            anchor is None
-            or anchor.distance_to(pose) >= p.required_movement_radius
-            or abs(normalize_angle(pose.yaw - anchor.yaw)) >= p.required_movement_angle
-        ):
-            self._anchor, self._anchor_time = pose, now
-        if remaining < self._least - 0.1:
-            self._least, self._least_time = remaining, now
-        if now - self._anchor_time > p.movement_time_allowance:
-            return f"the robot has not moved for {p.movement_time_allowance:g} s"
-        if now - self._least_time > p.approach_time_allowance:
-            return f"the robot has not come nearer to the goal for {p.approach_time_allowance:g} s"
-        return None
-
-
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
-_BEHAVIOUR_TIME_S = 25.0
+_REMEDY_TIME_S = 12.0
 _NEAR_GOAL_M = 1.0
 TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 """m/s and rad/s, for the time that is left."""
@@ -93,6 +41,7 @@ class Drive:
     """A drive from its start to its result.
 
     Attributes:
+        state: Where it stands in the table of :mod:`recovery`.
         path: The path that is followed, shape (n, 2) in the map frame, or None.
         remaining: Metres along it in the last cycle, infinity before the first.
     """
@@ -102,17 +51,23 @@ class Drive:
         self._costmaps = costmaps
         self._p = parameters
         self._controller = Controller(parameters.controller, parameters.costmap)
-        self._progress = ProgressWatch(parameters.recovery)
+        self._progress = ProgressWatch(parameters.recovery, parameters.recovery.oscillation_timeout)
         self._progress.reset(now)
+        self._lost = LostTime(parameters.recovery, now)
+        self.state = DriveState.PLANNING
         self._next_plan = now
         self._planned_goal = goal
         self._stage: Pose2 | None = None
         self._last_plan = now
         self._last_control = now
-        self._trouble = ("blocked", "")
-        self._untried = list(RECOVERY_BEHAVIOURS)
-        self._behaviour: Spin | BackUp | None = None
-        self._behaviour_text = ""
+        still = f"the robot has not come nearer to the goal for {parameters.recovery.give_up_time:g} s"
+        self._trouble = ("no_progress", still)
+        self._untried = list(REMEDIES)
+        self._remedy: Spin | BackUp | None = None
+        self._remedy_text = ""
+        turn = parameters.turn
+        speed = max(turn.spin_min_speed, parameters.recovery.rotate_speed)
+        self._rotation = replace(turn, spin_max_speed=speed)
         self._recoveries = 0
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self.path: NDArray[np.float64] | None = None
@@ -122,22 +77,46 @@ class Drive:
         """One cycle: the velocity, the feedback, and the result when the drive is over."""
         contact = self._contact.step(state)
         if isinstance(contact, Result):
+            self._on(DriveEvent.TOUCHED)
+            self._on(DriveEvent.HOPELESS)
             return STANDSTILL, self._feedback(state, math.nan, contact.reason), contact
         if contact is not None:
-            self._behaviour = None
-            self._restart(state)
+            self._on(DriveEvent.TOUCHED)
+            self._remedy = None
+            self._lost.saw(state.now, math.inf)
             return contact, self._feedback(state, math.nan, self._contact.text), None
-        if self._behaviour is not None:
-            command = self._run_behaviour(state)
+        if self.state is DriveState.BACKING_OFF:
+            self._on(DriveEvent.BACKED_OFF)
+            self._restart(state)
+        command, feedback, result = self._work(state)
+        self._watch_progress(state)
+        if result is None and self._lost.seconds > self._p.recovery.give_up_time:
+            self._on(DriveEvent.TIME_OVER)
+            result = self._give_up()
+        return command if result is None else STANDSTILL, feedback, result
+
+    def _on(self, event: DriveEvent) -> None:
+        if (self.state, event) != (DriveState.BACKING_OFF, DriveEvent.TOUCHED):
+            self.state = TRANSITIONS[self.state, event]
+
+    def _work(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
+        if self.state is DriveState.CLEARING:
+            command = self._run_remedy(state)
             if command is not None:
-                return command, self._feedback(state, math.nan, self._behaviour_text), None
+                return command, self._feedback(state, math.nan, self._remedy_text), None
         if state.now >= self._next_plan:
             hopeless = self._plan(state)
             if hopeless is not None:
                 return STANDSTILL, self._feedback(state, math.nan, hopeless.reason), hopeless
-        if self.path is None:
+        if self.state is DriveState.PLANNING:
             return self._without_plan(state)
         return self._follow(state)
+
+    def _watch_progress(self, state: RobotState) -> None:
+        """Count the time without progress; with it every remedy may be tried again."""
+        driving = self.state is DriveState.CONTROLLING
+        if self._lost.saw(state.now, self.remaining if driving else math.inf):
+            self._untried = list(REMEDIES)
 
     # Planning.
 
@@ -154,8 +133,11 @@ class Drive:
             self.path = None
             for each in (costmap, self._costmaps.local_costmap):
                 each.forget_contacts(before=state.now - _CONTACTS_SURE_S)
+            if self.state is DriveState.CONTROLLING:
+                self._on(DriveEvent.PLAN_LOST)
             on_map = plan_path(costmap, here, self._goal, self._p.planner, costs=self._costmaps.static)
             if isinstance(on_map, Result):
+                self._on(DriveEvent.HOPELESS)
                 return on_map
             if plan.code == "no_path":
                 self._trouble = ("blocked", "something blocks every way to the goal")
@@ -180,6 +162,8 @@ class Drive:
         return True
 
     def _take(self, plan: Plan) -> None:
+        if self.state is DriveState.PLANNING:
+            self._on(DriveEvent.PLAN_FOUND)
         self.path, self._planned_goal = plan.points, plan.goal
         self._controller.set_plan(plan.points, plan.goal)
 
@@ -193,7 +177,7 @@ class Drive:
     def _without_plan(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         feedback = self._feedback(state, math.nan, f"waiting: {self._trouble[1]}")
         if state.now - self._last_plan > self._p.recovery.planner_patience:
-            return STANDSTILL, feedback, self._recover(state)
+            return STANDSTILL, feedback, self._recover(state, DriveEvent.PLANNER_PATIENCE)
         return STANDSTILL, feedback, None
 
     # Driving.
@@ -216,6 +200,7 @@ class Drive:
 
     def _arrived(self) -> Result | None:
         if self._planned_goal is self._goal:
+            self._on(DriveEvent.REACHED)
             return success()
         # This was the nearest free place to an occupied goal, or the place to line up for a narrow one.
         self._next_plan = 0.0
@@ -229,75 +214,83 @@ class Drive:
             if problem is None:
                 return None
             self._trouble = ("no_progress", problem)
-            return self._recover(state)
+            return self._recover(state, DriveEvent.NO_PROGRESS)
         self._trouble = ("blocked", control.blocked)
         if state.now - self._last_control > self._p.recovery.controller_patience:
-            return self._recover(state)
+            return self._recover(state, DriveEvent.CONTROLLER_PATIENCE)
         return None
 
     # Recovering.
 
-    def _recover(self, state: RobotState) -> Result | None:
-        """Begin the next behaviour; a failure when all were tried, or when none could help."""
-        code, reason = self._trouble
-        # What stands at a goal is in sight by now, and nothing but waiting makes it go away.
-        if not self._untried or code == "goal_occupied":
-            touched = self._contact.last
-            if touched.code:
-                return touched.failure(f"{touched.text}, and no way round it was found: {reason}")
-            tried = f"{reason}; gave up after {self._all_recoveries} recoveries"
-            return failure(code, tried, server_code=SERVER_CODES[code])
-        behaviour = self._next_behaviour(state)
+    def _recover(self, state: RobotState, event: DriveEvent) -> Result | None:
+        """Begin the next remedy; a failure when none could help."""
+        if self._trouble[0] == "goal_occupied":
+            # What stands at a goal is in sight by now, and nothing but waiting makes it go away.
+            self._on(DriveEvent.OCCUPIED)
+            return self._give_up()
+        if not self._untried:
+            return None  # it waits: people may go away
+        self._on(event)
+        remedy = self._next_remedy(state)
         self._recoveries += 1
-        self._behaviour_text = behaviour.value
+        self._remedy_text = remedy.value
         p = self._p.recovery
-        if behaviour is RecoveryBehaviour.CLEAR_FAR:
+        if remedy is Remedy.CONSERVATIVE_RESET:
             self._clear(state, p.conservative_reset_dist)
-        elif behaviour is RecoveryBehaviour.CLEAR_NEAR:
+        elif remedy is Remedy.AGGRESSIVE_RESET:
             self._clear(state, 4.0 * self._costmaps.local_costmap.footprint.circumscribed_radius)
-        elif behaviour is RecoveryBehaviour.ROTATE:
-            self._behaviour = Spin(p.rotate_angle, self._p.turn, state.now, _BEHAVIOUR_TIME_S)
+        elif remedy is Remedy.CLEARING_ROTATION:
+            self._remedy = Spin(p.rotate_angle, self._rotation, state.now, _REMEDY_TIME_S)
         else:
-            self._behaviour = BackUp(state, p, _BEHAVIOUR_TIME_S)
-        self._restart(state)
+            self._remedy = BackUp(state, p, _REMEDY_TIME_S)
         return None
 
-    def _next_behaviour(self, state: RobotState) -> RecoveryBehaviour:
-        """The next behaviour; a robot that is wedged in backs out first, if there is room."""
-        wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
+    def _give_up(self) -> Result:
+        code, reason = self._trouble
+        touched = self._contact.last
+        if touched.code:
+            return touched.failure(f"{touched.text}, and no way round it was found: {reason}")
+        tried = f"{reason}; gave up after {self._all_recoveries} recoveries"
+        return failure(code, tried, server_code=SERVER_CODES[code])
+
+    def _next_remedy(self, state: RobotState) -> Remedy:
+        """The next remedy; a robot that is wedged in backs out first, if there is room."""
+        wedged = self.path is not None and Remedy.BACK_UP in self._untried
         room = state.clearance.is_free(-self._p.recovery.back_up_distance, 0.0)
-        behaviour = RecoveryBehaviour.BACK_UP if wedged and room else self._untried[0]
-        self._untried.remove(behaviour)
-        return behaviour
+        remedy = Remedy.BACK_UP if wedged and room else self._untried[0]
+        self._untried.remove(remedy)
+        return remedy
 
     def _clear(self, state: RobotState, side: float) -> None:
         costmaps, map_pose = self._costmaps, state.map_pose
         costmaps.local_costmap.reset_outside(state.pose.x, state.pose.y, side)
         costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
 
-    def _restart(self, state: RobotState) -> None:
-        """Count the patience from here on."""
-        self._last_plan = self._last_control = state.now
+    def _restart(self, state: RobotState, patience_s: float = math.inf) -> None:
+        """Count from here on; after a remedy only the costmaps need some time."""
+        p = self._p.recovery
+        self._last_plan = state.now - max(0.0, p.planner_patience - patience_s)
+        self._last_control = state.now - max(0.0, p.controller_patience - patience_s)
         self._next_plan = state.now
         self._progress.reset(state.now)
 
-    def _run_behaviour(self, state: RobotState) -> Twist2 | None:
-        """The velocity of the behaviour, None when it is over."""
-        behaviour = self._behaviour
-        if isinstance(behaviour, Spin):
-            command, result = behaviour.step(state.now, state.pose, state.twist, state.clearance)
+    def _run_remedy(self, state: RobotState) -> Twist2 | None:
+        """The velocity of the remedy, None when it is over."""
+        remedy = self._remedy
+        if isinstance(remedy, Spin):
+            command, result = remedy.step(state.now, state.pose, state.twist, state.clearance)
             over = result is not None
             # A turn that ends because something is near is not a failure of the drive.
             if result is not None and result.outcome is Outcome.FAILED:
-                self._behaviour_text = result.reason
+                self._remedy_text = result.reason
         else:
-            assert behaviour is not None
-            command = behaviour.step(state)
+            command = STANDSTILL if remedy is None else remedy.step(state)
             over = command.is_zero()
         if not over:
             return command
-        self._behaviour = None
-        self._restart(state)
+        self._remedy = None
+        self._on(DriveEvent.CLEARED)
+        self._restart(state, self._p.recovery.remedy_time)
         return None
 
     @property

@@ -23,13 +23,20 @@ class RecoveryParameters:
         planner_patience: Seconds without a plan before recovering.
         controller_patience: Seconds without a velocity before recovering.
         conservative_reset_dist: Side of the window around the robot whose obstacles are kept, in metres.
+        remedy_time: How long the costmaps may take to fill again after a remedy, before the next one, in
+            seconds.
+        give_up_time: A drive ends after so many seconds in which the robot did not get nearer along its path,
+            unless it has come nearer to the goal than ever before.
+        progress_distance: It is nearer than before by so many metres; then every remedy may be tried again.
         rotate_angle: How far to look around, in radians.
+        rotate_speed: rad/s.
         back_up_distance: Metres.
         back_up_speed: m/s.
         required_movement_radius: The robot must move this far (m) ...
         required_movement_angle: ... or turn this far (rad) ...
         movement_time_allowance: ... in this many seconds.
-        approach_time_allowance: It must get nearer to the goal than ever before in this many seconds.
+        approach_time_allowance: It must get nearer to the goal in this many seconds.
+        oscillation_timeout: A drive that does not in this many seconds tries a remedy.
 
     Source:
         REFERENCE 7.1, 7.3, 7.9.
@@ -38,13 +45,18 @@ class RecoveryParameters:
     planner_patience: Positive = 5.0
     controller_patience: Positive = 3.0
     conservative_reset_dist: Positive = 3.0
+    remedy_time: NotNegative = 0.5
+    give_up_time: Positive = 25.0
+    progress_distance: Positive = 0.5
     rotate_angle: Positive = math.tau
+    rotate_speed: Positive = 1.0
     back_up_distance: Positive = 0.15
     back_up_speed: Positive = 0.08
     required_movement_radius: Positive = 0.25
     required_movement_angle: Positive = 0.5
     movement_time_allowance: Positive = 10.0
     approach_time_allowance: Positive = 40.0
+    oscillation_timeout: Positive = 15.0
 
     def __post_init__(self) -> None:
         check_limits(self)

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Result, failure, success
 from florence_bt.skills.navigation.navigate.controller import Controller
-from florence_bt.skills.navigation.navigate.drive import TYPICAL_SPEED, ProgressWatch
+from florence_bt.skills.navigation.navigate.drive import TYPICAL_SPEED
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.recovery import ProgressWatch
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 

@@ -1,0 +1,142 @@
+"""When drives recover, and that those which cannot succeed end in time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from florence_bt.core.geometry import Pose2
+from florence_bt.core.outcome import Result
+from florence_bt.skills.navigation.navigate.drive import Drive
+from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
+from florence_bt.skills.navigation.navigate.recovery import (
+    REMEDIES,
+    TRANSITIONS,
+    DriveEvent,
+    DriveState,
+    LostTime,
+    as_mermaid,
+    as_table,
+)
+from florence_bt.skills.navigation.navigate.results import BaseStop
+from tests.unit.skills.navigation_world import WALLS, Box, Trip, World
+
+DOOR: Box = (3.9, 2.0, 4.2, 2.8)
+BUMPER = BaseStop("bumper", "the left bumper is pressed")
+WITHIN_S = 30.0
+
+
+def test_every_state_can_end_and_is_reached() -> None:
+    over = {DriveState.SUCCEEDED, DriveState.ABORTED}
+    assert {state for state, _ in TRANSITIONS} == set(DriveState) - over
+    assert set(TRANSITIONS.values()) == set(DriveState)
+    assert {event for _, event in TRANSITIONS} == set(DriveEvent)
+    for state in set(DriveState) - over:
+        assert DriveState.ABORTED in {after for (before, _), after in TRANSITIONS.items() if before is state}
+
+
+def test_the_page_has_the_table_of_the_code() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "navigation.md").read_text(encoding="utf-8")
+    assert as_mermaid() in page and as_table() in page, "python tools/recovery_page.py docs/navigation.md"
+
+
+def test_lost_time_counts_where_the_robot_gets_no_nearer() -> None:
+    lost = LostTime(RecoveryParameters(progress_distance=0.5), 0.0)
+    assert lost.saw(0.1, 3.0)
+    assert not lost.saw(0.2, 2.9) and lost.seconds == 0.0
+    # It stands, then has no plan.
+    assert not lost.saw(1.2, 2.9) and not lost.saw(2.2, math.inf)
+    assert lost.seconds == pytest.approx(2.0)
+    # On a detour time is not lost, but what was lost stays.
+    for step in range(20):
+        assert not lost.saw(3.2 + step, 9.0 - 0.3 * step)
+    assert lost.seconds == pytest.approx(3.0)
+    assert lost.saw(30.0, 2.4) and lost.seconds == 0.0
+
+
+def until_over(trip: Trip, goal: Pose2, each: Callable[[World], None]) -> tuple[Result, float]:
+    """The result, and for how long the robot had not come nearer to its goal."""
+    trip.navigator.start(goal, trip.world.now)
+    least, since = math.inf, trip.world.now
+    while trip.world.now < 120.0:
+        each(trip.world)
+        result = trip.cycle()
+        left = trip.world.pose.distance_to(goal)
+        if left < least - 0.1:
+            least, since = left, trip.world.now
+        if result is not None:
+            return result, trip.world.now - since
+    pytest.fail(f"not over: {trip.texts[-1]}")
+
+
+def closed_door(trip: Trip, world: World) -> None:
+    world.boxes = [*WALLS, DOOR] if world.now > 2.0 else list(WALLS)
+
+
+def felt_everywhere(trip: Trip, world: World) -> None:
+    """Something that only the bumper feels, right across the room."""
+    trip.navigator.base_stop = BUMPER if world.pose.x > 2.6 and math.cos(world.pose.yaw) > 0.5 else BaseStop()
+
+
+def caught(trip: Trip, world: World) -> None:
+    """People stand close round the robot."""
+    if world.now > 2.0 and len(world.boxes) == len(WALLS):
+        x, y = world.pose.x, world.pose.y
+        world.boxes += [(x + 0.35, y - 0.5, x + 0.4, y + 0.5), (x - 0.4, y - 0.5, x - 0.35, y + 0.5)]
+        world.boxes += [(x - 0.4, y + 0.35, x + 0.4, y + 0.4), (x - 0.4, y - 0.4, x + 0.4, y - 0.35)]
+
+
+def always_before_it(trip: Trip, world: World) -> None:
+    """Somebody plays with the robot: wherever it looks, something is there."""
+    x, y = world.pose.apply(0.5, 0.0)
+    world.boxes = [*WALLS, (x - 0.1, y - 0.1, x + 0.1, y + 0.1)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("happens", "codes"),
+    [
+        (closed_door, {"blocked"}),
+        (felt_everywhere, {"bumper"}),
+        (caught, {"blocked"}),
+        (always_before_it, {"no_progress", "blocked"}),
+    ],
+)
+def test_a_drive_that_cannot_succeed_ends_within_half_a_minute(
+    happens: Callable[[Trip, World], None], codes: set[str]
+) -> None:
+    trip = Trip(Pose2(1.5, 2.4, 0.0))
+    result, without_progress = until_over(trip, Pose2(6.0, 2.4, 0.0), lambda world: happens(trip, world))
+    assert result.code in codes and result.reason
+    assert without_progress < WITHIN_S
+    assert trip.world.hits == 0
+
+
+@pytest.mark.slow
+def test_people_who_go_away_again_do_not_end_a_drive() -> None:
+    trip = Trip(Pose2(1.5, 2.4, 0.0))
+
+    def each(world: World) -> None:
+        world.boxes = [*WALLS, DOOR] if 1.0 < world.now < 20.0 else list(WALLS)
+
+    result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), each)
+    assert result.succeeded
+
+
+@pytest.mark.slow
+def test_progress_brings_the_remedies_back() -> None:
+    trip = Trip(Pose2(1.5, 2.4, 0.0))
+    left: list[int] = []
+
+    def each(world: World) -> None:
+        drive = trip.navigator._goal
+        assert isinstance(drive, Drive)
+        left.append(len(drive._untried))
+        world.boxes = [*WALLS, DOOR] if 1.0 < world.now < 9.0 else list(WALLS)
+
+    result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), each)
+    assert result.succeeded
+    assert min(left) < len(REMEDIES) == left[-1]
