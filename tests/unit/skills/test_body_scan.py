@@ -13,7 +13,7 @@ from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
-from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.detector import Detection, Outline
 from tests.unit.skills.navigation_world import make_map
 
 FRAME = "base_footprint"
@@ -22,8 +22,12 @@ FRAME = "base_footprint"
 def lying(x: float, length: float = 1.6) -> Detection:
     """Somebody who lies across, their middle straight ahead."""
     across = np.linspace(-length / 2, length / 2, 200)
-    outline = np.stack([np.full_like(across, x - 0.15), across], axis=1).astype(np.float32)
-    return Detection(x, 0.0, x, posture="lying", height=0.25, outline=outline)
+    points = np.stack([np.full_like(across, x - 0.15), across], axis=1).astype(np.float32)
+    return Detection(x, 0.0, x, posture="lying", height=0.25, outline=outline_of(points))
+
+
+def outline_of(points: np.ndarray) -> Outline:
+    return Outline(points, np.zeros(len(points), bool))
 
 
 def ends(scan: LaserScan) -> np.ndarray:
@@ -81,7 +85,7 @@ def test_a_body_stays_in_the_costmaps_until_the_person_has_walked_away() -> None
 
 def test_the_angles_are_those_of_the_robot_frame() -> None:
     left = np.array([[0.8, 0.6]], np.float32)
-    scan = body_scan([Detection(1.0, 0.7, 1.2, posture="sitting", outline=left)], 0.0, FRAME)
+    scan = body_scan([Detection(1.0, 0.7, 1.2, posture="sitting", outline=outline_of(left))], 0.0, FRAME)
     (beam,) = np.flatnonzero(scan.valid())
     assert scan.angles()[beam] == pytest.approx(math.atan2(0.6, 0.8), abs=math.radians(0.5))
     assert scan.ranges[beam] == pytest.approx(1.0)

@@ -200,6 +200,14 @@ def test_turns_are_precise(angle: float) -> None:
     assert abs(total - angle) <= 0.05
 
 
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_seven_turns_leave_no_gap_in_a_circle(delay: int) -> None:
+    total, _, _ = turn_to_its_end(Spin(math.pi / 4, SpinParameters(), 0.0, 30.0), delay=delay)
+    assert 7 * abs(total - math.pi / 4) < math.radians(9.0), (
+        "the camera sees 57 degrees, and the next look is 45 on"
+    )
+
+
 def test_a_turn_has_a_time_allowance() -> None:
     _, now, code = turn_to_its_end(Spin(6.0, SpinParameters(), 0.0, 2.0))
     assert code == "time_allowance"

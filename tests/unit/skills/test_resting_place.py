@@ -4,18 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.evidence import Region
+from florence_bt.core.geometry import Pose2
+from florence_bt.skills.people.user_tracker.detector import Detection, Outline
 from florence_bt.skills.people.user_tracker.resting_place import RestingPlace, RestingPlaces
 from florence_bt.skills.people.user_tracker.tracker import UserTracker
 
-WHOLE, CUT = Region(0.2, 0.5, 0.8, 0.9), Region(0.0, 0.5, 0.6, 0.9)
+IN_BED, ON_THE_FLOOR = 0.75, 0.25
 
 
-def lying(x: float, region: Region | None = WHOLE, y: float = 0.0) -> Detection:
-    return Detection(x, y, x, 0.95, posture="lying", height=0.25, region=region)
+def outline(first: float, last: float, cut_at: float | None = None) -> Outline:
+    """A body from one y to another one, 2 m ahead; the edge of the picture cuts it at one of them."""
+    along = np.arange(first, last, 0.02)
+    points = np.array([(x, y) for y in along for x in (1.9, 2.0, 2.1)], np.float32)
+    return Outline(points, np.abs(points[:, 1] - (np.inf if cut_at is None else cut_at)) < 0.03)
+
+
+WHOLE, CUT = outline(-0.8, 0.8), outline(-0.4, 0.8, cut_at=-0.4)
+
+
+def lying(x: float, y: float = 0.0, shown: Outline | None = WHOLE, height: float = IN_BED) -> Detection:
+    return Detection(x, y, x, 0.95, posture="lying", height=height, outline=shown)
 
 
 def place_after(*detections: Detection) -> tuple[float, float] | None:
@@ -26,14 +37,40 @@ def place_after(*detections: Detection) -> tuple[float, float] | None:
 
 
 def test_pictures_of_the_whole_body_count_most() -> None:
-    seen = place_after(*[lying(2.0)] * 3, *[lying(2.3, CUT)] * 6)
+    seen = place_after(*[lying(2.0)] * 3, *[lying(2.3, shown=CUT)] * 6)
     assert seen is not None and seen[0] == pytest.approx(2.03, abs=0.02)
-    assert place_after(lying(2.0), lying(2.2), lying(2.2, None)) == pytest.approx((2.133, 0.0), abs=0.01)
+    assert place_after(lying(2.0), lying(2.2), lying(2.2, shown=None)) == pytest.approx(
+        (2.133, 0.0), abs=0.01
+    )
 
 
-@pytest.mark.parametrize("region", [Region(0.4, 0.5, 1.0, 0.9), Region(0.4, 0.5, 0.7, 1.0)])
-def test_a_body_may_go_on_beyond_each_edge(region: Region) -> None:
-    assert place_after(lying(2.0), lying(2.3, region)) == pytest.approx((2.02, 0.0), abs=0.01)
+def test_on_the_floor_it_is_the_middle_between_both_ends() -> None:
+    votes = [lying(2.0, 0.2, shown, ON_THE_FLOOR) for shown in (WHOLE, WHOLE, CUT)]
+    assert place_after(*votes) == pytest.approx((2.0, 0.0), abs=0.04)
+
+
+def test_two_pictures_of_one_end_each_show_both() -> None:
+    other = outline(-0.8, 0.4, cut_at=0.4)
+    cut = [lying(2.0, 0.2, shown, ON_THE_FLOOR) for shown in (CUT, CUT, other, other)]
+    assert place_after(*cut) == pytest.approx((2.0, 0.0), abs=0.04)
+
+
+def test_an_end_that_was_never_seen_is_not_guessed() -> None:
+    assert place_after(*[lying(2.0, 0.2, CUT, ON_THE_FLOOR)] * 3) == pytest.approx((2.0, 0.2), abs=0.05)
+    short = outline(0.0, 0.5)
+    assert place_after(*[lying(2.0, 0.4, short, ON_THE_FLOOR)] * 3) == pytest.approx((2.0, 0.4))
+
+
+def test_a_stray_point_is_not_the_end_of_a_body() -> None:
+    stray = Outline(np.vstack([WHOLE.points, [[2.0, 1.9]]]), np.append(WHOLE.at_edge, False))
+    votes = [lying(2.0, 0.2, shown, ON_THE_FLOOR) for shown in (WHOLE, WHOLE, stray)]
+    assert place_after(*votes) == pytest.approx((2.0, 0.0), abs=0.04)
+
+
+def test_it_moves_with_the_frame() -> None:
+    robot = Pose2(1.0, 2.0, np.pi / 2)
+    votes = [lying(2.0, 0.2, WHOLE, ON_THE_FLOOR).moved_by(robot)] * 3
+    assert place_after(*votes) == pytest.approx(robot.apply(2.0, 0.0), abs=0.05)
 
 
 def test_who_is_seen_near_where_somebody_lies_is_they_and_further_away_it_is_somebody_else() -> None:
@@ -43,7 +80,7 @@ def test_who_is_seen_near_where_somebody_lies_is_they_and_further_away_it_is_som
     assert places.near(lying(2.45)) is first
     other = places.near(lying(2.0, y=0.6))
     other.take(lying(2.0, y=0.6))
-    assert other is not first and other.place == (2.0, 0.6)
+    assert other is not first and other.place == pytest.approx((2.0, 0.6))
     assert places.near(lying(2.0)) is first
 
 
@@ -54,14 +91,14 @@ def test_a_body_with_two_middles_is_where_the_whole_was_seen() -> None:
         tracker.update(0.2 * k, [lying(2.0)])
     tracker.start(1.2)
     for k in range(6, 12):
-        users = tracker.update(0.2 * k, [lying(2.45, CUT), lying(1.95, CUT)])
+        users = tracker.update(0.2 * k, [lying(2.45, shown=CUT), lying(1.95, shown=CUT)])
     assert [user.x for user in users] == pytest.approx([2.0, 2.0], abs=0.1)
 
 
 def test_the_tracker_tells_the_better_place_and_of_who_stands_up_the_newest() -> None:
     tracker = UserTracker()
     tracker.start(0.0)
-    views = [*[lying(2.0)] * 6, *[lying(2.2, CUT)] * 6]
+    views = [*[lying(2.0)] * 6, *[lying(2.2, shown=CUT)] * 6]
     for k, view in enumerate(views):
         users = tracker.update(0.2 * k, [view])
     assert users[0].x == pytest.approx(2.02, abs=0.02) and users[0].vx == 0.0

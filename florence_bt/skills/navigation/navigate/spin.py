@@ -38,6 +38,8 @@ class SpinParameters:
         check_order(self, ("spin_min_speed", "spin_max_speed"), equal=True)
 
 
+_BRAKING_RAD = 0.02
+"""How far the robot turns on at the slowest speed: a cycle of the controller, and braking."""
 AT_REST_TURN_SPEED = 0.03
 """rad/s; slower counts as standing."""
 
@@ -82,7 +84,11 @@ class Spin:
         if self._last_yaw is not None:
             self.travelled += normalize_angle(pose.yaw - self._last_yaw)
         self._last_yaw = pose.yaw
-        if self._phase is not _Phase.SETTLING and abs(self.remaining) <= self._parameters.spin_precision:
+        near_enough = abs(self.remaining) <= self._parameters.spin_precision
+        # It stops a little before the angle, and not at the first that is near enough: seven turns that all
+        # fall short by as much leave a gap in a circle that nobody looks into.
+        ahead = self.remaining * self._angle > 0.0 and abs(self.remaining) > _BRAKING_RAD
+        if near_enough and not (ahead and clearance.is_free(0.0, self.remaining)):
             self._phase = _Phase.SETTLING
         if self._phase is _Phase.SETTLING:
             return STANDSTILL, success() if abs(twist.angular) < AT_REST_TURN_SPEED else None

@@ -34,7 +34,7 @@ def body_scan(found: Sequence[Detection], stamp: float, frame_id: str) -> LaserS
     ranges = np.full(_BEAMS, np.inf)
     for each in found:
         if each.posture != "standing" and each.outline is not None:
-            x, y = each.outline.astype(float).T
+            x, y = each.outline.points.astype(float).T
             beams = np.floor(np.arctan2(y, x) / _STEP_RAD).astype(int) + _BEAMS // 2
             inside = (beams >= 0) & (beams < _BEAMS)
             np.minimum.at(ranges, beams[inside], np.hypot(x, y)[inside])

@@ -28,8 +28,29 @@ _UPPER_BODY = 0.6
 """Metres from the top of the head to the seat, about."""
 _ROBOT_TOP = 1.0
 """Metres above the floor; what is higher does not meet the robot."""
+_EDGE = 0.03
+"""What is so near to a side of the picture, or its bottom, may go on beyond; as a share of its size."""
 _TOP_PERCENT = 98.0
 """Of the points of a person, this many are lower than the height that is told: single points may be wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A body from above, n points of it.
+
+    Attributes:
+        points: Shape (n, 2), metres, in the frame of the detection.
+        at_edge: Shape (n,), whether the body may go on there beyond the picture.
+    """
+
+    points: NDArray[np.float32]
+    at_edge: NDArray[np.bool_]
+
+    def moved_by(self, robot: Pose2) -> Outline:
+        """The same in the frame in which the robot has this pose."""
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        points = self.points @ np.array([[c, s], [-s, c]]) + (robot.x, robot.y)
+        return Outline(points.astype(np.float32), self.at_edge)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +66,7 @@ class Detection:
         height: Height above the floor of the highest point that is seen of them, metres; 0 when not known.
         histogram: Colours of the body, or None.
         region: Where the picture shows them, or None when not known.
-        outline: What is seen of them up to the height of the robot, from above, shape (n, 2), metres, in the
-            robot frame; None when not known.
+        outline: What is seen of them up to the height of the robot; None when not known.
     """
 
     x: float
@@ -57,12 +77,13 @@ class Detection:
     height: float = 0.0
     histogram: Histogram | None = None
     region: Region | None = None
-    outline: NDArray[np.float32] | None = None
+    outline: Outline | None = None
 
     def moved_by(self, robot: Pose2) -> Detection:
-        """The same in the frame in which the robot has this pose, but for the outline."""
+        """The same in the frame in which the robot has this pose."""
         x, y = robot.apply(self.x, self.y)
-        return replace(self, x=x, y=y)
+        outline = None if self.outline is None else self.outline.moved_by(robot)
+        return replace(self, x=x, y=y, outline=outline)
 
 
 def detect_people(
@@ -199,7 +220,6 @@ def _judge(
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < use.minimum_confidence or distance > use.maximum_distance:
         return None
-    low = mine[votes.points[mine, 2] <= _ROBOT_TOP]
     return Detection(
         x,
         y,
@@ -208,8 +228,15 @@ def _judge(
         posture,
         height,
         region=_region_of(votes, mine),
-        outline=votes.points[low, :2],
+        outline=_outline_of(votes, mine[votes.points[mine, 2] <= _ROBOT_TOP]),
     )
+
+
+def _outline_of(votes: _Votes, mine: NDArray[np.int64]) -> Outline:
+    width, height = INPUT_SIZE
+    columns, rows = votes.columns[mine], votes.rows[mine]
+    at_side = (columns < _EDGE * width) | (columns + STRIDE > (1.0 - _EDGE) * width)
+    return Outline(votes.points[mine, :2], at_side | (rows + STRIDE > (1.0 - _EDGE) * height))
 
 
 def _region_of(votes: _Votes, mine: NDArray[np.int64]) -> Region:

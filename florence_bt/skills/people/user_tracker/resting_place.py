@@ -1,44 +1,84 @@
 """Where somebody lies: from all pictures of them, as they do not move.
 
 From nearby, where only a part of them is in the picture, the network takes the middle of that for theirs:
-it is a quarter of a metre off along the body. From further away it was right.
+it is a quarter of a metre off along the body. Of who lies on the floor, several pictures show from where to
+where they lie. In a bed the blanket hides that; there the pictures of the whole body count most.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
+
+import numpy as np
+from numpy.typing import NDArray
 
 from florence_bt.skills.people.user_tracker.detector import Detection
 
+FLOOR_HEIGHT = 0.5
+"""Metres; who lies on the floor is nowhere higher than this, and who lies on a bed or a sofa is."""
 _WHOLE_SIGMA, _CUT_SIGMA = 0.07, 0.3
 """Standard deviation of the middle in a picture of the whole body, and of a part of it, metres."""
-_EDGE = 0.02
-"""What reaches so near to an edge of the picture, as a share of its size, may go on beyond."""
 _MOVED_M = 0.5
 """Who is seen so far away from where they lay lies somewhere else now, or is somebody else."""
 _MOST = 20
+_CELL_M, _SIGHTINGS = 0.05, 2
+"""A place of this size belongs to a body that so many pictures show there."""
+_STRAY_PERCENT = 1.0
+"""Of the places at each end of a body, so many may be something else."""
+_SHORTEST_M, _LONGEST_M = 0.7, 2.1
+_OPEN_M = 0.1
+"""Where the edge of a picture cut a body so far beyond what others show whole, it goes on."""
+
+Cell = tuple[int, int]
 
 
 class RestingPlace:
-    """The mean of the places where somebody was seen lying, each with the weight that it deserves."""
+    """What pictures have shown of one body."""
 
     def __init__(self) -> None:
         self._weight = 0.0
-        self._place = 0.0, 0.0
+        self._mean = 0.0, 0.0
+        self._inside: Counter[Cell] = Counter()
+        self._at_edge: set[Cell] = set()
+        self._on_floor = False
 
     @property
     def place(self) -> tuple[float, float] | None:
-        """Metres, in the frame of the detections; None before the first."""
-        return self._place if self._weight > 0.0 else None
+        """The middle, metres, in the frame of the detections; None before the first."""
+        if self._weight == 0.0:
+            return None
+        return (self._middle_of_body() if self._on_floor else None) or self._mean
 
     def take(self, detection: Detection) -> None:
         """Take what a picture shows of them."""
-        seen = detection.x, detection.y
-        weight = (_CUT_SIGMA if _is_cut(detection) else _WHOLE_SIGMA) ** -2
+        outline = detection.outline
+        is_cut = outline is not None and bool(outline.at_edge.any())
+        weight = (_CUT_SIGMA if is_cut else _WHOLE_SIGMA) ** -2
         self._weight += weight
-        x, y = self._place if self._weight > weight else seen
-        part = weight / self._weight
-        self._place = x + part * (seen[0] - x), y + part * (seen[1] - y)
+        part, (x, y) = weight / self._weight, self._mean
+        self._mean = x + part * (detection.x - x), y + part * (detection.y - y)
+        self._on_floor = 0.0 < detection.height < FLOOR_HEIGHT
+        if outline is not None:
+            self._inside.update(_cells(outline.points[~outline.at_edge]))
+            self._at_edge |= _cells(outline.points[outline.at_edge])
+
+    def _middle_of_body(self) -> tuple[float, float] | None:
+        """Half way between both ends; None as long as they are not both known."""
+        cells = [cell for cell, count in self._inside.items() if count >= _SIGHTINGS]
+        if len(cells) < 2:
+            return None
+        body = _places(cells)
+        middle = body.mean(axis=0)
+        axes = np.linalg.svd(body - middle, full_matrices=False)[2]
+        along, across = ((body - middle) @ axes.T).T
+        low, high = np.percentile(along, [_STRAY_PERCENT, 100.0 - _STRAY_PERCENT])
+        cut = (_places(self._at_edge) - middle) @ axes[0]
+        is_open = bool(((cut < low - _OPEN_M) | (cut > high + _OPEN_M)).any())
+        if is_open or not _SHORTEST_M <= high - low <= _LONGEST_M:
+            return None
+        x, y = (middle + np.array([(low + high) / 2, np.median(across)]) @ axes).tolist()
+        return x, y
 
 
 class RestingPlaces:
@@ -57,9 +97,10 @@ class RestingPlaces:
         return self._places[-1]
 
 
-def _is_cut(detection: Detection) -> bool:
-    """Whether the body may go on beyond the picture."""
-    region = detection.region
-    if region is None:
-        return False
-    return region.left < _EDGE or max(region.right, region.bottom) > 1.0 - _EDGE
+def _cells(points: NDArray[np.float32]) -> set[Cell]:
+    return {(column, row) for column, row in np.floor(points / _CELL_M).astype(int).tolist()}
+
+
+def _places(cells: set[Cell] | list[Cell]) -> NDArray[np.float64]:
+    """The middles of cells, shape (n, 2), metres."""
+    return (np.array(sorted(cells), float).reshape(-1, 2) + 0.5) * _CELL_M

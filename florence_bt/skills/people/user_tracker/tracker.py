@@ -20,7 +20,7 @@ from florence_bt.skills.people.user_tracker.doubted_places import CameraView, Do
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.resting_place import RestingPlace, RestingPlaces
+from florence_bt.skills.people.user_tracker.resting_place import FLOOR_HEIGHT, RestingPlace, RestingPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
 
 LOST_DISTANCE = 0.0
@@ -364,10 +364,6 @@ def _cheapest(
         for row, column in zip(rows, columns, strict=True)
         if np.isfinite(cost[row, column])
     ]
-
-
-FLOOR_HEIGHT = 0.5
-"""Metres; who lies on the floor is nowhere higher than this, and who lies on a bed or a sofa is."""
 
 
 def on_the_floor(users: Iterable[TrackedUser]) -> bool:
