@@ -63,7 +63,7 @@ RUNNING = """\
                                                                     [ ] retry up to 6 times
                                                                         [ ] propose and drive (sequence)
                                                                             [ ] propose approach pose
-                                                                            [ ] within 40 s
+                                                                            [ ] within 25 s
                                                                                 [ ] navigate to
                                                                 [ ] when $user_id > 0
                                                                     [ ] watch whether they walk on
@@ -86,7 +86,7 @@ RUNNING = """\
                                                     [ ] retry up to 6 times
                                                         [ ] propose and drive (sequence)
                                                             [ ] propose approach pose
-                                                            [ ] within 40 s
+                                                            [ ] within 25 s
                                                                 [ ] navigate to
                                                 [ ] when $user_id > 0
                                                     [ ] watch whether they walk on
