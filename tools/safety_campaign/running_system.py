@@ -28,6 +28,7 @@ from florence_bt.ros.environment import stay_on_this_machine
 from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
+from florence_bt.simulation.hardware.node import TRUTH_PERIOD_S
 
 FLORENCE = [sys.executable, "-m", "florence_bt.cli"]
 GROUPS = ("simulator", "hardware", "navigation", "people", "missions")
@@ -190,10 +191,14 @@ class RunningSystem:
         return self.spin_until(lambda: self.truth["moving"], DRIVE_S)
 
     def seconds_to_stand(self) -> float:
-        """How long the base moves on from now; infinite when it does not come to rest."""
-        begin = time.monotonic()
+        """How long the base moves on from now, in the time of the simulation; infinite when it does not stop.
+
+        The simulation waits up to a second for a process that hangs, and nothing moves meanwhile.
+        """
+        last, since = self.truth["time"], time.monotonic() - self.truth["monotonic"]
+        begin = last + min(since, TRUTH_PERIOD_S)
         stood = self.spin_until(lambda: not self.truth["moving"], STAND_S)
-        return time.monotonic() - begin if stood else float("inf")
+        return max(0.0, self.truth["time"] - begin) if stood else float("inf")
 
     def drives_again(self) -> bool:
         """Whether a mission drives the robot once everything that holds it was let go."""
