@@ -20,6 +20,8 @@ Point = NDArray[np.float64]
 _THICKEST_M = 0.15
 """A leg of the map is at most as broad."""
 _SIDES_M = 0.25, 1.6
+_MOST_PIECES = 20_000
+"""A map with more is noise."""
 _MOST_NEAR = 40
 """Where more small pieces are within the length of a table, they are noise of the map and no legs."""
 _OFF_M = 0.08
@@ -60,7 +62,9 @@ def _legs(grid: OccupancyGrid) -> NDArray[np.float64]:
     """The middles of the small occupied pieces of a map, shape (n, 2), metres."""
     from scipy import ndimage
 
-    labels, _ = ndimage.label(grid.cells > OCCUPIED // 2, np.ones((3, 3)))
+    labels, count = ndimage.label(grid.cells > OCCUPIED // 2, np.ones((3, 3)))
+    if count > _MOST_PIECES:
+        return np.empty((0, 2))
     most = _THICKEST_M / grid.resolution + 1e-6
     small = [
         number

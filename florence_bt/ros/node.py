@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+from nav_msgs.msg import OccupancyGrid
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock as RclClock
 from rclpy.context import Context
@@ -47,6 +48,8 @@ class FlorenceNode(Node):
         health: Counts, logs and publishes refused messages and failed callbacks.
         failures: Exceptions of callbacks; the :class:`~florence_bt.ros.executor.SpinLoop` raises them or
             hands them to :meth:`fail`.
+        before_long_work: Called before a callback that may take seconds, so that nobody takes the process for
+            one that hangs: before each on a map, which may have 25 million cells.
         fatal: An exception after which the node cannot work; the loop that spins the node raises it.
     """
 
@@ -70,6 +73,7 @@ class FlorenceNode(Node):
             context: The ROS context; the process's own one when not given.
         """
         self.failures: deque[Exception] = deque()
+        self.before_long_work: Callable[[], None] = lambda: None
         self.fatal: Exception | None = None
         self.health = NodeHealth(self)
         self.served_by: int | None = None
@@ -146,11 +150,13 @@ class FlorenceNode(Node):
                 behind = True
                 self.executor.create_task(caught_up)
             problem = problem_with(message, now)
-            if problem is None:
-                self.attempt(callback, message, *information)
-            else:
+            if problem is not None:
                 self.health.count_refused(topic, problem)
                 self.attempt(self.on_refused, topic)
+                return
+            if msg_type is OccupancyGrid:
+                self.before_long_work()
+            self.attempt(callback, message, *information)
 
         checked = callback if options.get("raw") else receive
         return super().create_subscription(msg_type, topic, checked, qos_profile, **options)

@@ -14,6 +14,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
+from typing import Protocol
 
 import rclpy
 import rclpy.logging
@@ -26,6 +27,18 @@ from florence_bt.ros.executor import SpinLoop
 from florence_bt.ros.node import FlorenceNode
 
 NodeFactory = Callable[[], FlorenceNode]
+
+
+class Beat(Protocol):
+    """Says that this process answers; with ``long_work`` that it will not for up to a minute."""
+
+    def __call__(self, *, long_work: bool = False) -> None: ...
+
+
+def _no_beat(*, long_work: bool = False) -> None:
+    """Nobody watches this process."""
+
+
 LEAVE_BUDGET_S = 2.0
 """Seconds to wait for the last answers when the nodes are closed, e.g. that a goal will end."""
 READY_PERIOD_S = 0.05
@@ -39,7 +52,7 @@ def run_nodes(
     *,
     remappings: Sequence[str] = (),
     on_ready: Callable[[], None] = lambda: None,
-    beat: Callable[[], None] = lambda: None,
+    beat: Beat = _no_beat,
 ) -> int:
     """Build nodes and serve them until SIGINT or SIGTERM; close every one of them in the end.
 
@@ -50,7 +63,8 @@ def run_nodes(
         remappings: Rules such as ``node:from:=to``, for every node of the process.
         on_ready: Called once, when all nodes are there and none of them misses anything any more.
         beat: Called every :data:`BEAT_PERIOD_S` or more often from then on, until the nodes are gone, on the
-            thread that serves the callbacks: without it the process counts as one that does not answer.
+            thread that serves the callbacks: without it the process counts as one that does not answer. A
+            callback that takes long says so before (``FlorenceNode.before_long_work``).
 
     Returns:
         The exit code: 0 after an end that was asked for, 1 when a node could not be made, was of no use any
@@ -71,6 +85,7 @@ def run_nodes(
         try:
             for make in factories:
                 nodes.append(make())
+                nodes[-1].before_long_work = partial(beat, long_work=True)
                 loop.add(nodes[-1])
                 problem = nodes[-1].unknown_parameters()
                 if problem is not None:
@@ -99,7 +114,7 @@ class _Heartbeat:
     The timer alone would not do: on a busy machine its turn comes after everything that waits already.
     """
 
-    def __init__(self, beat: Callable[[], None]) -> None:
+    def __init__(self, beat: Beat) -> None:
         self._beat = beat
         self._due = math.inf
 
@@ -138,7 +153,7 @@ def _when_ready(
     steady.call_at(steady.now(), look)
 
 
-def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Callable[[], None]) -> bool:
+def _close(loop: SpinLoop, nodes: Sequence[FlorenceNode], beat: Beat) -> bool:
     """Close every node, the latest first; whether all of it went well."""
     went_well = True
     for node in reversed(nodes):

@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 
 pytest.importorskip("rclpy")
+from nav_msgs.msg import OccupancyGrid
 from rosgraph_msgs.msg import Clock as ClockMsg
+from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from florence_bt.core.clock import call_every
@@ -18,6 +20,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.outcome import failure, success
 from florence_bt.ros.conversions import stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
+from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.service_skill import ServiceSkill
 
 pytestmark = pytest.mark.ros
@@ -342,7 +345,7 @@ def look():
     node.call_soon(hang)
 
 threading.Thread(target=look, daemon=True).start()
-sys.exit(run_nodes([make], beat=lambda: beats.append(None)))
+sys.exit(run_nodes([make], beat=lambda long_work=False: beats.append(None)))
 """
 
 
@@ -350,6 +353,22 @@ def test_a_process_beats_while_it_serves_callbacks_and_not_while_one_hangs(start
     child = start_process("-c", BEATS)
     child.wait_for("beats while it hung: 0")
     assert child.end() == 0
+
+
+def test_who_gets_a_map_says_that_long_work_begins(ros: Any) -> None:
+    said: list[str] = []
+    node = ros.add(FlorenceNode("reader"))
+    node.before_long_work = lambda: said.append("long work")
+    node.create_subscription(OccupancyGrid, "map", lambda message: said.append("map"), LATCHED)
+    node.create_subscription(Bool, "switch", lambda message: said.append("switch"), LATCHED)
+    node.create_publisher(Bool, "switch", LATCHED).publish(Bool())
+    ros.spin_until(lambda: said == ["switch"])
+    one = OccupancyGrid(data=[0])
+    one.info.width = one.info.height = 1
+    one.info.resolution = 0.05
+    one.info.origin.orientation.w = 1.0
+    node.create_publisher(OccupancyGrid, "map", LATCHED).publish(one)
+    ros.spin_until(lambda: said == ["switch", "long work", "map"])
 
 
 def test_a_start_after_killed_processes(start_process: Any) -> None:

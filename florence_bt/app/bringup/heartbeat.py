@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from florence_bt.ros.process import Beat
 
 FD_VARIABLE = "FLORENCE_HEARTBEAT_FD"
 """Environment variable: the file descriptor into which a process of a bring-up writes its heartbeats."""
@@ -19,6 +22,10 @@ SILENT_S = 1.0
 KILLED_AFTER_S = 5.0
 """A process that has not beaten for so long will not come back. After the first :data:`SILENT_S` the time
 that it waits for a processor does not count: on a machine that is too busy a process is late, not hung."""
+LONG_WORK_S = 60.0
+"""So much later is a process killed that has said, as its last beat, that long work begins. It is held as any
+other that is silent."""
+_BEAT, _LONG_WORK = b"\0", b"\1"
 STACK_SIGNAL = signal.SIGUSR1
 """Makes a process of a bring-up write the stacks of its threads into its log."""
 LONGEST_LOOK_S = 0.1
@@ -26,7 +33,7 @@ LONGEST_LOOK_S = 0.1
 all processes, by a machine that is too busy or was suspended. The supervisor looks every 0.05 s."""
 
 
-def heartbeat_of_this_process() -> Callable[[], None]:
+def heartbeat_of_this_process() -> Beat:
     """What a process of a bring-up calls again and again.
 
     Raises:
@@ -34,11 +41,11 @@ def heartbeat_of_this_process() -> Callable[[], None]:
     """
     descriptor = int(os.environ.pop(FD_VARIABLE))
 
-    def beat() -> None:
+    def beat(*, long_work: bool = False) -> None:
         # Full: the supervisor is held up, and what is in the pipe says enough. Broken: the supervisor was
         # killed, and the kernel's signal about that ends us in order.
         with suppress(BlockingIOError, BrokenPipeError):
-            os.write(descriptor, b"\0")
+            os.write(descriptor, _LONG_WORK if long_work else _BEAT)
 
     return beat
 
@@ -61,6 +68,7 @@ class HeartbeatMonitor:
         self.has_beaten = False
         self._pid = 0
         self._run_delay_s = 0.0
+        self._long_work_s = 0.0
         self.silent_s = 0.0
 
     @property
@@ -86,10 +94,14 @@ class HeartbeatMonitor:
             came = b""
         if came:
             self.has_beaten, self.silent_s = True, 0.0
+            self._long_work_s = LONG_WORK_S if came.endswith(_LONG_WORK) else 0.0
         elif self.has_beaten:
             if self.is_silent:
                 before, self._run_delay_s = self._run_delay_s, run_delay(self._pid)
                 passed -= min(passed, self._run_delay_s - before)
+                at_work = min(passed, self._long_work_s)
+                self._long_work_s -= at_work
+                passed -= at_work
             self.silent_s += passed
 
     def close(self) -> None:

@@ -11,6 +11,7 @@ import pytest
 from florence_bt.app.bringup import heartbeat
 from florence_bt.app.bringup.heartbeat import (
     FD_VARIABLE,
+    KILLED_AFTER_S,
     LONGEST_LOOK_S,
     SILENT_S,
     HeartbeatMonitor,
@@ -44,6 +45,23 @@ def test_silence_counts_from_the_first_beat_on(monitor, beat):
     beat()
     monitor.look(61.2)
     assert monitor.silent_s == 0.0
+    monitor.started(os.getpid())
+
+
+def test_who_does_long_work_is_silent_but_not_killed_for_a_minute(monitor, beat):
+    beat(long_work=True)
+    monitor.look(0.0)
+    for look in range(1, 20 * 61 + 1):
+        monitor.look(0.05 * look)
+    assert SILENT_S <= monitor.silent_s < KILLED_AFTER_S
+    for look in range(20 * 61 + 1, 20 * 66):
+        monitor.look(0.05 * look)
+    assert monitor.silent_s >= KILLED_AFTER_S - 0.2
+    beat()
+    monitor.look(66.0)
+    for look in range(1, 20 * 5 + 2):
+        monitor.look(66.0 + 0.05 * look)
+    assert monitor.silent_s >= KILLED_AFTER_S
     monitor.started(os.getpid())
 
 
