@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from xml.sax.saxutils import escape
+from xml.etree import ElementTree
 
 from florence_bt.btcpp.mission_text import write_flow
 from florence_bt.btcpp.node_models import known_nodes
@@ -38,45 +38,27 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import Expression, Literal, Mission, Node, PolicyKind, Reference, Value
 from florence_bt.trees.language.quantities import format_value, read_value
 
-WIDTH = 110
-_STEP = "  "
-
 
 def write_xml(root: Element) -> str:
     """An element with everything below as the text of a file."""
-    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', *_lines(root, ""), ""])
+    tree = _xml(root)
+    ElementTree.indent(tree)
+    # A sign > in a value is escaped, so this ends elements only.
+    text = ElementTree.tostring(tree, encoding="unicode").replace(" />", "/>")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
-def _lines(element: Element, indent: str) -> Iterator[str]:
-    opening = _opening(element, indent)
-    if not element.children and not element.text:
-        yield f"{opening}/>"
-    elif not element.children:
-        yield f"{opening}>{_escape(element.text)}</{element.tag}>"
-    else:
-        yield f"{opening}>"
-        for child in element.children:
-            yield from _lines(child, indent + _STEP)
-        yield f"{indent}</{element.tag}>"
+def _xml(element: Element) -> ElementTree.Element:
+    attributes = {name: _allowed(value) for name, value in element.attributes.items()}
+    made = ElementTree.Element(element.tag, attributes)
+    made.text = _allowed(element.text)
+    made.extend(map(_xml, element.children))
+    return made
 
 
-def _opening(element: Element, indent: str) -> str:
-    parts = [f'{name}="{_attribute_text(value)}"' for name, value in element.attributes.items()]
-    line = f"{indent}<{' '.join([element.tag, *parts])}"
-    if len(line) <= WIDTH or len(parts) < 2:
-        return line
-    beside = f"\n{indent} {' ' * len(element.tag)} "
-    return f"{indent}<{element.tag} {beside.join(parts)}"
-
-
-def _attribute_text(value: str) -> str:
-    return _escape(value, {'"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
-
-
-def _escape(text: str, more: dict[str, str] | None = None) -> str:
-    """Escape, and replace what XML 1.0 cannot hold at all by the sign for that."""
-    kept = "".join(char if char >= " " or char in "\t\n\r" else "�" for char in text)
-    return escape(kept, more or {})
+def _allowed(text: str) -> str:
+    """Replace what XML 1.0 cannot hold at all by the sign for that."""
+    return "".join(char if char >= " " or char in "\t\n\r" else "�" for char in text)
 
 
 _COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")

@@ -11,9 +11,8 @@ from xml.parsers import expat
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import Position
+from florence_bt.core.text_files import MAX_BYTES, read_bytes
 
-MAX_BYTES = 1_000_000
-"""Largest file that is read."""
 MAX_ELEMENTS = 5_000
 """Most elements in a file."""
 MAX_PORTS = 500
@@ -66,14 +65,9 @@ def read_xml(path: Path) -> Element:
         ConfigError: The file cannot be read, is too large or too deep, is not XML, or has a document type
             (entities could make a small file explode, or read other files).
     """
-    try:
-        if not path.is_file():
-            raise ConfigError("there is no such file", file=path)
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise ConfigError(f"the file cannot be read: {error.strerror}", file=path) from error
-    return parse_xml(data, path)
+    if not path.is_file():
+        raise ConfigError("there is no such file", file=path)
+    return parse_xml(read_bytes(path), path)
 
 
 def parse_xml(data: bytes, path: Path) -> Element:

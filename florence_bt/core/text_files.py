@@ -1,4 +1,4 @@
-"""From a file to a text: what is not a regular file, too large, not UTF-8 or not printable is refused here.
+"""From a file to a text, and back. What is too large, not regular, not UTF-8 or not printable is refused.
 
 Another encoding is named only when that is sure: by a byte order mark, by the pattern of the zero bytes, or
 because every byte makes sense in the encoding of Western European texts and hardly could in another.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import stat
 from codecs import BOM_UTF8
 from pathlib import Path
@@ -56,6 +57,25 @@ def read_bytes(path: Path) -> bytes:
     except ValueError as error:
         raise ConfigError(f"the file cannot be read: {error}", file=str(path)) from error
     return data
+
+
+def replace_text(file: Path, text: str) -> None:
+    """Write a file whole or not at all; one that is there keeps its permissions.
+
+    Raises:
+        OSError: It cannot be written; what was there is untouched.
+    """
+    fresh = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        with fresh.open("w", encoding="utf-8", newline="") as out:
+            out.write(text)
+            out.flush()
+            os.fsync(out.fileno())
+        if file.exists():
+            shutil.copymode(file, fresh)
+        fresh.replace(file)
+    finally:
+        fresh.unlink(missing_ok=True)
 
 
 def decode(data: bytes, path: Path) -> str:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.plain_yaml import EmptyFile, YamlMapping, YamlScalar, parse_yaml
-from florence_bt.core.text_files import read_bytes
+from florence_bt.core.text_files import read_bytes, replace_text
 
 
 def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
@@ -33,7 +31,7 @@ def set_numbers(file: Path, node: str, values: Mapping[str, float]) -> Path:
     backup = file.with_name(file.name + ".bak")
     try:
         shutil.copy2(file, backup)
-        _replace(file.resolve(), text)
+        replace_text(file.resolve(), text)
     except OSError as error:
         raise ConfigError(
             f"cannot be written: {error.strerror}", file=file, valid=["a file in a folder you may write to"]
@@ -88,18 +86,3 @@ def _inserted(lines: list[str], section: YamlMapping, entry: str) -> str:
 
 def _ended(text: str) -> str:
     return text if not text or text.endswith("\n") else text + "\n"
-
-
-def _replace(file: Path, text: str) -> None:
-    """Write whole or not at all."""
-    handle, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as out:
-            out.write(text)
-            out.flush()
-            os.fsync(out.fileno())
-        shutil.copymode(file, name)
-        os.replace(name, file)
-    except OSError:
-        os.unlink(name)
-        raise

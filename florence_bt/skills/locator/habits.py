@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.text_files import replace_text
 
 HOURS = 24
 
@@ -56,10 +57,8 @@ class RoomHabits:
         Raises:
             ConfigError: The file cannot be written; the old one is untouched.
         """
-        fresh = file.with_name(file.name + ".new")
         try:
-            fresh.write_text(json.dumps(self._counts), encoding="utf-8")
-            fresh.replace(file)
+            replace_text(file, json.dumps(self._counts))
         except OSError as error:
             raise ConfigError(f"cannot write the habits of the user: {error}", file=file) from error
         self.unsaved = False

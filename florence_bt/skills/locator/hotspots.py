@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import EmptyFile, Position, YamlNode, parse_yaml
 from florence_bt.core.settings_file import SettingsReader
-from florence_bt.core.text_files import read_bytes
+from florence_bt.core.text_files import read_bytes, replace_text
 
 KINDS = ("room", "object")
 FIELDS = ("label", "x", "y", "phi", "kind", "polygon")
@@ -164,30 +163,25 @@ def dump_hotspots(hotspots: Hotspots) -> str:
 def save_hotspots(hotspots: Hotspots, path: str | Path) -> None:
     """Write a hotspot file in one step; the old one is kept beside it with the ending ``.bak``.
 
-    What was written is read back, with the reader of the next start, before it takes the old file's place.
+    The text is read back, with the reader of the next start, before it takes the old file's place.
 
     Raises:
         ConfigError: The file cannot be written, or not be read back; the old one is untouched.
     """
-    target = Path(path)
-    fresh = target.with_name(target.name + ".new")
+    target, text = Path(path), dump_hotspots(hotspots)
+    _read_back(hotspots, text)
     try:
-        with fresh.open("w", encoding="utf-8") as stream:
-            stream.write(dump_hotspots(hotspots))
-            stream.flush()
-            os.fsync(stream.fileno())
-        _read_back(hotspots, fresh)
         if target.exists():
             shutil.copy2(target, target.with_name(target.name + ".bak"))
-        fresh.replace(target)
+        replace_text(target, text)
     except OSError as error:
         raise ConfigError(f"cannot write the hotspots: {error}", file=path) from error
 
 
-def _read_back(hotspots: Hotspots, path: Path) -> None:
-    """Raise a ConfigError when a file would not give these hotspots at the next start."""
+def _read_back(hotspots: Hotspots, text: str) -> None:
+    """Raise a ConfigError when a text would not give these hotspots at the next start."""
     try:
-        read = tuple(load_hotspots(path))
+        read = tuple(parse_hotspots(text))
     except ConfigError as error:
         raise ConfigError(f"it could not be read back: {error.problem}", valid=error.valid) from error
     for wanted, found in itertools.zip_longest(hotspots, read):

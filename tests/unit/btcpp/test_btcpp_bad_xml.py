@@ -4,8 +4,9 @@
 
 import pytest
 
-from florence_bt.btcpp.xml_source import MAX_BYTES, MAX_DEPTH, parse_xml, read_xml
+from florence_bt.btcpp.xml_source import MAX_DEPTH, parse_xml, read_xml
 from florence_bt.core.errors import ConfigError
+from florence_bt.core.text_files import MAX_BYTES
 
 BOMB = b"""<?xml version="1.0"?>
 <!DOCTYPE root [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;">]>
