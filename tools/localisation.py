@@ -1,6 +1,6 @@
-"""How well the robot is localised on a real building's log, with the default parameters.
+"""How well the robot is localised on a real building's log and on generated ones, with default parameters.
 
-``python tools/localisation.py freiburg-079-corrected.log.gz --write docs/navigation.md``
+``python tools/localisation.py --log freiburg-079-corrected.log.gz --maps depot.yaml --write PAGE``
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from tools.carmen_log import Record, build_map, read_log
+from tools.generated_log import Conditions, drive, home, mapped
 from tools.tables import table, write_between_marks
 
 AT_MIDDLE = Transform3.from_pose2(Pose2())
@@ -34,6 +35,14 @@ SCANS_BEFORE, SCANS_AFTER = 100, 400
 FOUND_WITHIN_M, FOUND_M, FOUND_RAD = 20.0, 0.3, 0.2
 WRONG_M = 1.0
 """A place is told wrongly that is so far off."""
+SCANS, HOMES = 800, (3, 4)
+"""Of a generated log, and seeds of the homes."""
+HARDEST = "noise 0.2, way 0.9, turn 1.15, people, boxes"
+CONDITIONS = {
+    "noise 0.04": Conditions(0.04),
+    "noise 0.2, way 1.1, turn 0.85": Conditions(0.2, 1.1, 0.85),
+    HARDEST: Conditions(0.2, 0.9, 1.15, people=3, boxes=3),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,18 +188,14 @@ def found_row(name: str, searches: Sequence[Search]) -> tuple[str, ...]:
     )
 
 
-def report(path: Path, seeds: Sequence[int]) -> str:
-    """All results on a log as Markdown."""
+def of_log(path: Path, seeds: Sequence[int]) -> str:
+    """All results on a recorded log as Markdown."""
     records = read_log(path)
     half = len(records) // 2
     grid, of_half = build_map(records), build_map(records[:half])
-
-    def known(grid: OccupancyGrid, records: Sequence[Record]) -> list[Followed]:
-        return [follow(grid, records, seed, records[0].reference @ START) for seed in seeds]
-
     rows = [
-        row("map of the whole log, localised on the whole", known(grid, records)),
-        row("map of its first half, localised on the second", known(of_half, records[half:])),
+        row("map of the whole log, localised on the whole", _known(grid, records, seeds)),
+        row("map of its first half, localised on the second", _known(of_half, records[half:], seeds)),
     ]
     found = [
         found_row(
@@ -201,19 +206,50 @@ def report(path: Path, seeds: Sequence[int]) -> str:
     return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
 
 
+def of_generated(maps: Sequence[Path], seeds: Sequence[int]) -> str:
+    """All results on generated logs as Markdown."""
+    places = [*(mapped(path) for path in maps), *(home(seed) for seed in HOMES)]
+    rows, found = [], []
+    for place in places:
+        logs = {}
+        for name, conditions in CONDITIONS.items():
+            logs[name] = [drive(place, conditions, SCANS, seed) for seed in seeds]
+            runs = [run for log in logs[name] for run in _known(place.grid, log, seeds[:1])]
+            rows.append(row(f"{place.name}, {name}", runs))
+        for name, search in (("nobody knows where it is", unknown_starts), ("carried away", kidnapped)):
+            searches = [s for log in logs[HARDEST] for s in search(place.grid, log, seeds[0])]
+            found.append(found_row(f"{place.name}, {name}", searches))
+    return f"{table(HEAD, rows)}\n\n{table(FOUND_HEAD, found)}"
+
+
+def _known(grid: OccupancyGrid, records: Sequence[Record], seeds: Sequence[int]) -> list[Followed]:
+    return [follow(grid, records, seed, records[0].reference @ START) for seed in seeds]
+
+
 def main() -> int:
     """Localise and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("log", type=Path, help="a log of CARMEN, perhaps compressed by gzip")
+    parser.add_argument("--log", type=Path, help="a log of CARMEN, perhaps compressed by gzip")
+    parser.add_argument(
+        "--maps", type=Path, nargs="*", help="generate logs in these maps and in homes (none: homes alone)"
+    )
     parser.add_argument("--seeds", type=int, default=3, help="how often, each with other particles")
     parser.add_argument(
-        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+        "--write", type=Path, metavar="PAGE", help="put the tables between the marks of a page"
     )
     given = parser.parse_args()
-    text = report(given.log, range(1, given.seeds + 1))
-    print(text)
-    if given.write:
-        write_between_marks(given.write, "localisation", text)
+    if given.log is None and given.maps is None:
+        parser.error("nothing to do; would have worked: --log LOG, or --maps")
+    seeds = range(1, given.seeds + 1)
+    made = {}
+    if given.log is not None:
+        made["localisation"] = of_log(given.log, seeds)
+    if given.maps is not None:
+        made["generated localisation"] = of_generated(given.maps, seeds)
+    for name, text in made.items():
+        print(text)
+        if given.write:
+            write_between_marks(given.write, name, text)
     return 0
 
 

@@ -13,6 +13,7 @@ import pytest
 
 pytest.importorskip("rclpy")
 from builtin_interfaces.msg import Duration
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from florence_interfaces.action import ApproachMe, FollowUser
 from florence_interfaces.msg import StopReason
 from geometry_msgs.msg import Point, PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
@@ -68,6 +69,7 @@ from florence_bt.ros.open_goals import OpenGoals
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR
 from florence_bt.ros.tf import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from florence_bt.skills.navigation.localisation.node import LocaliserNode
+from florence_bt.skills.navigation.localisation.saved_pose import load_pose, save_pose
 from florence_bt.skills.navigation.map_server.map_file import load_map
 from florence_bt.skills.navigation.map_server.map_writer import save_map
 from florence_bt.skills.navigation.map_server.node import MapServerNode
@@ -732,6 +734,25 @@ def test_the_initial_pose_counts_before_the_first_scan(scene: Scene) -> None:
 
     scene.ros.spin_until(believed)
     assert scene.estimate().distance_to(Pose2(6.0, 4.0)) < 0.01
+
+
+def test_a_restarted_localiser_goes_on_where_it_was(scene: Scene, tmp_path: FilePath) -> None:
+    pose_file = tmp_path / "pose.json"
+    save_pose(pose_file, START @ Pose2(0.05, 0.0, 0.03), make_map())
+    scene.add(MapServerNode(parameters={"map_file": str(scene.map_file), **SIMULATED}))
+    scene.add(LocaliserNode(parameters={"initial_x": 6.0, "pose_file": str(pose_file), **SIMULATED}))
+    diagnoses: list[DiagnosticStatus] = []
+    scene.client.create_subscription(
+        DiagnosticArray, "diagnostics", lambda message: diagnoses.extend(message.status), RELIABLE
+    )
+    scene.meet()
+    scene.play_until(lambda: scene.robot.frames.buffer.latest_stamp("odom"))
+    assert scene.estimate().distance_to(START) < 0.03
+    # What it knows better now is kept for the next start, and told.
+    scene.play_until(lambda: (kept := load_pose(pose_file, make_map())) and kept.distance_to(START) < 0.03)
+    scene.play_until(
+        lambda: any("Place in the map" in each.name and each.level == b"\0" for each in diagnoses)
+    )
 
 
 def test_the_localiser_is_told_where_it_is(scene: Scene) -> None:

@@ -201,7 +201,9 @@ def _navigation(settings: _Settings) -> list[Factory]:
 
     navigate = settings.with_timeout("navigate", "scan_timeout", CycleParameters().scan_timeout)
     start = start_of(settings.options)
-    initial = {} if start is None else {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
+    initial: dict[str, Any] = {"pose_file": str(Path(settings.options.folder) / "pose.json")}
+    if start is not None:
+        initial = {"initial_x": start.x, "initial_y": start.y, "initial_yaw": start.yaw}
     return [
         partial(MapServerNode, parameters=settings.of("map_server", map_file=str(settings.map_file))),
         partial(LocaliserNode, parameters=settings.of("localiser", seed=settings.options.seed, **initial)),

@@ -41,6 +41,8 @@ class Localiser:
     Attributes:
         pose: base_footprint in the map at the last update, None before the first; a guess while lost.
         covariance: Shape (3, 3), of x, y, yaw.
+        fit: The part of the newest scan that ended near surfaces of the map, from where the robot was
+            believed to be.
         map_from_odom: The place of the odometry frame in the map; None before the first update or
             :meth:`believe`, and while the robot is lost.
     """
@@ -62,7 +64,8 @@ class Localiser:
         # At the last scan that counted: the corrected odometry, the wheels' own, and the place in the map.
         self._counted: Pose2 | None = None
         self._counted_odom = self._there = Pose2()
-        self._resting = False
+        self._resting = self._resumed = False
+        self.fit = 0.0
         self.pose: Pose2 | None = None
         self.covariance: NDArray[np.float64] = np.diag(np.square(INITIAL_DEVIATIONS))
         self.map_from_odom: Pose2 | None = None
@@ -93,8 +96,25 @@ class Localiser:
         self._filter.set_pose(pose, standard_deviations)
         self._relocaliser.reset()
         self._given = self._there = pose
-        self._counted = None
+        self._counted, self._resumed = None, False
         self.covariance = np.diag(np.square(standard_deviations))
+
+    def resume(
+        self, pose: Pose2, standard_deviations: tuple[float, float, float] = INITIAL_DEVIATIONS
+    ) -> None:
+        """Begin where the robot was last, which is only told once a scan has fitted there.
+
+        The robot may have been carried meanwhile: when the first scan does not fit it is lost.
+
+        Args:
+            pose: base_footprint in the map frame.
+            standard_deviations: Of x, y in metres and of yaw in radians.
+
+        Raises:
+            ValueError: As :meth:`set_pose`.
+        """
+        self.set_pose(pose, standard_deviations)
+        self._given, self._resumed = None, self._parameters.refine
 
     def lose(self) -> None:
         """Forget where the robot is: it is looked for everywhere, and until it is found no place is told.
@@ -209,6 +229,11 @@ class Localiser:
         # The cloud has seen this scan already and may be surer than it should be: it only guides the fit.
         floor = np.diag(np.square([p.match_prior_d, p.match_prior_d, p.match_prior_a]))
         match = self._fit(points, mean, covariance + floor)
+        self.fit = match.near_fraction
+        if self._resumed and match.near_fraction < p.relocalise_fit:
+            self.lose()
+            return mean, covariance
+        self._resumed = False
         found = self._relocaliser.look(points, match)
         if found:
             wider = found.covariance + np.diag(np.square(_FOUND_DEVIATIONS))

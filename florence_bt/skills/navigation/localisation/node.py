@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -18,9 +20,10 @@ from sensor_msgs.msg import LaserScan as LaserScanMsg
 from std_srvs.srv import Empty
 
 from florence_bt.core.clock import call_every
+from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import Finite, Limits, NotNegative, check_limits
-from florence_bt.core.sensing import LaserScan
+from florence_bt.core.sensing import LaserScan, OccupancyGrid
 from florence_bt.core.transforms import TransformUnavailable
 from florence_bt.ros.conversions import (
     frame_from_ros,
@@ -31,13 +34,17 @@ from florence_bt.ros.conversions import (
     pose_with_covariance_to_ros,
     scan_from_ros,
 )
+from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE, SENSOR, STATE
 from florence_bt.ros.tf import TransformBroadcaster, TransformListener
 from florence_bt.skills.navigation.localisation.localiser import INITIAL_DEVIATIONS, Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.localisation.quality import diagnosis_of
+from florence_bt.skills.navigation.localisation.saved_pose import load_pose, save_pose
 from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
+DIAGNOSTICS_PERIOD_S = 1.0
 ODOMETRY_PERIOD_S = 0.04
 """At the latest after so long the next odometry comes, when the robot stands."""
 
@@ -52,6 +59,9 @@ class LocaliserNodeParameters:
         initial_yaw: Radians.
         initial_deviation_xy: How sure that is, in metres.
         initial_deviation_yaw: In radians.
+        pose_file: Where the last pose is kept, so that a restart needs none; empty for nowhere. A pose of the
+            same map takes the place of the initial one, and is told once a scan has fitted there.
+        save_pose_rate: How often it is written at most, in Hz.
         seed: Start of the random numbers.
         transform_tolerance: How far ahead ``map -> odom`` is stamped, in seconds; of the newest odometry.
         transform_rate: How often it is published, in Hz.
@@ -65,6 +75,8 @@ class LocaliserNodeParameters:
     initial_yaw: Finite = 0.0
     initial_deviation_xy: NotNegative = 0.15
     initial_deviation_yaw: NotNegative = 0.1
+    pose_file: str = ""
+    save_pose_rate: Annotated[float, Limits(0.0, 1000.0, above=True)] = 0.5
     seed: int = 0
     transform_tolerance: NotNegative = 0.2
     transform_rate: Annotated[float, Limits(0.0, 1000.0, above=True)] = 20.0
@@ -85,6 +97,7 @@ class LocaliserNode(FlorenceNode):
         self._p = p = self.read_parameters(LocaliserNodeParameters)
         self._start = Pose2(p.initial_x, p.initial_y, p.initial_yaw)
         self._deviations = (p.initial_deviation_xy, p.initial_deviation_xy, p.initial_deviation_yaw)
+        self._told = False
         self._localiser: Localiser | None = None
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._queue.clear)
@@ -99,13 +112,52 @@ class LocaliserNode(FlorenceNode):
         if self._settings.refine:
             self.create_service(Empty, "reinitialize_global_localization", self._on_lose)
         call_every(self.timebase, 1.0 / p.transform_rate, self._send_transform)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", RELIABLE)
+        call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnosis)
+        self._grid: OccupancyGrid | None = None
+        self._saved: Pose2 | None = None
+        if p.pose_file:
+            call_every(self.timebase, 1.0 / p.save_pose_rate, self._save_pose)
+            self.on_close(self._save_pose)
 
     def _on_map(self, message: OccupancyGridMsg) -> None:
-        before = self._localiser
-        self._localiser = Localiser(grid_from_ros(message), self._settings, self._p.seed)
+        before, self._grid = self._localiser, grid_from_ros(message)
+        self._localiser = Localiser(self._grid, self._settings, self._p.seed)
+        saved = self._load_pose(self._grid) if before is None else None
+        if saved is not None:
+            self._localiser.resume(saved, self._deviations)
+            return
         self._localiser.set_pose((before and before.pose) or self._start, self._deviations)
         if before is not None and before.lost:
             self._localiser.lose()
+
+    def _load_pose(self, grid: OccupancyGrid) -> Pose2 | None:
+        if not self._p.pose_file or self._told:
+            return None
+        try:
+            return load_pose(Path(self._p.pose_file), grid)
+        except ConfigError as error:
+            self.get_logger().warning(f"the robot begins at the initial pose: {error}")
+            return None
+
+    def _save_pose(self) -> None:
+        localiser = self._localiser
+        if localiser is None or self._grid is None or localiser.map_from_odom is None:
+            return
+        if localiser.pose is None or localiser.pose == self._saved:
+            return
+        try:
+            save_pose(Path(self._p.pose_file), localiser.pose, self._grid)
+        except OSError as error:
+            self.get_logger().warning(f"the pose is not kept: {error}", throttle_duration_sec=60.0)
+            return
+        self._saved = localiser.pose
+
+    def _publish_diagnosis(self) -> None:
+        if self._localiser is not None:
+            found = {"Place in the map": diagnosis_of(self._localiser)}
+            now = self.timebase.now()
+            self._diagnostics.publish(diagnostics_to_ros(found, self.get_name(), self._p.map_frame, now))
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         pose, frame = pose_from_ros(message.pose.pose), frame_from_ros(message.header.frame_id)
@@ -118,6 +170,7 @@ class LocaliserNode(FlorenceNode):
         x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
         given = (float(x), float(y), float(yaw))
         self._start, self._deviations = pose, given if any(given) else INITIAL_DEVIATIONS
+        self._told = True
         if self._localiser is not None:
             self._localiser.set_pose(self._start, self._deviations)
 

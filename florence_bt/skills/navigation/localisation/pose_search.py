@@ -80,8 +80,8 @@ class PoseSearch:
                 width *= 2
             self._tables.append(tables)
             self._free_blocks.append(free)
-        # The first calls load the compiled loops: not during a drive.
-        self.everywhere(np.ones((1, 2)))
+        # The first calls load the compiled loops: not during a drive. So far away nothing fits anywhere.
+        self.everywhere(np.full((1, 2), 1000.0))
         self.contradicted_part(np.zeros((1, 2)), Pose2())
 
     def contradicted_part(self, points: NDArray[np.float64], pose: Pose2) -> float:

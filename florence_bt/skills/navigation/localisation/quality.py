@@ -1,0 +1,23 @@
+"""How well the robot knows where it is, for ``diagnostics``."""
+
+from __future__ import annotations
+
+import math
+
+from florence_bt.core.diagnosis import Diagnosis, Severity
+from florence_bt.skills.navigation.localisation.localiser import Localiser
+
+
+def diagnosis_of(localiser: Localiser) -> Diagnosis:
+    """What a localiser knows; a warning while it tells no place."""
+    x, y, yaw = (math.sqrt(max(0.0, variance)) for variance in localiser.covariance.diagonal().tolist())
+    values = {
+        "part of the scan that fits the map": f"{localiser.fit:.2f}",
+        "standard deviation, metres": f"{math.hypot(x, y):.3f}",
+        "standard deviation, degrees": f"{math.degrees(yaw):.2f}",
+    }
+    if localiser.lost:
+        return Diagnosis(Severity.WARN, "lost: the robot is looked for in the whole map", values)
+    if localiser.map_from_odom is None:
+        return Diagnosis(Severity.WARN, "no scan has told yet where the robot is", values)
+    return Diagnosis(Severity.OK, "the place is known", values)

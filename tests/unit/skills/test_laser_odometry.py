@@ -1,0 +1,76 @@
+"""The odometry that is corrected by the scans, without any map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
+from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, World
+from tests.unit.skills.test_localise_accuracy import raw
+
+FURNITURE: tuple[Box, ...] = ((0.2, 2.9, 0.9, 3.3), (2.2, 0.2, 2.6, 0.6))
+CORRIDOR: tuple[Box, ...] = ((-50.0, 1.0, 50.0, 1.1), (-50.0, -1.1, 50.0, -1.0))
+
+
+def points_of(world: World) -> NDArray[np.float64]:
+    """Beam ends in the base frame, shape (n, 2)."""
+    scan = raw(world.scan())
+    used = np.isfinite(scan.ranges)
+    ranges, angles = scan.ranges[used].astype(float), scan.angles()[used]
+    ends = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(ranges))], axis=1)
+    return np.ascontiguousarray(UPSIDE_DOWN_LASER.apply(ends)[:, :2])
+
+
+def drive(
+    world: World, odometry: LaserOdometry, motion: Pose2, told: Pose2, scans: int
+) -> tuple[float, float]:
+    """Metres and radians by which the odometry is off after some equal motions."""
+    odometry.update(points_of(world), world.odom)
+    start, began = world.pose, odometry.pose
+    for _ in range(scans):
+        world.pose, world.odom = world.pose @ motion, world.odom @ told
+        odometry.update(points_of(world), world.odom)
+    error = (start.inverse() @ world.pose).inverse() @ (began.inverse() @ odometry.pose)
+    return error.distance_to(Pose2()), abs(normalize_angle(error.yaw))
+
+
+@pytest.mark.parametrize(
+    ("motion", "told"),
+    [
+        (Pose2(0.06, 0.0, 0.05), Pose2(0.06, 0.0, 0.05)),
+        # Wheels that slip; that do not know that the robot drives backwards; that tell too little of a turn.
+        (Pose2(), Pose2(0.06)),
+        (Pose2(-0.06), Pose2(0.06)),
+        (Pose2(0.03, 0.0, 0.1), Pose2(0.03, 0.0, 0.05)),
+    ],
+)
+def test_the_wheels_hardly_matter(motion: Pose2, told: Pose2) -> None:
+    world = World(Pose2(2.0, 2.0, 0.3), boxes=[*WALLS, *FURNITURE], seed=2)
+    metres, radians = drive(world, LaserOdometry(), motion, told, 20)
+    assert metres < 0.05
+    assert radians < 0.03
+
+
+def test_along_a_bare_corridor_the_wheels_are_believed() -> None:
+    world = World(Pose2(0.0, 0.2, 0.05), boxes=list(CORRIDOR), seed=2)
+    metres, radians = drive(world, LaserOdometry(), Pose2(0.06), Pose2(0.06), 40)
+    assert metres < 0.12
+    assert radians < 0.02
+
+
+def test_a_robot_that_is_carried_notices_it() -> None:
+    world = World(Pose2(1.0, 1.0, 0.4), boxes=[*WALLS, *FURNITURE], seed=2)
+    odometry = LaserOdometry()
+    drive(world, odometry, Pose2(0.05), Pose2(0.05), 5)
+    assert not odometry.broken
+    world.pose = Pose2(6.5, 3.5, -2.0)
+    odometry.update(points_of(world), world.odom @ Pose2(0.05))
+    assert odometry.broken
+    odometry.update(points_of(world), world.odom @ Pose2(0.05))
+    assert not odometry.broken
+    # And follows from there on.
+    world.odom = world.odom @ Pose2(0.05)
+    assert drive(world, odometry, Pose2(0.05, 0.0, 0.05), Pose2(0.05, 0.0, 0.05), 10)[0] < 0.04
