@@ -83,6 +83,12 @@ def up(
     config: Annotated[
         Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
     ] = None,
+    nav: Annotated[
+        str, typer.Option(help="own: Florence's navigation; nav2: a Nav2 that runs already.")
+    ] = "own",
+    base: Annotated[
+        str, typer.Option(help="own: Florence's drivers; running: base and sensors have their own.")
+    ] = "own",
     folders: FolderOption = None,
     person: PersonOption = None,
     start: Annotated[
@@ -116,6 +122,8 @@ def up(
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
             home_file=_absolute(home),
+            nav=nav,
+            base=base,
             mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
             person=person,
             start=parse_start(start) if start else None,
