@@ -17,7 +17,8 @@ PersonOption = Annotated[
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random generator.")]
 WorldOption = Annotated[
-    Path | None, typer.Option("--world", help="Source file of the simulated home (docs/homes.md).")
+    Path | None,
+    typer.Option("--world", help="The simulated home: its source file, or a map."),
 ]
 WorldSeedOption = Annotated[
     int | None,

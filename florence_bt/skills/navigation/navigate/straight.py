@@ -68,7 +68,7 @@ class StraightDrive:
         return answer(command)
 
 
-class Pause:
+class WaitInPlace:
     """Wait.
 
     Args:
