@@ -238,7 +238,7 @@ def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.skills_ros import make_skills
     from florence_bt.app.demo.pictures import BackgroundPictures
     from florence_bt.runtime.node import MissionNode
-    from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
+    from florence_bt.skills.navigation.navigate.declaration import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
     from florence_bt.trees.language.declarations import collect_declarations
 
     parameters = settings.of(
@@ -256,6 +256,7 @@ def _missions(settings: _Settings) -> list[Factory]:
             collect_declarations(),
             make_safety=BaseSafety,
             on_recorded=pictures.draw,
+            other_actions=ACTIONS_WITHOUT_SKILL,
             parameters=parameters,
         )
         node.on_close(pictures.close)
