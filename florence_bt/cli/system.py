@@ -21,7 +21,8 @@ PersonOption = Annotated[
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random generator.")]
 WorldOption = Annotated[
-    Path | None, typer.Option("--world", help="Source file of the simulated home (docs/homes.md).")
+    Path | None,
+    typer.Option("--world", help="The simulated home: its source file, or a map."),
 ]
 WorldSeedOption = Annotated[
     int | None,
@@ -87,6 +88,12 @@ def up(
     config: Annotated[
         Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
     ] = None,
+    nav: Annotated[
+        str, typer.Option(help="own: Florence's navigation; nav2: a Nav2 that runs already.")
+    ] = "own",
+    base: Annotated[
+        str, typer.Option(help="own: Florence's drivers; running: base and sensors have their own.")
+    ] = "own",
     folders: FolderOption = None,
     person: PersonOption = None,
     start: Annotated[
@@ -120,6 +127,8 @@ def up(
             map_file=_absolute(map_file),
             hotspots_file=_absolute(hotspots),
             home_file=_absolute(home),
+            nav=nav,
+            base=base,
             mission_folders=tuple(str(folder.absolute()) for folder in folders or ()),
             person=person,
             start=parse_start(start) if start else None,

@@ -30,12 +30,12 @@ LOOK = SkillDeclaration("look", "A skill that occupies nothing.")
 
 
 class Server(FlorenceNode):
-    """Serves two actions; a goal goes on until it is cancelled."""
+    """Serves three actions; a goal goes on until it is cancelled."""
 
     def __init__(self) -> None:
         super().__init__("server")
         self.goals: dict[str, SingleGoalServer] = {}
-        for name in ("spin_arm", "look"):
+        for name in ("spin_arm", "look", "follow_path"):
             self.goals[name] = SingleGoalServer(
                 self,
                 Spin,
@@ -54,6 +54,7 @@ class Bench:
             MissionNode(
                 lambda node: {name: skill(node, name) for name in ("spin_arm", "look")},
                 {"spin_arm": TURN, "look": LOOK},
+                other_actions=("follow_path",),
                 parameters={"runs_folder": str(tmp_path / "runs"), "mission_folders": (str(tmp_path),)},
             )
         )
@@ -115,6 +116,13 @@ def test_a_goal_of_somebody_else_is_shown_and_stop_ends_it(bench: Bench) -> None
     assert bench.server.goals["look"].active, "it occupies nothing, so it is not ours to end"
     bench.server.goals["look"].finish(Spin.Result(), Outcome.SUCCEEDED)
     bench.ros.spin_for(0.1)
+
+
+def test_stop_ends_a_goal_that_no_skill_could_send(bench: Bench) -> None:
+    shown = bench.send_goal("follow_path")
+    assert bench.ros.spin_until(bench.unowned, what="the goal in the status") == [shown]
+    assert bench.call(StopMission, "stop").success
+    bench.ros.spin_until(lambda: not bench.server.goals["follow_path"].active, what="the end of the goal")
 
 
 def test_stop_ends_the_docking_of_the_base(bench: Bench) -> None:

@@ -7,9 +7,13 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 
+NAVIGATIONS = ("own", "nav2")
+"""Whose navigation: Florence's, or a Nav2 that runs already."""
+BASES = ("own", "running")
+"""Whose drivers of base and sensors: Florence's, or others that run already."""
 ABSENT = "absent"
 """The value of ``person`` that means nobody is at home."""
 
@@ -26,6 +30,8 @@ class BringUp:
         config_file: The robot's configuration, None for the one of the package.
         map_file: Map of the flat, None for the one of the package.
         hotspots_file: Hotspots of the flat, None for the one of the package.
+        nav: One of :data:`NAVIGATIONS`.
+        base: One of :data:`BASES`.
         home_file: The home sensors (docs/home_sensors.md), None for none.
         person: Simulated only: the room the person is in, what they do, None for a random room, ``absent``
             for nobody (``app.bringup.simulated.who_is_at_home``).
@@ -43,6 +49,8 @@ class BringUp:
     config_file: str | None = None
     map_file: str | None = None
     hotspots_file: str | None = None
+    nav: str = "own"
+    base: str = "own"
     home_file: str | None = None
     person: str | None = None
     start: tuple[float, float, float] | None = None
@@ -58,6 +66,14 @@ class BringUp:
             raise ConfigError(f"speed is {self.speed}", valid=["0.05 <= speed <= 100"])
         if self.seed < 0:
             raise ConfigError(f"seed is {self.seed}", valid=["0 or a positive whole number"])
+        for name, value, known in (("nav", self.nav, NAVIGATIONS), ("base", self.base, BASES)):
+            if value not in known:
+                raise ConfigError(f"--{name} is {value!r}", valid=closest_first(value, known))
+        if self.base == "running" and (self.in_flat or self.nav != "nav2"):
+            raise ConfigError(
+                "a base that runs already is driven by a Nav2 that runs already",
+                valid=["--robot CONFIG --base running --nav nav2"],
+            )
         if not self.in_flat and (self.world_file is not None or self.world_seed is not None):
             raise ConfigError(
                 "--world and --world-seed are simulated homes", valid=["--sim", "--robot --emulate"]

@@ -19,6 +19,7 @@ from florence_bt.simulation.hardware.ports import HardwareMounts, HardwareSettin
 from florence_bt.simulation.home.build_map import build_files
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
+from florence_bt.simulation.home.map_world import is_map
 from florence_bt.simulation.home.people import PersonSpec, place_person
 from florence_bt.simulation.home.situations import SITUATIONS, company_in, led_walk, person_in
 from florence_bt.skills.robot_description.description import load_description
@@ -96,9 +97,11 @@ def with_world_files(options: BringUp) -> BringUp:
     for name, content in build_files(flat := flat_of(options)).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
+    made = str(folder / "maps" / f"{flat.name}.yaml")
+    own_map = options.world_file if options.world_file and is_map(Path(options.world_file)) else made
     return replace(
         options,
-        map_file=options.map_file or str(folder / "maps" / f"{flat.name}.yaml"),
+        map_file=options.map_file or own_map,
         hotspots_file=options.hotspots_file or str(folder / "hotspots" / f"{flat.name}.yaml"),
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from datetime import timedelta
 from types import ModuleType
 from typing import Any
@@ -31,13 +31,17 @@ from florence_bt.trees.language.declarations import skills_in
 from florence_bt.trees.language.third_party import ThirdParty
 
 
-def make_skills(node: FlorenceNode) -> dict[str, Skill]:
+def make_skills(node: FlorenceNode, without: Collection[str] = ()) -> dict[str, Skill]:
     """Every skill of the shipped missions by name, and those of installed packages.
 
     Args:
         node: The node whose clients are used and whose clock times the deadlines.
+        without: Skills that nobody performs in this system; they fail with ``no_skill``.
     """
-    own = {served.skill.name: _over_ros(node, served) for served in SERVED}
+    own: dict[str, Skill] = {
+        served.skill.name: _over_ros(node, served) for served in SERVED if served.skill.name not in without
+    }
+    own |= {name: MissingSkill(f"nobody performs {name} with --nav nav2") for name in without}
     return {**_skills_of_packages(node, own), **own}
 
 

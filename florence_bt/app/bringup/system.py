@@ -24,8 +24,9 @@ from florence_bt.app.bringup.topology import BASE, ENDED_TOGETHER, MISSIONS, gro
 from florence_bt.app.demo.kernel_cache import ensure_compiled
 from florence_bt.app.runs.client import ACTIVE_STATES, MissionClient
 from florence_bt.core.errors import ConfigError, DeviceTimeout, FlorenceError
-from florence_bt.core.serving import ServedAction, ServedByNode
+from florence_bt.core.serving import Served, ServedAction, ServedByNode
 from florence_bt.ros.open_goals import OpenGoals
+from florence_bt.skills.navigation.navigate.declaration import NOT_OF_NAV2
 from florence_bt.skills.served import ACTIONS, SERVED
 
 READY_BUDGET_S = 180.0
@@ -118,12 +119,16 @@ class System:
             self._is_ready, READY_BUDGET_S, watch=self._check_start, every_s=READY_LOOK_S
         ):
             missing = ", ".join(self._not_served() or self._not_up()) or "the robot's pose"
+            if self.options.nav == "nav2":
+                missing += " (with --nav nav2, Nav2 has to run beside: map, localisation, actions)"
             raise DeviceTimeout(
                 f"not ready after {READY_BUDGET_S:.0f} s, missing: {missing}; "
                 f"see the logs in {self.options.folder}/logs"
             )
         # Emulated devices are there, but on a busy machine their drivers find them late.
         budget_s = READY_BUDGET_S if self.options.in_flat else DEVICES_S
+        if self.options.base == "running":
+            return time.monotonic() - start
         self.client.spin_until(self._devices_answer, budget_s, watch=self._check_start, every_s=READY_LOOK_S)
         report_missing(self._devices, self._report)
         return time.monotonic() - start
@@ -207,11 +212,15 @@ class System:
         names = {name for name, _ in self.client.node.get_service_names_and_types()}
         needed = {"/florence_bt/run_mission": "florence_bt/run_mission"}
         for served in SERVED:
-            if not isinstance(served, ServedByNode):
+            if not isinstance(served, ServedByNode) or self._is_left_out(served):
                 continue
             suffix = "/_action/send_goal" if isinstance(served, ServedAction) else ""
             needed[f"/{served.name}{suffix}"] = served.name
         return [shown for name, shown in needed.items() if name not in names]
+
+    def _is_left_out(self, served: Served) -> bool:
+        """Whether this bring-up goes without a skill."""
+        return self.options.nav == "nav2" and served.skill.name in NOT_OF_NAV2
 
     def _not_up(self) -> list[str]:
         """The groups whose process has not all its nodes yet; an earlier bring-up left other ids."""

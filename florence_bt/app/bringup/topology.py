@@ -59,7 +59,12 @@ Factory = Callable[[], "FlorenceNode"]
 
 def groups(options: BringUp) -> list[str]:
     """The processes of a bring-up in the order of their start."""
-    return [group for group in NODES if options.in_flat or group != "simulator"]
+    absent = {
+        "simulator": not options.in_flat,
+        "hardware": options.base == "running",
+        "navigation": options.nav == "nav2",
+    }
+    return [group for group in NODES if not absent.get(group)]
 
 
 def factories(group: str, options: BringUp) -> list[Factory]:
@@ -241,6 +246,7 @@ def _missions(settings: _Settings) -> list[Factory]:
     from florence_bt.app.bringup.skills_ros import make_skills
     from florence_bt.app.demo.pictures import BackgroundPictures
     from florence_bt.runtime.node import MissionNode
+    from florence_bt.skills.navigation.navigate.declaration import ACTIONS_WITHOUT_SKILL, NOT_OF_NAV2
     from florence_bt.trees.language.declarations import collect_declarations
 
     parameters = settings.of(
@@ -254,10 +260,11 @@ def _missions(settings: _Settings) -> list[Factory]:
 
     def mission_node() -> FlorenceNode:
         node = MissionNode(
-            make_skills,
+            partial(make_skills, without=NOT_OF_NAV2 if settings.options.nav == "nav2" else ()),
             collect_declarations(),
             make_safety=BaseSafety,
             on_recorded=pictures.draw,
+            other_actions=ACTIONS_WITHOUT_SKILL,
             parameters=parameters,
         )
         node.on_close(pictures.close)

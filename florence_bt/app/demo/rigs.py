@@ -8,6 +8,7 @@ from pathlib import Path
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.simulated import robot_frames, who_is_at_home
 from florence_bt.core.geometry import Pose2
+from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.simulation.home.build_map import hotspots_yaml, laser_map
 from florence_bt.simulation.home.flat import Flat, load_flat
 from florence_bt.simulation.home.person import PersonSpec
@@ -24,6 +25,7 @@ def make_rig(
     flat: Flat | None = None,
     others: Sequence[PersonSpec] = (),
     start: Pose2 | None = None,
+    grid: OccupancyGrid | None = None,
 ) -> Rig:
     """A rig of a home with its map and hotspots.
 
@@ -36,6 +38,7 @@ def make_rig(
         others: Who else is there.
         start: Where the robot stands at first, map frame; the home's own place, or that of the situation,
             when not given.
+        grid: The map; that of the home when not given.
 
     Raises:
         ConfigError: There is no such room or situation.
@@ -49,7 +52,7 @@ def make_rig(
     return Rig(
         RigSetting(
             flat=flat,
-            grid=laser_map(flat),
+            grid=laser_map(flat) if grid is None else grid,
             hotspots=parse_hotspots(hotspots_yaml(flat)),
             frames=robot_frames(),
             config=load_config(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,7 @@ class MissionNode(FlorenceNode):
         declarations: What the skills say about themselves.
         make_safety: Builds what stops the robot after a crash, over this node and the goals that may use it.
         on_recorded: Called when the files of a run are written.
+        other_actions: Actions that use the robot and that no skill asks: their goals end with ``stop``, too.
         parameters: Overrides of the node's parameters.
     """
 
@@ -71,6 +72,7 @@ class MissionNode(FlorenceNode):
         *,
         make_safety: Callable[[FlorenceNode, OpenGoals], Safety] | None = None,
         on_recorded: Callable[[RunRecord], None] | None = None,
+        other_actions: Collection[str] = (),
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__("florence_bt", parameters=parameters)
@@ -80,7 +82,7 @@ class MissionNode(FlorenceNode):
         self._tf: TransformListener | None = None
         self._skills = make_skills(self)
         actions = exclusive_actions(self._skills, declarations)
-        goals = OpenGoals(self, {skill.action for skill in actions})
+        goals = OpenGoals(self, {*(skill.action for skill in actions), *other_actions})
         safety = make_safety(self, goals) if make_safety is not None else None
         self._robot_goals = RobotGoals(goals, actions)
         self._build_executor()

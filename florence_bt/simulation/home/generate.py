@@ -25,6 +25,7 @@ from florence_bt.simulation.home.catalogue import Catalogue, Group, PieceKind, l
 from florence_bt.simulation.home.flat import Flat, FlatFile, PartEntry, Solid, build_flat, load_flat
 from florence_bt.simulation.home.free_space import ROBOT_HEIGHT_M, BoolGrid, GridFrame, cells_covered
 from florence_bt.simulation.home.layout import WALL_THICKNESS_M, Area, Layout, door_spots, plan_home
+from florence_bt.simulation.home.map_world import flat_of_map, is_map
 from florence_bt.simulation.home.people import ROBOT_RADIUS_M
 
 _RESOLUTION_M = 0.05
@@ -70,6 +71,8 @@ def generated_flat(seed: int) -> Flat:
 def choose_flat(world: Path | None = None, seed: int | None = None) -> Flat:
     """The flat that somebody asks for: of a file, generated from a seed, or the one that comes with Florence.
 
+    A file may also be a map of map_server: its walls, and nothing else.
+
     Raises:
         ConfigError: The file is wrong, with file:line:column, or both are given.
     """
@@ -77,6 +80,8 @@ def choose_flat(world: Path | None = None, seed: int | None = None) -> Flat:
         raise ConfigError("a home is either read or generated", valid=["--world FILE", "--world-seed SEED"])
     if seed is not None and seed < 0:
         raise ConfigError(f"the seed of a home cannot be {seed}", valid=["0 or a positive whole number"])
+    if world is not None and is_map(world):
+        return flat_of_map(world)
     return load_flat(world) if seed is None else generated_flat(seed)
 
 

@@ -59,6 +59,35 @@ def test_the_path_goes_through_the_middle_of_the_door() -> None:
     assert shortest < plan.length < 1.1 * shortest
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_from_where_the_robot_stands_well_no_path_cuts_a_corner(seed: int) -> None:
+    place = costmap()
+    rng = np.random.default_rng(seed)
+    free = np.argwhere(place.master < 253)
+    for _ in range(60):
+        ends = free[rng.integers(len(free), size=2)] + 0.5
+        start, goal = (Pose2(u * 0.05 - 0.5, v * 0.05 - 0.5) for v, u in ends)
+        plan = plan_path(place, start, goal, PARAMETERS)
+        assert isinstance(plan, Plan)
+        for part in np.linspace(0.0, 1.0, 4):
+            points = plan.points[:-1] + part * np.diff(plan.points, axis=0)
+            assert max((place.cost_at(x, y) for x, y in points), default=0) < 253
+
+
+def test_a_robot_in_a_corner_without_another_way_may_cross_what_is_too_near() -> None:
+    cells = np.zeros((60, 60), np.int8)
+    cells[20:40, 30] = 100
+    cells[[20, 40], 20:31] = 100
+    cells[20:41, 20] = 100
+    cells[30, 30] = cells[29, 30] = cells[31, 30] = cells[28, 30] = cells[32, 30] = 0
+    narrow = Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), cells))
+    ways = [
+        plan_path(narrow, Pose2(1.27, 1.52), Pose2(2.7, 1.5), PlannerParameters(start_clearance=clearance))
+        for clearance in (0.0, 0.35)
+    ]
+    assert [type(way) for way in ways] == [Result, Plan]
+
+
 def test_no_point_of_a_path_is_too_near_to_an_obstacle() -> None:
     place, plan = costmap(), planned(Pose2(0.5, 4.0), Pose2(7.5, 0.5))
     assert max(place.cost_at(x, y) for x, y in plan.points) < 253

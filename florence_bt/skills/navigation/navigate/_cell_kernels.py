@@ -116,26 +116,37 @@ def inflate(master: Cells, radius: int, table: Cells) -> None:
     """
     rows, columns = master.shape
     far = radius + 1
-    vertical = np.empty((rows, columns), np.int32)
-    for u in range(columns):
-        distance = far
-        for v in range(rows):
-            distance = 0 if master[v, u] == LETHAL else min(distance + 1, far)
-            vertical[v, u] = distance
-        distance = far
-        for v in range(rows - 1, -1, -1):
-            distance = 0 if master[v, u] == LETHAL else min(distance + 1, far)
-            vertical[v, u] = min(vertical[v, u], distance)
-    unreached = radius * radius + 1
+    vertical = np.empty((rows, columns), np.int16)
+    # Row by row, as they lie in memory.
     for v in range(rows):
-        nearest = np.full(columns, unreached, np.int32)
         for u in range(columns):
-            if vertical[v, u] <= radius:
-                high = vertical[v, u] * vertical[v, u]
-                for w in range(max(0, u - radius), min(columns, u + radius + 1)):
-                    squared = high + (w - u) * (w - u)
-                    if squared < nearest[w]:
-                        nearest[w] = squared
+            above = vertical[v - 1, u] + 1 if v > 0 else far
+            vertical[v, u] = 0 if master[v, u] == LETHAL else min(above, far)
+    for v in range(rows - 2, -1, -1):
+        for u in range(columns):
+            vertical[v, u] = min(vertical[v, u], vertical[v + 1, u] + 1)
+    unreached = radius * radius + 1
+    nearest = np.empty(columns, np.int32)
+    for v in range(rows):
+        nearest[:] = unreached
+        reached = False
+        for u in range(columns):
+            if vertical[v, u] > radius:
+                continue
+            reached = True
+            high = int(vertical[v, u]) * int(vertical[v, u])
+            nearest[u] = min(nearest[u], high)
+            for side in (1, -1):
+                w, squared = u + side, high + 1
+                while squared < unreached and 0 <= w < columns:
+                    # From a cell that is as near to an obstacle of its own, that one is nearer all the way.
+                    if vertical[v, w] <= radius and int(vertical[v, w]) * int(vertical[v, w]) <= squared:
+                        break
+                    nearest[w] = min(nearest[w], squared)
+                    squared += 2 * abs(w - u) + 1
+                    w += side
+        if not reached:
+            continue
         for u in range(columns):
             if nearest[u] < unreached:
                 cost, old = table[nearest[u]], master[v, u]

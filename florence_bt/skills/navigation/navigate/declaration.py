@@ -38,6 +38,8 @@ from florence_bt.skills.navigation.navigate.results import (
 SPEED_LIMIT = "navigate/speed_limit"
 """``std_msgs/Float64``: how fast the robot drives at most, m/s; 0 means as fast as it may."""
 
+NOT_OF_NAV2 = frozenset({"follow_user", "approach_person", "set_speed_limit"})
+"""The skills that Nav2 cannot perform."""
 ACTIONS_WITHOUT_SKILL = ("follow_path", "wait")
 """For other programs: missions have no paths, and a node of their own that waits."""
 

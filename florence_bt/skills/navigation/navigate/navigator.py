@@ -29,7 +29,7 @@ from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES, SPIN_SERVER_CODES, BaseStop
 from florence_bt.skills.navigation.navigate.spin import Spin
 from florence_bt.skills.navigation.navigate.state import Costmaps, CycleResult, Feedback, RobotState
-from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StandStill, StraightDrive
+from florence_bt.skills.navigation.navigate.straight import SLOWEST_MPS, StraightDrive, WaitInPlace
 from florence_bt.skills.navigation.navigate.through import ThroughDrive
 from florence_bt.skills.navigation.navigate.trails import BODIES, BODY_M, CAMERA_SOURCES, Trails
 
@@ -38,7 +38,7 @@ LASER = "scan"
 _CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact does not believe in it any more."""
 
-Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | StandStill | Follow | Approach
+Goal = Drive | ThroughDrive | PathDrive | Spin | StraightDrive | WaitInPlace | Follow | Approach
 _BY_ODOMETRY = (Spin, StraightDrive, Approach)
 """Goals that do not need to know where the robot is in the map."""
 
@@ -293,7 +293,7 @@ class Navigator:
         if not math.isfinite(duration) or duration < 0.0:
             self._refuse(f"cannot wait for {duration} s")
         else:
-            self._goal = StandStill(duration, now)
+            self._goal = WaitInPlace(duration, now)
 
     def plan_between(self, start: Pose2, goal: Pose2, tolerance: float = 0.0) -> Plan | Result:
         """A path in the map frame, which nobody drives.
@@ -462,7 +462,7 @@ class Navigator:
             return CycleResult(None, Feedback())
         if self._end is not None:
             return self._finish(self._end)
-        if isinstance(self._goal, StandStill):
+        if isinstance(self._goal, WaitInPlace):
             return self._stand_still(self._goal, now)
         if self.base_stop.holds_all:
             return self._finish(self.base_stop.failure())
@@ -479,7 +479,7 @@ class Navigator:
         limit = self.speed_limit
         return CycleResult(command.slowed_to(limit) if limit > 0.0 else command, self._feedback)
 
-    def _stand_still(self, goal: StandStill, now: float) -> CycleResult:
+    def _stand_still(self, goal: WaitInPlace, now: float) -> CycleResult:
         """Waiting needs no sensors."""
         self._feedback, result = goal.step(now)
         return CycleResult(STANDSTILL, self._feedback) if result is None else self._finish(result)
@@ -500,7 +500,7 @@ class Navigator:
 
     def _advance(self, state: RobotState) -> tuple[Twist2, Result | None]:
         goal = self._goal
-        assert goal is not None and not isinstance(goal, StandStill)
+        assert goal is not None and not isinstance(goal, WaitInPlace)
         if not isinstance(goal, Spin):
             command, self._feedback, result = goal.step(state)
             return command, result

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.limits import Limits, NotNegative, check_limits
 from florence_bt.core.outcome import Result, failure
-from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, UNKNOWN_COST, Cells
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST, Cells
 from florence_bt.skills.navigation.navigate._wave_kernels import (
     NEUTRAL,
     OBSTACLE,
@@ -104,17 +104,25 @@ def plan_path(
         return _failure("start_outside", f"the robot at ({start.x:.2f}, {start.y:.2f}) is outside of the map")
     cells = costmap.master if costs is None else costs
     crossing = _crossing_costs(cells, parameters)
-    _open_start(crossing, start_cell, parameters.start_clearance / costmap.resolution)
     columns = crossing.shape[1]
     start_index = (start_cell[0] + 1) * columns + start_cell[1] + 1
     wanted = (goal_cell[0] + 1) * columns + goal_cell[1] + 1
-    blocked = bool(crossing[goal_cell[0] + 1, goal_cell[1] + 1] >= OBSTACLE)
+    crossing.flat[start_index] = NEUTRAL
+    blocked = bool(crossing.flat[wanted] >= OBSTACLE)
     if blocked and tolerance <= 0.0:
         return _occupied(goal)
-    potential = spread_wave(
-        crossing.ravel(), columns, np.array([start_index]), -1 if blocked else wanted, 2.0 * NEUTRAL
-    )
-    end_cell = _reachable_cell(potential.reshape(crossing.shape), goal_cell, tolerance / costmap.resolution)
+    # Who stands well keeps away from walls; the way out of a corner is opened when there is no other.
+    stands_well = not INSCRIBED <= cells[start_cell] < UNKNOWN_COST
+    for opened in (False, True) if stands_well else (True,):
+        if opened:
+            _open_start(crossing, start_cell, parameters.start_clearance / costmap.resolution)
+        potential = spread_wave(
+            crossing.ravel(), columns, np.array([start_index]), -1 if blocked else wanted, 2.0 * NEUTRAL
+        )
+        grid = potential.reshape(crossing.shape)
+        end_cell = _reachable_cell(grid, goal_cell, tolerance / costmap.resolution)
+        if end_cell is not None:
+            break
     if end_cell is None:
         if blocked:
             return _occupied(goal)
@@ -140,11 +148,11 @@ def _crossing_costs(cells: Cells, parameters: PlannerParameters) -> NDArray[np.i
     values = np.arange(256)
     table = np.minimum(parameters.neutral_cost + parameters.cost_factor * values, INSCRIBED).astype(np.int32)
     table[INSCRIBED:] = OBSTACLE
+    # What is a lethal cell stays apart from what is only too near to one: see _open_start.
+    table[LETHAL] = OBSTACLE + 1
     table[UNKNOWN_COST] = INSCRIBED if parameters.allow_unknown else OBSTACLE
     crossing = np.full((cells.shape[0] + 2, cells.shape[1] + 2), OBSTACLE, np.int32)
     crossing[1:-1, 1:-1] = table[cells]
-    # What was a lethal cell stays apart from what is only too near to one: see _open_start.
-    crossing[1:-1, 1:-1][cells == OBSTACLE] = OBSTACLE + 1
     return crossing
 
 
@@ -158,7 +166,6 @@ def _open_start(crossing: NDArray[np.int32], start: tuple[int, int], clearance: 
     v, u = np.ogrid[: window.shape[0], : window.shape[1]]
     near = np.hypot(v + first_row - row, u + first_column - column) <= clearance
     window[near & (window == OBSTACLE)] = INSCRIBED
-    crossing[row, column] = NEUTRAL
 
 
 def _reachable_cell(

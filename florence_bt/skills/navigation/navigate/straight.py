@@ -68,7 +68,7 @@ class StraightDrive:
         return answer(command)
 
 
-class StandStill:
+class WaitInPlace:
     """Wait.
 
     Args:

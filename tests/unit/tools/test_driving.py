@@ -1,0 +1,44 @@
+"""The tool that drives to random goals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from florence_bt.simulation.home.flat import load_flat
+from tools.driving import HEAD, Drive, Round, main, row_of
+
+
+def drive(**values: object) -> Drive:
+    made = {
+        "reached": True, "reason": "", "driven": 4.4, "shortest": 4.0, "seconds": 9.0, "error": 0.02,
+        "contacts": (), "run_into": 0, "acceleration": 0.9, "braking": 2.4,
+    }  # fmt: skip
+    return Drive(**{**made, **values})  # type: ignore[arg-type]
+
+
+def test_the_table_counts_what_was_seen() -> None:
+    drives = [
+        drive(),
+        drive(driven=6.0, error=0.05),
+        drive(reached=False, contacts=("wall",), acceleration=1.2),
+    ]
+    row = dict(zip(HEAD, row_of("flat", 2, drives), strict=True))
+    assert row["reached"] == "2 of 3"
+    assert row["contacts of the robot"] == "1"
+    assert row["driven / shortest, all"] == "1.30"
+    assert row["end error at most"] == "5 cm"
+    assert row["acceleration at most, m/s^2"] == "1.20"
+
+
+def test_a_drive_in_the_flat_is_the_same_each_time() -> None:
+    first, second = (Round(load_flat(), None, people=1, seed=4).drive() for _ in range(2))
+    assert first == second
+    assert first.reached and first.shortest >= 1.0
+    assert first.shortest * 0.97 < first.driven < first.shortest * 1.5
+
+
+def test_what_is_no_home_ends_with_the_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(tmp_path / "none.yaml")]) == 1
+    assert "none.yaml" in capsys.readouterr().err
