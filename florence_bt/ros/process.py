@@ -32,7 +32,8 @@ NodeFactory = Callable[[], FlorenceNode]
 class Beat(Protocol):
     """Says that this process answers; with ``long_work`` that it will not for up to a minute."""
 
-    def __call__(self, *, long_work: bool = False) -> None: ...
+    def __call__(self, *, long_work: bool = False) -> None:
+        """Say it."""
 
 
 def _no_beat(*, long_work: bool = False) -> None:

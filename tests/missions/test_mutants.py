@@ -14,8 +14,8 @@ NEARBY_DISTANCE = '"${max(1.2 m, $safe_distance)}"'
 ROUND_SEARCH = """with: {window: $window, looks: $looks}
                     out: {user: user, distance: distance, user_id: user_id}
 """
-STORE = """            - succeed:
-                set_user_position: {user: $user}
+STORE = """                - succeed:
+                    set_user_position: {user: $user}
 """
 MUTANTS = [
     (
@@ -41,7 +41,7 @@ MUTANTS = [
     (
         "detect_user",
         "on: [no_user_seen]",
-        "on: [no_user_seen, collision_ahead]",
+        "on: [no_user_seen, turn_failed]",
         "'turn' was started 7 times, not twice",
     ),
     (
@@ -59,17 +59,26 @@ MUTANTS = [
     ("detect_user", "retry: 3", "retry: 4", "'look_for_user' was started 4 times, not 3 times"),
     (
         "detect_user",
-        "      - stop_tracker:\n      - turn",
-        "      - turn",
+        "          - stop_tracker:\n",
+        "",
         "'stop_tracker' was started once, not 9 times",
     ),
     (
         "detect_user",
-        "      - wait: $settle\n        name: settle\n",
+        "          - wait: $settle\n            name: settle\n",
         "",
         "detect_user took 10.5 s, not 12.5 s",
     ),
-    ("detect_user", "        unless: $look_first and $look == 1\n", "", "detect_user took 3.6 s, not 1.6 s"),
+    (
+        "detect_user",
+        "            unless: $look_first and $look == 1\n",
+        "",
+        "detect_user took 3.6 s, not 1.6 s",
+    ),
+    ("detect_user", "on: [collision_ahead]", "on: [turn_failed]", "'turn' was started twice, not 8 times"),
+    ("detect_user", "-($turned + 1) * $step", "-$turned * $step", "'turn' with angle=-1.571"),
+    ("detect_user", 'way: "${-$step}"', "way: $step", "'turn' with angle=-0.7854"),
+    ("detect_user", " and $way == $step", "", "'turn' with angle=-0.785"),
     ("detect_user", "unless: $look_first and", "unless: true and", "detect_user took 2.3 s, not 4.3 s"),
     ("detect_user", "$look_first and $look == 1", "$look_first", "'turn' was started never, not 7 times"),
     ("detect_user", "$look == 1", "$look == 2", "detect_user took 3.6 s, not 1.6 s"),
@@ -82,9 +91,14 @@ MUTANTS = [
         "on: [no_user_seen, no_picture]",
         "'look_for_user' was started 24 times, not 3 times",
     ),
-    ("detect_user", "  finally:\n    stop_tracker:\n", "", "'stop_tracker' was started 8 times, not 9 times"),
+    (
+        "detect_user",
+        "      finally:\n        stop_tracker:\n",
+        "",
+        "'stop_tracker' was started 8 times, not 9 times",
+    ),
     ("detect_user", "{window: $window}", "{window: 5 s}", "'look_for_user' with window=2 was started never"),
-    ("detect_user", "{angle: $step}", "{angle: 45 deg}", "'turn' with angle=1.571 was started never"),
+    ("detect_user", "way: $step, turned", "way: 45 deg, turned", "'turn' with angle=1.571 was started never"),
     ("detect_user", "min: 1, max: 72", "min: 1, max: 71", "72 is above the maximum of 71"),
     ("approach_user", "retry: 6", "retry: 7", "trial: 7 is above the maximum of 6"),
     ("approach_user", "retry: 6", "retry: 5", "'navigate_to' was started 5 times, not 6 times"),
@@ -202,15 +216,25 @@ MUTANTS = [
         "'make sure from nearby/**/propose_approach_pose' with safe_distance=1.2 was not called",
     ),
     ("meet_user", ", limit: 45 s", "", "'make sure from nearby/**/navigate_to' was started "),
-    ("meet_user", "{user: user, user_id: id}", "{user_id: id}", "'set_user_position' with user=(x 3.50 m"),
-    ("meet_user", "{user: user, user_id: id}", "{user: user}", "'follow_user' with user_id=9 was not called"),
+    ("meet_user", "{user: user, user_id: id, ", "{user_id: id, ", "'set_user_position' with user=(x 3.50 m"),
+    (
+        "meet_user",
+        "{user: user, user_id: id, ",
+        "{user: user, ",
+        "'follow_user' with user_id=9 was not called",
+    ),
+    ("meet_user", "$now_id == 0 and $attempt > 1", "$now_id == 0", "was started"),
+    ("meet_user", "$now_id == 0 and $attempt > 1", "$attempt > 5", "meet_user is SUCCEEDED"),
+    ("meet_user", '$attempt == 1 or $posture == "sitting"', "$attempt == 1", "meet_user is SUCCEEDED"),
+    ("meet_user", "unless: $now_id == $id", "unless: $now_id != $id", "turn back to them"),
+    ("meet_user", " or $now_id != $id", "", "'follow_user' was started twice, not once"),
     ("meet_user", "$aim) < 1 m", "$aim) < 0.4 m", "meet_user is FAILED"),
     ("meet_user", "on: [somebody_else]", "on: [no_path]", "'follow_user' was started once, not never"),
     ("meet_user", STORE, "", "'set_user_position' is a skill that meet_user does not use"),
     (
         "meet_user",
         STORE,
-        STORE.replace("- succeed:\n                ", "- "),
+        STORE.replace("- succeed:\n                    ", "- "),
         "set_user_position, not SUCCEEDED",
     ),
     (
@@ -233,12 +257,6 @@ MUTANTS = [
     ("meet_user", "$near + 0.08 m", "$near", "was started 7 times, not 6 times"),
     ("meet_user", "$near + 0.2 m", "$near", "meet_user is FAILED"),
     ("meet_user", '"${max(0.9 m, $safe_distance)}"', "0.9 m", "'follow_user' with user_id=7, distance=1.5"),
-    (
-        "meet_user",
-        'unless: $posture == "sitting"',
-        'unless: $posture == "lying"',
-        "'follow_user' with user_id=7",
-    ),
     ("meet_user", '- when: $posture == "sitting"', '- when: $posture == "lying"', "come near beside them"),
     (
         "meet_user",

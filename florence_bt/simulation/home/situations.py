@@ -33,8 +33,8 @@ rollator or a wheelchair."""
 
 _SEAT_STEPS = [0.05 * step for step in range(20)]
 _SHORTEST_WALK_M = 3.0
-_START_M = 0.7
-"""Nobody is nearer to where the robot starts."""
+_START_M, _BODY_FROM_START_M = 0.7, 0.55
+"""The middle of nobody is nearer to where the robot starts; and no part of who lies: it would touch it."""
 
 _LED_SPEEDS, _CROSSING_SPEEDS = (0.25, 0.45), (0.3, 0.6)
 """m/s; the robot drives 0.45 m/s at most."""
@@ -133,8 +133,12 @@ def lying(flat: Flat, rng: Random) -> PersonSpec:
         x, y = _free_place(flat, space, rng, _BODY_M)
         pose = Pose2(x, y, float(rng.uniform(-math.pi, math.pi)))
         spec = _person(rng, pose, "lying")
-        ends = np.linspace(-0.5, 0.5, 7) * spec.height
-        if all(space.clearance_at(*pose.apply(float(along), 0.0)) >= 0.22 for along in ends):
+        body = [pose.apply(float(along), 0.0) for along in np.linspace(-0.5, 0.5, 7) * spec.height]
+        start = flat.start.x, flat.start.y
+        if all(
+            space.clearance_at(*each) >= 0.22 and math.dist(each, start) >= _BODY_FROM_START_M
+            for each in body
+        ):
             return spec
     raise ConfigError(f"nobody can lie on the floor of {flat.name!r}", valid=["another home"])
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from florence_bt.simulation.home.situations import (
     SITUATIONS,
     company_in,
     led_walk,
+    lying,
     person_in,
     room_with_decoy,
 )
@@ -96,6 +98,16 @@ def test_who_sits_is_on_a_piece_of_furniture(flats):
 def test_who_lies_is_in_bed_or_on_the_floor(flats):
     specs = [spec for _, spec in people(flats, "lying")]
     assert {spec.surface > 0 for spec in specs} == {True, False}
+
+
+def test_no_part_of_who_lies_is_where_the_robot_starts(flats):
+    flat = replace(flats[0], start=flats[0].rooms[0].hotspot.pose, places=())
+    rng = np.random.default_rng(1)
+    start = flat.start.x, flat.start.y
+    for _ in range(60):
+        spec = lying(flat, rng)
+        ends = [spec.pose.apply(part * spec.height, 0.0) for part in np.linspace(-0.5, 0.5, 15)]
+        assert min(math.dist(each, start) for each in ends) > 0.5
 
 
 def test_who_walks_gets_through_and_goes_to_another_room(flats):

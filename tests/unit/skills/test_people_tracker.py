@@ -532,6 +532,16 @@ def test_what_never_looks_like_a_person_for_certain_is_nobody(best: float, wante
     assert found or wanted == 2 or results[19] is None is not results[20], "after two seconds it is decided"
 
 
+def test_who_was_certain_once_is_so_in_the_next_look_and_nobody_else() -> None:
+    look = LookForUser()
+    for start, user_id, confidence, found in ((10.0, 1, 0.9, 1), (20.0, 1, 0.7, 1), (30.0, 2, 0.7, 0)):
+        look.start(start, 2.0)
+        for k in range(8):
+            look.feed(start + 0.1 * k, [replace(tracked(2.0, 0.0, user_id), confidence=confidence)])
+        result = look.result(start + 2.0)
+        assert result is not None and result.succeeded == found
+
+
 def test_one_flicker_is_not_enough(look: LookForUser) -> None:
     look.feed(14.8, [tracked(2.0, 0.0)])
     look.feed(14.9, [tracked(2.0, 0.0)])

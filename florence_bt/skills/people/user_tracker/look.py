@@ -48,6 +48,7 @@ class LookForUser:
     def __init__(self, parameters: LookParameters | None = None) -> None:
         self._use = parameters or LookParameters()
         self._samples: dict[int, list[_Sample]] = {}
+        self._certain: set[int] = set()
         self._robot: Pose2 | None = None
         self._started = 0.0
         self._window = 0.0
@@ -125,7 +126,9 @@ class LookForUser:
 
     def _counts(self, samples: Sequence[_Sample]) -> bool:
         """Whether somebody was seen often enough, and for certain."""
-        certain = self._wanted.user_id or max(user.confidence for _, user in samples) >= self._use.certain
+        if max(user.confidence for _, user in samples) >= self._use.certain:
+            self._certain.add(samples[0][1].user_id)
+        certain = self._wanted.user_id or samples[0][1].user_id in self._certain
         return bool(certain) and len(samples) >= self._use.minimum_pictures
 
     def _is_empty(self, now: float) -> bool:

@@ -164,9 +164,9 @@ class LookParameters:
         settle_s: The position is averaged over this time, seconds; pictures that show nothing for so long
             are enough, too.
         minimum_pictures: How often a person must have been seen.
-        certain: In one picture of the look at least the confidence must have been this large, unless somebody
-            is looked for who is known already: a thing that looks like a person does so from one side, and
-            never quite.
+        certain: In one picture of a look at least the confidence must have been this large, of this look or,
+            for the same person, of one before, unless one person is looked for: a thing that looks like a
+            person does so from one side, and never quite.
         doubtful_s: What is not certain after so many seconds is nobody.
         place_tolerance: Who is this near to the place that was asked for may be meant, metres
             (REFERENCE 12.6).
