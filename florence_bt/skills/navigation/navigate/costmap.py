@@ -362,6 +362,13 @@ class Costmap:
         inside = 0 <= row < self._static.shape[0] and 0 <= column < self._static.shape[1]
         return (row, column) if inside else None
 
+    def distances_to(self, x: float, y: float) -> NDArray[np.float64]:
+        """How far the middle of each cell is from a point, metres; shape (rows, columns)."""
+        rows, columns = self._static.shape
+        dx = self.origin_x + (np.arange(columns) + 0.5) * self.resolution - x
+        dy = self.origin_y + (np.arange(rows) + 0.5) * self.resolution - y
+        return np.hypot(dx[None, :], dy[:, None])
+
     def cost_at(self, x: float, y: float) -> int:
         """The cost at a point; 255 (unknown) outside."""
         cell = self.cell_of(x, y)

@@ -27,7 +27,7 @@ from florence_bt.skills.navigation.navigate.legs import (
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.personal_space import keep_off
+from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
@@ -53,7 +53,7 @@ _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 _DOUBT_S = 1.5
 _LOOK_RADPS = 0.6
 """How fast the robot turns at last while it looks for who vanished."""
-_WORTH_LOOKING = 0.02, 0.02, 0.06, 0.12
+_WORTH_LOOKING = 0.03, 0.06, 0.12
 """It turns to look when so much of what is likely would get into the picture, at the first look, the second
 and so on; else, and after so many looks from one place, it drives on."""
 _SAME_PLACE_M = 0.5
@@ -224,7 +224,7 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._backs_until = state.now + (_BACK_OUT_S if self._nearby is None else _MAKE_ROOM_S)
+            self._backs_until = state.now + (_BACK_OUT_S if self._whereabouts is None else _MAKE_ROOM_S)
         return command, feedback, result
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
@@ -528,9 +528,8 @@ class Follow:
         here, costmap = state.map_pose, self._costmaps.global_costmap
         there = state.map_from_odom @ Pose2(*person)
         goal = Pose2(there.x, there.y, math.atan2(there.y - here.y, there.x - here.x))
-        plan = plan_path(
-            costmap, here, goal, self._p.planner, tolerance=_BODY_M, costs=self._without_person(there)
-        )
+        costs = self._without_person(there) if self._aside is None else self._round_person(state)
+        plan = plan_path(costmap, here, goal, self._p.planner, tolerance=_BODY_M, costs=costs)
         if isinstance(plan, Result):
             self.path, self._trouble = None, plan.reason
             self._forget_marks(state)
@@ -550,13 +549,17 @@ class Follow:
 
     def _without_person(self, there: Pose2) -> NDArray[np.uint8]:
         """The costs of the global costmap; round the person those of the map alone."""
-        costmap = self._costmaps.global_costmap
-        costs = costmap.master.copy()
-        rows, columns = costs.shape
-        x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
-        y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
-        near = np.hypot(x[None, :] - there.x, y[:, None] - there.y) <= _BODY_M
+        costs = self._costmaps.global_costmap.master.copy()
+        near = self._costmaps.global_costmap.distances_to(there.x, there.y) <= _BODY_M
         costs[near] = self._costmaps.static[near]
+        return costs
+
+    def _round_person(self, state: RobotState) -> NDArray[np.uint8]:
+        """The costs of the global costmap; no way leads nearer to the person than the robot may come."""
+        costmap, here = self._costmaps.global_costmap, state.map_pose
+        person = state.map_from_odom.apply(*self._target.at(state.now, self._use.follow_coast))
+        costs, away = costmap.master.copy(), costmap.distances_to(*person)
+        costs[(away <= NEAREST_M) & (away < math.dist(person, (here.x, here.y)))] = LETHAL
         return costs
 
     # Out of sight.
