@@ -186,6 +186,16 @@ def test_what_the_map_knows_and_somebody_walks_through_is_not_there_any_more() -
     assert walk.trip.world.hits == 0
 
 
+def test_it_gives_way_on_the_way_it_came_where_the_map_has_something() -> None:
+    boxes = tuple(box for box in WALLS if box != (1.2, 4.2, 2.0, 5.0))
+    walk = Walk(Pose2(0.5, 4.5), along([(1.5, 4.5), (2.9, 4.5), (2.2, 4.5)], 0.25), boxes)
+    assert walk.go(10.0) is None
+    assert 1.2 < walk.trip.world.pose.x < 2.0, "where the map has a cupboard"
+    assert min(walk.speeds) < 0.0
+    assert min(walk.distances) > 0.45
+    assert walk.trip.world.hits == 0
+
+
 def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.3, 2.4), (3.7, 2.4)], 0.48))
     assert walk.go(5.0) is None
