@@ -225,6 +225,17 @@ def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) ->
     assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
 
 
+def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3))
+    assert walk.go(22.0) is None
+    texts = walk.trip.texts
+    begins = texts.index("stepping aside")
+    assert texts[begins - 50 : begins] == 50 * ["following"]
+    assert "giving way" in texts[:begins]
+    assert min(walk.distances) > 0.5
+    assert walk.trip.world.hits == 0
+
+
 def test_after_stepping_aside_it_looks_where_the_person_stood() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
     see, texts = walk.sees, walk.trip.texts

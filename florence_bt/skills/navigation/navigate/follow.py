@@ -68,6 +68,8 @@ _BACK_AHEAD_S = 0.4
 _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
+_WAITS_S = 6.0
+"""Who came towards the robot and stands before it for so long waits for it to let them pass."""
 _STUCK_S, _BACK_OUT_S = 1.0, 3.0
 """When no wanted motion is free for so long, the robot backs out for so long at most."""
 _MAKE_ROOM_S = 1.0
@@ -163,6 +165,7 @@ class Follow:
         self._looks, self._looked_from = 0, Pose2()
         self._next_choice = self._moved = now
         self._cornered_since: float | None = None
+        self._gave_way_at: float | None = None
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
         self._no_way_since: float | None = None
@@ -261,10 +264,12 @@ class Follow:
         if distance < self._goal.distance - (0.0 if comes else self._use.follow_give_way):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             if abs(bearing) < _BEFORE_RAD:
+                self._gave_way_at = state.now
                 return self._give_way(state, (x, y), bearing), self._feedback("giving way"), None
             self._cornered_since = None
             return self._turn_towards(state, bearing), self._feedback("following"), None
         self._cornered_since = None
+        self._let_pass(state, (x, y), distance)
         command = self._law(state.pose, distance, bearing)
         if self._is_free(state, (x, y), (x, y), self._narrow) and self._may(state, command):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
@@ -294,6 +299,14 @@ class Follow:
             result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
             return STANDSTILL, self._feedback(reason), result
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
+
+    def _let_pass(self, state: RobotState, person: Place, distance: float) -> None:
+        """Step aside for somebody who came towards the robot and waits before it for long."""
+        if distance >= self._goal.distance:
+            self._gave_way_at = None
+        elif self._gave_way_at is not None and state.now - self._gave_way_at > _WAITS_S:
+            self._gave_way_at = state.now
+            self._begin_to_step_aside(state, state.map_from_odom.apply(*person))
 
     def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
