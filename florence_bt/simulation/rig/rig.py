@@ -176,7 +176,8 @@ class Rig:
         return run
 
     def _saw_users(self, users: Sequence[TrackedUser]) -> None:
-        self._base.saw_users(filter_users(users))
+        seen = self._people.in_picture
+        self._base.saw_users([user for user in filter_users(users) if user.user_id in seen])
         self.topics["user_lying"].publish(data=on_the_floor(users))
 
     def _publish_battery(self) -> None:
@@ -317,6 +318,11 @@ class _PeopleSkills:
     def running(self) -> bool:
         """Whether pictures are needed."""
         return bool(self._tracker.running) or self._looking
+
+    @property
+    def in_picture(self) -> list[int]:
+        """Whom the last picture shows: their persistent ids."""
+        return self._tracker.in_picture
 
     def on_pictures(self, depth: DepthImage, colour: ColourImage | None) -> None:
         now = self._clock.now()

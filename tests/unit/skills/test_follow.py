@@ -20,6 +20,7 @@ from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.state import CycleResult
+from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
 Point = tuple[float, float]
@@ -107,7 +108,7 @@ def test_it_gives_way_on_the_way_it_came_to_who_comes_back() -> None:
 
 def test_it_backs_off_no_further_than_there_is_room() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
-    assert walk.go(5.5) is None
+    assert walk.go(4.5) is None
     assert walk.trip.world.pose.x > 0.2
     assert walk.trip.world.twist.linear == 0.0
     assert walk.trip.world.hits == 0
@@ -174,6 +175,27 @@ def test_it_walks_in_their_footsteps_where_the_straight_way_would_cut_a_corner()
     assert walk.trip.world.hits == 0
 
 
+def test_what_the_map_knows_and_somebody_walks_through_is_not_there_any_more() -> None:
+    cupboard = (1.2, 4.2, 2.0, 5.0)
+    boxes = tuple(box for box in WALLS if box != cupboard)
+    assert len(boxes) == len(WALLS) - 1
+    walk = Walk(Pose2(0.5, 4.5), along([(1.5, 4.5), (3.5, 4.5)], 0.3), boxes)
+    assert walk.go(12.0) is None
+    assert "following in their footsteps" in walk.trip.texts
+    assert walk.distances[-1] == pytest.approx(1.0, abs=0.2)
+    assert walk.trip.world.hits == 0
+
+
+def test_it_gives_way_on_the_way_it_came_where_the_map_has_something() -> None:
+    boxes = tuple(box for box in WALLS if box != (1.2, 4.2, 2.0, 5.0))
+    walk = Walk(Pose2(0.5, 4.5), along([(1.5, 4.5), (2.9, 4.5), (2.2, 4.5)], 0.25), boxes)
+    assert walk.go(10.0) is None
+    assert 1.2 < walk.trip.world.pose.x < 2.0, "where the map has a cupboard"
+    assert min(walk.speeds) < 0.0
+    assert min(walk.distances) > 0.45
+    assert walk.trip.world.hits == 0
+
+
 def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.3, 2.4), (3.7, 2.4)], 0.48))
     assert walk.go(5.0) is None
@@ -191,6 +213,36 @@ def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch:
     texts = walk.trip.texts
     assert texts.count("going to where the person was seen last") < 80
     assert "looking for the person" in texts
+
+
+def test_a_search_drives_on_after_some_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Whereabouts, "best_view", lambda self, robot: (robot.yaw + 2.0, 1.0))
+    monkeypatch.setattr(Whereabouts, "best_place", lambda self, robot: (3.3, 1.0))
+    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4))
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    walk.place = lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0)
+    assert walk.go(30.0) is None
+    assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
+
+
+def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
+    walk = Walk(Pose2(0.6, 2.4), along([(1.7, 2.4), (3.2, 2.4), (2.75, 2.4)], 0.3))
+    assert walk.go(22.0) is None
+    texts = walk.trip.texts
+    begins = texts.index("stepping aside")
+    assert texts[begins - 50 : begins] == 50 * ["following"]
+    assert "giving way" in texts[:begins]
+    assert min(walk.distances) > 0.5
+    assert walk.trip.world.hits == 0
+
+
+def test_after_stepping_aside_it_looks_where_the_person_stood() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
+    see, texts = walk.sees, walk.trip.texts
+    walk.sees = lambda person: "stepping aside" not in texts and see(person)  # type: ignore[method-assign]
+    assert walk.go(25.0) is None
+    order = [text for text, _ in itertools.groupby(texts)]
+    assert order[order.index("stepping aside") + 1] == "looking for the person"
 
 
 def test_it_goes_round_what_stands_between() -> None:
@@ -237,9 +289,9 @@ def test_somebody_who_comes_back_into_view_is_followed_on() -> None:
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (3.6, 2.4)], 0.3))
     trip = walk.trip
     trip.navigator.start_follow(0.0, LEADER, 0.0, 0.0, 0.0)
-    for tenth in range(120):
+    for tenth in range(160):
         person = walk.place(tenth * 0.1)
-        if not 30 < tenth < 50:
+        if not 30 < tenth < 70:
             in_odom = trip.world.odom @ trip.world.pose.inverse() @ Pose2(*person)
             trip.navigator.saw_person(trip.world.now, LEADER, in_odom.x, in_odom.y)
         assert trip.cycle() is None

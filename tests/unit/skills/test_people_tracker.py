@@ -281,6 +281,14 @@ def test_who_is_seen_without_colours_first_is_recognised_when_they_are_seen(run:
     assert ids(run(seen(1, 0, colours(3)))) == [(2, 2), (1, 3)]
 
 
+def test_who_is_believed_in_is_not_in_the_picture(run: Run) -> None:
+    run(seen(2, 0), seen(2, 1.5), times=5)
+    assert run.tracker.in_picture == [1, 2]
+    users = run(seen(2, 1.5))
+    assert [bool(user.distance) for user in users] == [True, True]
+    assert run.tracker.in_picture == [2]
+
+
 def test_two_in_the_same_shirt_are_two(run: Run) -> None:
     assert ids(run(seen(2, 0, colours(3)), seen(2, 1.5, colours(3)), times=4)) == [(1, 1), (2, 2)]
 

@@ -36,6 +36,19 @@ def test_who_went_through_a_door_is_behind_it() -> None:
     assert math.dist(place, DOOR) < 0.7 + 5.0
 
 
+def test_a_place_to_which_no_way_leads_is_not_proposed_again() -> None:
+    who = Whereabouts(costmaps(), DOOR, (0.4, 0.0), 0.0)
+    robot = Pose2(2.6, 2.4)
+    who.update(5.0, robot, [])
+    first = who.best_place(robot)
+    assert first is not None
+    who.no_way_to(first)
+    who.update(5.1, robot, [])
+    second = who.best_place(robot)
+    assert second is not None
+    assert math.dist(first, second) > 0.5
+
+
 def test_nobody_walks_further_than_they_can() -> None:
     who = Whereabouts(costmaps(), (1.0, 1.0), (0.4, 0.0), 0.0)
     robot = Pose2(7.0, 4.0)

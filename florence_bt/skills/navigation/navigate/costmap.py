@@ -373,17 +373,29 @@ class Costmap:
         inside = 0 <= row < self._static.shape[0] and 0 <= column < self._static.shape[1]
         return (row, column) if inside else None
 
+    def distances_to(self, x: float, y: float) -> NDArray[np.float64]:
+        """How far the middle of each cell is from a point, metres; shape (rows, columns)."""
+        rows, columns = self._static.shape
+        dx = self.origin_x + (np.arange(columns) + 0.5) * self.resolution - x
+        dy = self.origin_y + (np.arange(rows) + 0.5) * self.resolution - y
+        return np.hypot(dx[None, :], dy[:, None])
+
     def cost_at(self, x: float, y: float) -> int:
         """The cost at a point; 255 (unknown) outside."""
         cell = self.cell_of(x, y)
         return UNKNOWN_COST if cell is None else int(self.master[cell])
 
-    def costs_at(self, points: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """The costs at points, shape (n, 2), metres; 255 (unknown) outside. Shape (n,)."""
+    def costs_at(self, points: NDArray[np.float64], of: Cells | None = None) -> NDArray[np.uint8]:
+        """The costs at points; 255 (unknown) outside. Shape (n,).
+
+        Args:
+            points: Shape (n, 2), metres.
+            of: Other costs on the same cells, such as those of the map alone.
+        """
         cells = np.floor((points - [self.origin_x, self.origin_y]) / self.resolution).astype(np.intp)
         inside = ((cells >= 0) & (cells < self._static.shape[::-1])).all(axis=1)
         costs = np.full(len(points), UNKNOWN_COST, np.uint8)
-        costs[inside] = self.master[cells[inside, 1], cells[inside, 0]]
+        costs[inside] = (self.master if of is None else of)[cells[inside, 1], cells[inside, 0]]
         return costs
 
     def footprint_cost(self, pose: Pose2, *, unknown_blocks: bool = False) -> int:

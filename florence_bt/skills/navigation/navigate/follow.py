@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2, normalize_angle
 from florence_bt.core.outcome import Result, failure
 from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED, LETHAL, UNKNOWN_COST
+from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
-from florence_bt.skills.navigation.navigate.costmap import cost_at_distance
+from florence_bt.skills.navigation.navigate.costmap import cost_at_distance, moved_points
 from florence_bt.skills.navigation.navigate.footsteps import Footsteps
 from florence_bt.skills.navigation.navigate.legs import (
     LEGS_ALONE_S,
@@ -26,7 +27,7 @@ from florence_bt.skills.navigation.navigate.legs import (
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
-from florence_bt.skills.navigation.navigate.personal_space import keep_off
+from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
@@ -36,22 +37,26 @@ from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
-_NO_NEARER_S = 6.0
+_NO_NEARER_S = 3.0
 """It goes on to where the person vanished while it comes nearer at least so often; then it searches."""
-_ARRIVED_M = 0.5
-"""The robot is where the person vanished when it is so near to the place."""
+_ARRIVED_M, _STOOD_M = 0.4, 0.25
+"""The robot is where the person vanished when it is so near to the place; in their footsteps so near."""
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
 _BEFORE_RAD = 1.0
 """Who is further to the side does not come towards the robot: they walk past it."""
+_ASTRAY_RAD = 1.0
+"""A way that begins further to the side leads away from the person."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
 _DOUBT_S = 1.5
 _LOOK_RADPS = 0.6
 """How fast the robot turns at last while it looks for who vanished."""
-_WORTH_LOOKING = 0.12
-"""It turns to look when so much of what is likely would get into the picture; else it drives on."""
+_WORTH_LOOKING = 0.03, 0.06, 0.12
+"""It turns to look when so much of what is likely would get into the picture, at the first look, the second
+and so on; else, and after so many looks from one place, it drives on."""
+_SAME_PLACE_M = 0.5
 _CHOICE_S = 2.5
 """How long it stays with a place to drive to, at least."""
 _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
@@ -63,6 +68,8 @@ _BACK_AHEAD_S = 0.4
 _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
+_WAITS_S = 6.0
+"""Who came towards the robot and stands before it for so long waits for it to let them pass."""
 _STUCK_S, _BACK_OUT_S = 1.0, 3.0
 """When no wanted motion is free for so long, the robot backs out for so long at most."""
 _MAKE_ROOM_S = 1.0
@@ -76,6 +83,12 @@ _PLAN_PERIOD_S = 0.5
 _FORGET_AFTER_S, _FORGET_M = 2.0, 3.0
 """Without a way for so long, the robot forgets what the camera has marked up to so far away."""
 _STEP_M = 0.05
+_START_M = 0.3
+"""The robot turns to a point of the person's way when so much of the way to it is free."""
+_ROOM_M = 0.05
+"""Where it has so much more room on each side than it needs to turn, it is not narrow."""
+_CLOSE_M = 0.45
+"""Where it is narrow it heads for a point of that way about so far away."""
 _SHARES = 1.0, 0.5
 """Parts of the speed to try along the person's own way, the best first."""
 _OWN_PLACE_M = 0.2
@@ -130,7 +143,7 @@ class Follow:
         self._controller = Controller(parameters.controller, parameters.costmap)
         footprint = costmaps.local_costmap.footprint
         self._narrow = cost_at_distance(
-            footprint.circumscribed_radius, footprint.inscribed_radius, parameters.costmap
+            footprint.circumscribed_radius + _ROOM_M, footprint.inscribed_radius, parameters.costmap
         )
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self._target = MovingTarget(self._use.follow_velocity_time)
@@ -143,14 +156,16 @@ class Follow:
         self._trouble = ""
         self._faced = False
         self._whereabouts: Whereabouts | None = None
-        self._way_left, self._nearer_at = math.inf, now
+        self._way_left, self._nearer_at, self._tried = math.inf, now, False
         self._nearby: NearbyLegs | None = None
         self._made_room = False
         self._heading: float | None = None
         self._turning = 0.0
         self._goal_place: Place | None = None
+        self._looks, self._looked_from = 0, Pose2()
         self._next_choice = self._moved = now
         self._cornered_since: float | None = None
+        self._gave_way_at: float | None = None
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
         self._no_way_since: float | None = None
@@ -212,7 +227,7 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._backs_until = state.now + (_BACK_OUT_S if self._nearby is None else _MAKE_ROOM_S)
+            self._backs_until = state.now + (_BACK_OUT_S if self._whereabouts is None else _MAKE_ROOM_S)
         return command, feedback, result
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
@@ -241,17 +256,20 @@ class Follow:
 
     def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         self._faced, self._whereabouts, self._nearby, self._made_room = False, None, None, False
-        self._way_left, self._nearer_at = math.inf, state.now
+        self._way_left, self._nearer_at, self._tried = math.inf, state.now, False
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         self._check_camera(state.now, distance, bearing)
-        if distance < self._goal.distance - self._use.follow_give_way:
+        comes = self._away(state.pose, bearing) < -_WALKING_MPS
+        if distance < self._goal.distance - (0.0 if comes else self._use.follow_give_way):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             if abs(bearing) < _BEFORE_RAD:
+                self._gave_way_at = state.now
                 return self._give_way(state, (x, y), bearing), self._feedback("giving way"), None
             self._cornered_since = None
             return self._turn_towards(state, bearing), self._feedback("following"), None
         self._cornered_since = None
+        self._let_pass(state, (x, y), distance)
         command = self._law(state.pose, distance, bearing)
         if self._is_free(state, (x, y), (x, y), self._narrow) and self._may(state, command):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
@@ -260,9 +278,13 @@ class Follow:
         if walk is not None:
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             return walk, self._feedback("following in their footsteps"), None
+        seen = self._has_in_sight(state, (x, y))
+        if seen and distance <= self._goal.distance + self._use.follow_give_way:
+            self.path, self._next_plan, self._free_since = None, state.now, state.now
+            return self._turn_towards(state, bearing), self._feedback("following"), None
         command, remaining = self._along_path(state, (x, y))
         speed = self._wanted_speed(state.pose, remaining, bearing)
-        near = distance <= self._goal.distance + _DETOUR_M and self._has_in_sight(state, (x, y))
+        near = distance <= self._goal.distance + _DETOUR_M and seen
         # As near as wanted along the path; or on a detour a person who is near would get out of view.
         if speed <= 0.0 or (near and remaining > distance + _DETOUR_M):
             return self._turn_towards(state, bearing), self._feedback("following"), None
@@ -277,6 +299,14 @@ class Follow:
             result = failure("blocked", reason, server_code=SERVER_CODES["blocked"])
             return STANDSTILL, self._feedback(reason), result
         return command.slowed_to(speed), self._feedback("following, round what is in the way"), None
+
+    def _let_pass(self, state: RobotState, person: Place, distance: float) -> None:
+        """Step aside for somebody who came towards the robot and waits before it for long."""
+        if distance >= self._goal.distance:
+            self._gave_way_at = None
+        elif self._gave_way_at is not None and state.now - self._gave_way_at > _WAITS_S:
+            self._gave_way_at = state.now
+            self._begin_to_step_aside(state, state.map_from_odom.apply(*person))
 
     def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
@@ -298,12 +328,17 @@ class Follow:
         if back == 0.0:
             return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
-        if abs(normalize_angle(bearing - left)) > _BEFORE_RAD:
+        on_trail = bool(trail) and abs(normalize_angle(bearing - left)) <= _BEFORE_RAD
+        if not on_trail:
             left = 0.0
         turn = self._limited(self._use.follow_angular_gain * left)
         speed = back if abs(left) < _FACING_RAD else 0.0
-        for command in (Twist2(speed, turn), Twist2(0.0, turn), Twist2(back, 0.0)):
-            if not command.is_zero() and self._may(state, command, _BACK_AHEAD_S):
+        # Where it has come, nothing stands that the map may know.
+        come = Clearance(self._costmaps.local_costmap, pose, None, None) if on_trail else state.clearance
+        ways = (Twist2(speed, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
+        for command, clearance in ways:
+            ahead = command.linear * _BACK_AHEAD_S, command.angular * _BACK_AHEAD_S
+            if not command.is_zero() and clearance.is_free(*ahead):
                 return command
         return STANDSTILL
 
@@ -329,9 +364,12 @@ class Follow:
         passed = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
         if passed or state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
             self._aside, self.path, self._next_plan = None, None, state.now
-            if state.now - (self._target.seen or state.now) > self._use.follow_coast:
+            if not self._target.is_recognised(state.now):
                 # They have passed meanwhile, and are not where they were seen last.
-                self._begin_search(state, person)
+                self._target.doubt()
+                place = self._target.at(state.now, 0.0)
+                self._begin_search(state, place)
+                self._heading = state.map_pose.yaw + state.pose.bearing_to(*place)
             return STANDSTILL
         return command
 
@@ -363,10 +401,12 @@ class Follow:
 
     def _wanted_speed(self, pose: Pose2, distance: float, bearing: float) -> float:
         """As fast as the person walks away, and faster when they are too far away; never backwards."""
-        vx, vy = self._target.velocity
-        heading = pose.yaw + bearing
-        away = math.cos(heading) * vx + math.sin(heading) * vy
-        return self._speed(away, distance - self._goal.distance)
+        return self._speed(self._away(pose, bearing), distance - self._goal.distance)
+
+    def _away(self, pose: Pose2, bearing: float) -> float:
+        """How fast the person walks away from the robot, m/s."""
+        (vx, vy), heading = self._target.velocity, pose.yaw + bearing
+        return math.cos(heading) * vx + math.sin(heading) * vy
 
     def _speed(self, away: float, too_far: float) -> float:
         """The speed behind somebody who walks on (m/s) and is some metres too far away."""
@@ -395,10 +435,23 @@ class Follow:
         # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
         seen = self._has_in_sight(state, person)
         steps = self._footsteps.ahead((pose.x, pose.y), person)
+        if seen and distance <= keep + self._use.follow_give_way:
+            # Who is near and in sight is not turned away from.
+            ahead = pose.bearing_to(*person)
+            steps = [
+                step
+                for step in steps
+                if abs(normalize_angle(pose.bearing_to(*step[0]) - ahead)) < _ASTRAY_RAD
+            ]
+        # Where they walked nothing stands that the map may know: it was moved.
+        seen_free = Clearance(self._costmaps.local_costmap, pose, None, None)
+        # Where it is narrow, the robot stays on the way itself.
+        close = [step for step in steps if math.dist(step[0], (pose.x, pose.y)) > _OWN_PLACE_M]
+        close.sort(key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))
         points = [
             (place, math.dist(place, (pose.x, pose.y)) + walked)
-            for least in (self._narrow, INSCRIBED)
-            for place, walked in steps
+            for some, least in ((steps, self._narrow), (close, INSCRIBED))
+            for place, walked in some
             if self._is_free(state, place, person, least)
         ]
         for share in _SHARES:
@@ -407,45 +460,56 @@ class Follow:
                 speed = self._speed(walks, (distance if seen else left) - keep)
                 speed *= share * max(0.0, math.cos(bearing))
                 turn = self._limited(self._use.follow_angular_gain * bearing)
-                if speed > 0.0 and self._may_turn(state, speed, turn, bearing):
+                if speed > 0.0 and self._may_turn(seen_free, speed, turn, bearing):
                     return Twist2(speed, turn), left
-        left = points[0][1] if points else math.inf
-        if not points or self._speed(walks, (distance if seen else left) - keep) == 0.0:
-            return None, left
-        command = self._turn_towards(state, pose.bearing_to(*points[0][0]))
-        return None if command.is_zero() else command, left
+        for place, left in points:
+            moves = self._speed(walks, (distance if seen else left) - keep) > 0.0
+            if moves and self._may_after_turning(pose, place):
+                command = self._turn_towards(state, pose.bearing_to(*place), seen_free)
+                return None if command.is_zero() else command, left
+        return None, math.inf
 
     def _is_free(self, state: RobotState, place: Place, person: Place, least: int = INSCRIBED) -> bool:
-        """Whether the straight way to a place is free of such costs; what is marked at the person is they."""
+        """Whether the straight way to a place is free of such costs; at the person the map alone counts."""
         x, y = state.pose.x, state.pose.y
         away = math.dist(place, (x, y))
         steps = np.arange(_OWN_PLACE_M, away, _STEP_M) / max(away, 1e-6)
         points = np.column_stack([x + steps * (place[0] - x), y + steps * (place[1] - y)])
         costs = self._costmaps.local_costmap.costs_at(points)
         blocked = (costs >= least) & (costs < UNKNOWN_COST)
-        body = np.hypot(points[:, 0] - person[0], points[:, 1] - person[1]) < _BODY_M
-        return not (blocked & ~body).any()
+        if self._target.seen is not None and state.now - self._target.seen <= self._use.follow_coast:
+            at_person = np.hypot(points[:, 0] - person[0], points[:, 1] - person[1]) < _BODY_M
+            in_map = moved_points(points[at_person], state.map_from_odom)
+            known = self._costmaps.global_costmap.costs_at(in_map, self._costmaps.static)
+            blocked[at_person] = (known >= least) & (known < UNKNOWN_COST)
+        return not blocked.any()
 
     def _has_in_sight(self, state: RobotState, person: Place) -> bool:
         """Whether nothing that the sensors marked is on the straight line to the person."""
         return self._is_free(state, person, person, LETHAL)
 
-    def _may_turn(self, state: RobotState, speed: float, turn: float, left: float) -> bool:
+    def _may_after_turning(self, pose: Pose2, place: Place) -> bool:
+        """Whether the robot could drive towards a place if it were turned to it."""
+        turned = replace(pose, yaw=pose.yaw + pose.bearing_to(*place))
+        free = Clearance(self._costmaps.local_costmap, turned, None, None)
+        return free.is_free(min(_START_M, math.dist(place, (pose.x, pose.y))), 0.0)
+
+    def _may_turn(self, clearance: Clearance, speed: float, turn: float, left: float) -> bool:
         """Whether a motion is free that turns by so much, and no further."""
         ahead = self._use.follow_look_ahead
         angle = math.copysign(min(abs(left), abs(turn) * ahead), left)
-        return state.clearance.is_free(speed * ahead, angle)
+        return clearance.is_free(speed * ahead, angle)
 
-    def _may(self, state: RobotState, command: Twist2, ahead: float = 0.0) -> bool:
-        ahead = ahead or self._use.follow_look_ahead
+    def _may(self, state: RobotState, command: Twist2) -> bool:
+        ahead = self._use.follow_look_ahead
         return state.clearance.is_free(command.linear * ahead, command.angular * ahead)
 
-    def _turn_towards(self, state: RobotState, bearing: float) -> Twist2:
-        """Turn in place, if there is room."""
+    def _turn_towards(self, state: RobotState, bearing: float, clearance: Clearance | None = None) -> Twist2:
+        """Turn in place, if there is room; ``clearance`` is that of the state when not given."""
         if abs(bearing) <= self._use.follow_angle_tolerance:
             return STANDSTILL
         turn = self._limited(self._use.follow_angular_gain * bearing)
-        self._held = not self._may_turn(state, 0.0, turn, bearing)
+        self._held = not self._may_turn(clearance or state.clearance, 0.0, turn, bearing)
         return STANDSTILL if self._held else Twist2(0.0, turn)
 
     def _limited(self, turn: float) -> float:
@@ -477,9 +541,8 @@ class Follow:
         here, costmap = state.map_pose, self._costmaps.global_costmap
         there = state.map_from_odom @ Pose2(*person)
         goal = Pose2(there.x, there.y, math.atan2(there.y - here.y, there.x - here.x))
-        plan = plan_path(
-            costmap, here, goal, self._p.planner, tolerance=_BODY_M, costs=self._without_person(there)
-        )
+        costs = self._without_person(there) if self._aside is None else self._round_person(state)
+        plan = plan_path(costmap, here, goal, self._p.planner, tolerance=_BODY_M, costs=costs)
         if isinstance(plan, Result):
             self.path, self._trouble = None, plan.reason
             self._forget_marks(state)
@@ -499,13 +562,17 @@ class Follow:
 
     def _without_person(self, there: Pose2) -> NDArray[np.uint8]:
         """The costs of the global costmap; round the person those of the map alone."""
-        costmap = self._costmaps.global_costmap
-        costs = costmap.master.copy()
-        rows, columns = costs.shape
-        x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
-        y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
-        near = np.hypot(x[None, :] - there.x, y[:, None] - there.y) <= _BODY_M
+        costs = self._costmaps.global_costmap.master.copy()
+        near = self._costmaps.global_costmap.distances_to(there.x, there.y) <= _BODY_M
         costs[near] = self._costmaps.static[near]
+        return costs
+
+    def _round_person(self, state: RobotState) -> NDArray[np.uint8]:
+        """The costs of the global costmap; no way leads nearer to the person than the robot may come."""
+        costmap, here = self._costmaps.global_costmap, state.map_pose
+        person = state.map_from_odom.apply(*self._target.at(state.now, self._use.follow_coast))
+        costs, away = costmap.master.copy(), costmap.distances_to(*person)
+        costs[(away <= NEAREST_M) & (away < math.dist(person, (here.x, here.y)))] = LETHAL
         return costs
 
     # Out of sight.
@@ -523,13 +590,10 @@ class Follow:
             # They may just have walked out of the picture.
             return self._turn_towards(state, bearing), self._feedback("turning after the person"), None
         place = self._target.at(state.now, 0.0)
-        if self._whereabouts is None and math.dist(place, (state.pose.x, state.pose.y)) > _ARRIVED_M:
+        if self._whereabouts is None and math.dist(place, (state.pose.x, state.pose.y)) > _STOOD_M:
             walk, left = self._in_their_footsteps(state, place, 0.0)
             if walk is not None and self._gets_nearer(state.now, left):
                 return walk, self._feedback("going in their footsteps"), None
-        command = self._look_at_legs(state)
-        if command is not None:
-            return command, self._feedback("looking at what may be the person"), None
         if self._whereabouts is None:
             command, remaining = self._along_path(state, place)
             on_the_way = remaining > _ARRIVED_M and not self._is_there(state, place)
@@ -537,7 +601,17 @@ class Follow:
                 feedback = self._feedback("going to where the person was seen last")
                 if not command.is_zero() or unseen <= self._use.follow_patience:
                     return command, feedback, None
+            if on_the_way and not self._tried:
+                # It has got stuck, perhaps in a corner that it cut.
+                self._way_left, self._nearer_at, self._tried = math.inf, state.now + _BACK_OUT_S, True
+                self._backs_until = state.now + _BACK_OUT_S
+                return STANDSTILL, self._feedback("backing out"), None
             self._begin_search(state, place)
+        if self._heading is None and (self._looks > 0 or self._goal_place is not None):
+            # They are most likely ahead; but they may be right beside the robot, too.
+            look = self._look_at_legs(state)
+            if look is not None:
+                return look, self._feedback("looking at what may be the person"), None
         command = self._look_for_them(state)
         over = state.now - self._moved > _NO_WAY_S
         return command, self._feedback("looking for the person"), _lost_after(unseen) if over else None
@@ -589,6 +663,7 @@ class Follow:
         velocity = turned.apply(*self._target.velocity)
         self._whereabouts = Whereabouts(self._costmaps, in_map, velocity, self._target.seen)
         self._heading = self._goal_place = None
+        self._looks, self._looked_from = 0, state.map_pose
         self._next_choice = self._moved = state.now
 
     def _look_for_them(self, state: RobotState) -> Twist2:
@@ -598,7 +673,9 @@ class Follow:
         legs = [state.map_from_odom.apply(*legs) for legs in all_legs(self._unknown)]
         self._whereabouts.update(state.now, robot, legs)
         if self._heading is None and state.now >= self._next_choice:
-            self._choose(state, legs)
+            if self._goal_place is not None and self.path is None:
+                self._whereabouts.no_way_to(self._goal_place)
+            self._choose(state)
         if self._heading is not None:
             left = normalize_angle(self._heading - robot.yaw)
             if abs(left) > _FACING_RAD / 2.0:
@@ -619,16 +696,19 @@ class Follow:
         self._held = self._turning == 0.0
         return Twist2(0.0, self._turning)
 
-    def _choose(self, state: RobotState, legs: list[Place]) -> None:
+    def _choose(self, state: RobotState) -> None:
         assert self._whereabouts is not None
         self._next_choice = state.now + _CHOICE_S
         robot = state.map_pose
         heading, share = self._whereabouts.best_view(robot)
         place = self._whereabouts.best_place(robot)
-        if place is None or (
-            share >= _WORTH_LOOKING and abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD
-        ):
+        beside = abs(normalize_angle(heading - robot.yaw)) > _FACING_RAD
+        if robot.distance_to(self._looked_from) > _SAME_PLACE_M:
+            self._looks, self._looked_from = 0, robot
+        worth = _WORTH_LOOKING[self._looks] if self._looks < len(_WORTH_LOOKING) else math.inf
+        if place is None or (share >= worth and beside):
             self._heading, self._goal_place, self._turning = heading, None, 0.0
+            self._looks += 1
         else:
             self._goal_place, self._next_plan = place, state.now
 

@@ -103,7 +103,8 @@ class FollowParameters:
         follow_max_ang_speed: rad/s.
         follow_back_speed: Who comes too near is given way to at this speed, in m/s; 0 stands still
             instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.
-        follow_give_way: How much nearer than wanted that is, in metres.
+        follow_give_way: How much nearer than wanted that is, in metres; to who comes towards the robot it
+            gives way as soon as they are nearer than wanted.
         follow_linear_gain: Speed per metre too far away, 1/s.
         follow_angular_gain: Turning speed per angle to the person, 1/s.
         follow_distance_tolerance: So much too far away is near enough, in metres.

@@ -13,7 +13,7 @@ from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTAC
 from florence_bt.skills.navigation.navigate.legs import Place
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
-_BODY_M = 0.45
+_BODY_M = 0.5
 """The robot does not come so near to the middle of the person."""
 _LEAST_ROOM_M, _ENOUGH_ROOM_M = 0.35, 0.9
 """Where nothing is so near the robot can turn, and somebody passes on either side."""
@@ -36,10 +36,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     costmap = costmaps.global_costmap
     costs, resolution = costmap.master, costmap.resolution
     rows, columns = costs.shape
-    x = costmap.origin_x + (np.arange(columns) + 0.5) * resolution
-    y = costmap.origin_y + (np.arange(rows) + 0.5) * resolution
-    from_person = np.hypot(x[None, :] - person[0], y[:, None] - person[1])
-    from_robot = np.hypot(x[None, :] - robot.x, y[:, None] - robot.y)
+    from_person, from_robot = costmap.distances_to(*person), costmap.distances_to(robot.x, robot.y)
     floor = np.full((rows + 2, columns + 2), OBSTACLE, np.int32)
     # The robot can leave where it stands, but not towards the person.
     free = (costs < INSCRIBED) | (from_robot < 2.0 * resolution)
@@ -56,4 +53,6 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     worth = np.minimum(room, _ENOUGH_ROOM_M) - _WAY_PER_ROOM * resolution / NEUTRAL * way
     worth[(way >= UNVISITED) | (from_person < apart) | (room < _LEAST_ROOM_M)] = -math.inf
     row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
-    return (float(x[column]), float(y[row])) if math.isfinite(worth[row, column]) else None
+    if not math.isfinite(worth[row, column]):
+        return None
+    return costmap.origin_x + (column + 0.5) * resolution, costmap.origin_y + (row + 0.5) * resolution

@@ -65,7 +65,7 @@ class Whereabouts:
         self._speed = min(_FASTEST_MPS, max(_SLOWEST_MPS, speed))
         self._ahead = self._how_far_ahead(place, velocity) if speed >= _WALKING_MPS else np.ones(1)
         self._since = self._updated = now
-        self._open = np.ones((rows, columns))
+        self._open, self._shut = np.ones((rows, columns)), np.zeros((rows, columns), bool)
         self._likely, self._all = np.zeros((rows, columns)), 0.0
 
     def update(self, now: float, robot: Pose2, legs: list[Place]) -> None:
@@ -92,6 +92,10 @@ class Whereabouts:
         likely = walked * self._ahead * np.where(at_legs, _LEGS_COUNT, 1.0)
         self._likely, self._all = likely * self._open, float(likely.sum())
 
+    def no_way_to(self, place: Place) -> None:
+        """No way leads to a place: it is not proposed again, nor what is round it."""
+        self._shut |= np.hypot(self._x[None, :] - place[0], self._y[:, None] - place[1]) <= _ROUND_M / 2.0
+
     def best_view(self, robot: Pose2) -> tuple[float, float]:
         """The heading (rad) in which most of what is likely would get into the picture, and its share, 0..1.
 
@@ -112,7 +116,7 @@ class Whereabouts:
         """Where to drive to: likely, and not far; None when they can be nowhere else than here."""
         ways = self._ways_from((robot.x, robot.y))
         round_it = uniform_filter(self._likely, round(_ROUND_M / self._costmap.resolution))
-        worth = np.where(ways > _HERE_M, round_it * np.exp(-ways / _WAY_M), 0.0)
+        worth = np.where((ways > _HERE_M) & ~self._shut, round_it * np.exp(-ways / _WAY_M), 0.0)
         row, column = np.unravel_index(int(np.argmax(worth)), worth.shape)
         if worth[row, column] <= 0.0:
             return None

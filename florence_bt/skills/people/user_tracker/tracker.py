@@ -169,6 +169,7 @@ class UserTracker:
         self._resting = RestingPlaces()
         self._tracks: list[_Track] = []
         self._next_device_id = 1
+        self._last = -math.inf
         self.running = False
         """Whether pictures are wanted."""
 
@@ -201,6 +202,7 @@ class UserTracker:
         """
         if not self.running:
             return ()
+        self._last = now
         for track in self._tracks:
             track.predict(now, self._use.coast_s)
         pairs = self._assign(detections)
@@ -226,6 +228,11 @@ class UserTracker:
     def undecided(self) -> bool:
         """Whether the last picture showed somebody who is not confirmed yet, and may be."""
         return any(not track.denied and not self._doubts(track) for track in self._unconfirmed())
+
+    @property
+    def in_picture(self) -> list[int]:
+        """The persistent ids of those who are in the last picture; the others are where they should be."""
+        return self._present(self._last)
 
     def candidates(self, most: int) -> list[Candidate]:
         """Of whom a second source should say something: who is in the last picture and not confirmed.
