@@ -1,0 +1,53 @@
+"""The keys of a running mission under one name each: where they are, who reads and who writes them."""
+
+from florence_bt.core.clock import ManualClock
+from florence_bt.core.geometry import Pose2
+from florence_bt.runtime.viewers.variables import READ, WRITE, lookup, variables_of
+from florence_bt.trees.language.compile import compile_mission
+from florence_bt.trees.language.declarations import collect_declarations
+from florence_bt.trees.language.loader import MissionLibrary
+from tests.ticking import make_context
+
+OUTER = """\
+mission: outer
+inputs: {room: {type: text}}
+outputs: {place: {type: pose}}
+tree:
+  sequence:
+    - run: inner
+      with: {label: $room}
+      out: {found: place}
+    - condition: $room == "hall"
+"""
+INNER = """\
+mission: inner
+inputs: {label: {type: text}}
+outputs: {found: {type: pose}}
+tree:
+  get_hotspot: {label: $label}
+  out: {pose: found}
+"""
+
+
+def test_each_key_has_one_name_and_each_node_its_uses(tmp_path):
+    for name, text in (("outer", OUTER), ("inner", INNER)):
+        (tmp_path / f"{name}.yaml").write_text(text)
+    library = MissionLibrary.load([tmp_path])
+    context = make_context(ManualClock(), {}, collect_declarations())
+    tree = compile_mission(library.get("outer"), library, {"room": "hall"}, context)
+    variables = variables_of(tree)
+    call, condition = tree.root.children
+    (look_up,) = call.children
+    assert sorted(variables.stores) == ["/", "/inner/"]
+    assert variables.accesses == {
+        call.id: (("/room", READ), ("/place", WRITE)),
+        look_up.id: (("/inner/label", READ), ("/inner/found", WRITE)),
+        condition.id: (("/room", READ),),
+    }
+    assert variables.writers == {"/place": [call], "/inner/found": [look_up]}
+    assert variables.used_by([condition.id, call.id]) == ["/place", "/room"]
+    tree.keys.write("place", Pose2(1.0, 2.0, 0.5))
+    assert lookup(variables.values(), "/place.y").startswith("2")
+    assert variables.names() == [
+        *("/inner/found", "/inner/label", "/place", "/place.x", "/place.y", "/place.yaw", "/room"),
+    ]
