@@ -43,7 +43,7 @@ _TRIES = 300
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class DrivenGoal:
     """One drive and what really came of it.
 
     Attributes:
@@ -110,7 +110,7 @@ class Round:
             return PersonSpec(name, pose, "walking", route=tuple(way[1:]), speed=speed, wait=3.0)
         raise FlorenceError("nobody can walk here; fewer --people")
 
-    def drive(self) -> Drive:
+    def drive(self) -> DrivenGoal:
         """Drive to the next random goal."""
         rig, world = self._rig, self._rig.world
         here = world.robot_pose
@@ -150,12 +150,12 @@ class Round:
         seconds = rig.clock.now() - began
         rig.clock.advance(1.0)
         error = world.robot_pose.distance_to(goal)
-        return Drive(
+        return DrivenGoal(
             reached, reason, driven, shortest, seconds, error, tuple(contacts), run_into, fastest, slowing
         )
 
 
-def row_of(home: str, people: int, drives: Sequence[Drive]) -> list[str]:
+def row_of(home: str, people: int, drives: Sequence[DrivenGoal]) -> list[str]:
     """A line of the table."""
     good = [drive for drive in drives if drive.reached]
     ratios = sorted(drive.driven / drive.shortest for drive in good)

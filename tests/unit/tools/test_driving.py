@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 from florence_bt.simulation.home.flat import load_flat
-from tools.driving import HEAD, Drive, Round, main, row_of
+from tools.driving import HEAD, DrivenGoal, Round, main, row_of
 
 
-def drive(**values: object) -> Drive:
+def drive(**values: object) -> DrivenGoal:
     made = {
         "reached": True, "reason": "", "driven": 4.4, "shortest": 4.0, "seconds": 9.0, "error": 0.02,
         "contacts": (), "run_into": 0, "acceleration": 0.9, "braking": 2.4,
     }  # fmt: skip
-    return Drive(**{**made, **values})  # type: ignore[arg-type]
+    return DrivenGoal(**{**made, **values})  # type: ignore[arg-type]
 
 
 def test_the_table_counts_what_was_seen() -> None:
