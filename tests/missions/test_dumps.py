@@ -31,82 +31,144 @@ RUNNING = """\
                             [ ] navigate to
                     [+] set view -- view = 2
                     [>] run detect_user
-                        [>] search in a circle (finally)
-                            [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody
-                                [>] turn and look (sequence)
-                                    [+] stop tracker
-                                    [+] unless $look_first and $look == 1
-                                        [+] turn
-                                    [+] settle
-                                    [+] start tracker
-                                    [>] repeat a look without pictures
-                                        [>] look for user
-                            [ ] stop tracker
+                        [>] sequence
+                            [+] set way, turned -- way = 0.7854, turned = 0
+                            [>] search in a circle (finally)
+                                [>] retry up to $looks times -- attempt 2 of 8; the last one failed: nobody
+                                    [>] turn and look (sequence)
+                                        [+] stop tracker
+                                        [+] unless $look_first and $look == 1
+                                            [+] turn on (sequence)
+                                                [+] retry up to 2 times
+                                                    [+] sequence
+                                                        [+] set angle -- angle = 0.7854
+                                                        [+] when $side == 2 and $way == $step -- skipped: $side == 2 and $way == $step does not hold (side is 1, way is 45 deg, step is 45 deg)
+                                                            [ ] set angle, way
+                                                        [+] turn
+                                                [+] set turned -- turned = 1
+                                        [+] settle
+                                        [+] start tracker
+                                        [>] repeat a look without pictures
+                                            [>] look for user
+                                [ ] stop tracker
             [ ] run meet_user
                 [ ] sequence (finally)
                     [ ] sequence
                         [ ] set user, id
                         [ ] start tracker
-                        [ ] retry up to 2 times
-                            [ ] if $attempt == 1
-                                [ ] approach who stays where they are (sequence)
-                                    [ ] when $distance > 1.6 m
-                                        [ ] make sure from nearby
-                                            [ ] sequence
-                                                [ ] set aim, aim_id
-                                                [ ] try run approach_user
-                                                    [ ] run approach_user
-                                                        [ ] within $limit
-                                                            [ ] parallel
-                                                                [ ] approach the person (sequence)
-                                                                    [ ] get robot pose
-                                                                    [ ] retry up to 6 times
-                                                                        [ ] propose and drive (sequence)
-                                                                            [ ] propose approach pose
-                                                                            [ ] within 25 s
-                                                                                [ ] navigate to
-                                                                [ ] when $user_id > 0
-                                                                    [ ] watch whether they walk on
-                                                                        [ ] repeat 200 times
-                                                                            [ ] sequence
-                                                                                [ ] look for user
-                                                                                [ ] distance($now, $user) < 0.6 m
-                                                [ ] look from nearby
-                                                    [ ] look for user
-                                                [ ] if distance($user, $aim) >= 1 m and $id != $aim_id
-                                                    [ ] fail
-                                                [ ] distance($user, $aim) < 1 m
-                                    [ ] try set user position
-                                        [ ] set user position
-                                    [ ] run approach_user
-                                        [ ] within $limit
+                        [ ] retry up to 3 times
+                            [ ] sequence
+                                [ ] if $attempt == 1
+                                    [ ] approach who stays where they are (sequence)
+                                        [ ] when $distance > 1.6 m
+                                            [ ] make sure from nearby
+                                                [ ] sequence
+                                                    [ ] set aim, aim_id
+                                                    [ ] try run approach_user
+                                                        [ ] run approach_user
+                                                            [ ] within $limit
+                                                                [ ] parallel
+                                                                    [ ] approach the person (sequence)
+                                                                        [ ] get robot pose
+                                                                        [ ] retry up to 6 times
+                                                                            [ ] propose and drive (sequence)
+                                                                                [ ] propose approach pose
+                                                                                [ ] within 25 s
+                                                                                    [ ] navigate to
+                                                                    [ ] when $user_id > 0
+                                                                        [ ] watch whether they walk on
+                                                                            [ ] repeat 200 times
+                                                                                [ ] sequence
+                                                                                    [ ] look for user
+                                                                                    [ ] distance($now, $user) < 0.6 m
+                                                    [ ] look from nearby
+                                                        [ ] look for user
+                                                    [ ] if distance($user, $aim) >= 1 m and $id != $aim_id
+                                                        [ ] fail
+                                                    [ ] distance($user, $aim) < 1 m
+                                        [ ] try set user position
+                                            [ ] set user position
+                                        [ ] run approach_user
+                                            [ ] within $limit
+                                                [ ] parallel
+                                                    [ ] approach the person (sequence)
+                                                        [ ] get robot pose
+                                                        [ ] retry up to 6 times
+                                                            [ ] propose and drive (sequence)
+                                                                [ ] propose approach pose
+                                                                [ ] within 25 s
+                                                                    [ ] navigate to
+                                                    [ ] when $user_id > 0
+                                                        [ ] watch whether they walk on
+                                                            [ ] repeat 200 times
+                                                                [ ] sequence
+                                                                    [ ] look for user
+                                                                    [ ] distance($now, $user) < 0.6 m
+                                    [ ] go after who moves on (sequence)
+                                        [ ] set near
+                                        [ ] when $posture == "sitting"
+                                            [ ] set near
+                                        [ ] within 90 s
                                             [ ] parallel
-                                                [ ] approach the person (sequence)
-                                                    [ ] get robot pose
-                                                    [ ] retry up to 6 times
-                                                        [ ] propose and drive (sequence)
-                                                            [ ] propose approach pose
-                                                            [ ] within 25 s
-                                                                [ ] navigate to
-                                                [ ] when $user_id > 0
-                                                    [ ] watch whether they walk on
-                                                        [ ] repeat 200 times
-                                                            [ ] sequence
-                                                                [ ] look for user
-                                                                [ ] distance($now, $user) < 0.6 m
-                                    [ ] set now
-                                    [ ] look for who has walked on
-                                        [ ] look for user
-                                    [ ] distance($now, $user) < 0.5 m
-                                [ ] go after who walks
-                                    [ ] parallel
-                                        [ ] follow user
-                                        [ ] until the robot stands before them
-                                            [ ] sequence
-                                                [ ] where it was
-                                                [ ] look for user
-                                                [ ] where it is
-                                                [ ] near enough
+                                                [ ] follow user
+                                                [ ] until the robot stands before them
+                                                    [ ] sequence
+                                                        [ ] where it was
+                                                        [ ] look for user
+                                                        [ ] when $posture == "sitting"
+                                                            [ ] set near
+                                                        [ ] where it is
+                                                        [ ] near enough
+                                        [ ] when $posture == "sitting" (2)
+                                            [ ] come near beside them
+                                                [ ] within $limit
+                                                    [ ] parallel
+                                                        [ ] approach the person (sequence)
+                                                            [ ] get robot pose
+                                                            [ ] retry up to 6 times
+                                                                [ ] propose and drive (sequence)
+                                                                    [ ] propose approach pose
+                                                                    [ ] within 25 s
+                                                                        [ ] navigate to
+                                                        [ ] when $user_id > 0
+                                                            [ ] watch whether they walk on
+                                                                [ ] repeat 200 times
+                                                                    [ ] sequence
+                                                                        [ ] look for user
+                                                                        [ ] distance($now, $user) < 0.6 m
+                                [ ] when $attempt == 1 or $posture == "sitting"
+                                    [ ] where they are now (sequence)
+                                        [ ] set now, now_id
+                                        [ ] look for who has walked on
+                                            [ ] look for user
+                                        [ ] when $now_id == 0 and $attempt > 1
+                                            [ ] look round for who has walked on (sequence)
+                                                [ ] try run detect_user
+                                                    [ ] run detect_user
+                                                        [ ] sequence
+                                                            [ ] set way, turned
+                                                            [ ] search in a circle (finally)
+                                                                [ ] retry up to $looks times
+                                                                    [ ] turn and look (sequence)
+                                                                        [ ] stop tracker
+                                                                        [ ] unless $look_first and $look == 1
+                                                                            [ ] turn on (sequence)
+                                                                                [ ] retry up to 2 times
+                                                                                    [ ] sequence
+                                                                                        [ ] set angle
+                                                                                        [ ] when $side == 2 and $way == $step
+                                                                                            [ ] set angle, way
+                                                                                        [ ] turn
+                                                                                [ ] set turned
+                                                                        [ ] settle
+                                                                        [ ] start tracker
+                                                                        [ ] repeat a look without pictures
+                                                                            [ ] look for user
+                                                                [ ] stop tracker
+                                                [ ] start tracker
+                                                [ ] unless $now_id == $id
+                                                    [ ] turn back to them
+                                        [ ] distance($now, $user) < 0.5 m or $now_id != $id
                     [ ] stop tracker"""  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""
 

@@ -13,7 +13,7 @@ def play():
     stage.defaults(
         get_robot_pose="SUCCESS (pose=(0 m, 0 m, 0 deg))",
         propose_approach_pose="SUCCESS (pose=(1 m, 0 m, 0 deg))",
-        navigate_to="running 30 s, then SUCCESS",
+        navigate_to="running 15 s, then SUCCESS",
     )
     return stage.run("approach_user", user="(3 m, 2 m, 0 deg)")
 
@@ -46,9 +46,9 @@ def test_nodes_may_be_named_by_any_pattern_and_times_in_any_unit(play):
         0 ms   get_robot_pose: SUCCESS
         0 s    approach_user/**/propose*: SUCCESS
         0 s    navigate to: RUNNING
-        0.5 min  **/navigate_to: SUCCESS
+        0.25 min  **/navigate_to: SUCCESS
     """)
-    play.assert_trace("0 s navigate_to: RUNNING\n30 s navigate_to: SUCCESS", "navigate_to")
+    play.assert_trace("0 s navigate_to: RUNNING\n15 s navigate_to: SUCCESS", "navigate_to")
 
 
 def test_a_difference_shows_only_what_differs(play):
@@ -57,7 +57,7 @@ def test_a_difference_shows_only_what_differs(play):
     lines = caught.value.problem.splitlines()
     assert [line for line in lines if line.startswith(("+", "-")) and line[:3] not in ("+++", "---")] == [
         "-20 s  navigate_to: SUCCESS",
-        "+30 s  navigate_to: SUCCESS",
+        "+15 s  navigate_to: SUCCESS",
     ]
 
 

@@ -176,7 +176,7 @@ def test_scripts_of_several_steps(play):
                               [>] retry up to 6 times
                                   [>] propose and drive (sequence)
                                       [+] propose approach pose
-                                      [>] within 40 s
+                                      [>] within 25 s
                                           [>] navigate to -- off we go
                           [+] when $user_id > 0 -- skipped: $user_id > 0 does not hold (user_id is 0)
           then:
