@@ -19,8 +19,8 @@ from florence_bt.skills.people.user_tracker.detector import Detection
 from florence_bt.skills.people.user_tracker.doubted_places import CameraView, DoubtedPlaces
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
+from florence_bt.skills.people.user_tracker.lying_body import FLOOR_HEIGHT, LyingBodies, LyingBody
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
-from florence_bt.skills.people.user_tracker.resting_place import FLOOR_HEIGHT, RestingPlace, RestingPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
 
 LOST_DISTANCE = 0.0
@@ -46,7 +46,7 @@ class _Track:
         use: TrackerParameters,
         number: int,
         waits_s: float,
-        resting: RestingPlaces,
+        resting: LyingBodies,
     ) -> None:
         self._use = use
         self.number = number
@@ -62,7 +62,7 @@ class _Track:
         self.histogram: Histogram | None = detection.histogram
         self.looks = deque([detection], maxlen=use.posture_window)
         self._resting = resting
-        self._lies_at: RestingPlace | None = None
+        self._lies_at: LyingBody | None = None
         self._lie(detection)
         self.seen = self.predicted = now
         self.lost = False
@@ -166,7 +166,7 @@ class UserTracker:
         self._numbers = itertools.count()
         self._gallery = Gallery(self._use)
         self._doubted = DoubtedPlaces(self._use)
-        self._resting = RestingPlaces()
+        self._resting = LyingBodies()
         self._tracks: list[_Track] = []
         self._next_device_id = 1
         self._last = -math.inf

@@ -9,7 +9,7 @@ import pytest
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.people.user_tracker.detector import Detection, Outline
-from florence_bt.skills.people.user_tracker.resting_place import RestingPlace, RestingPlaces
+from florence_bt.skills.people.user_tracker.lying_body import LyingBodies, LyingBody
 from florence_bt.skills.people.user_tracker.tracker import UserTracker
 
 IN_BED, ON_THE_FLOOR = 0.75, 0.25
@@ -30,7 +30,7 @@ def lying(x: float, y: float = 0.0, shown: Outline | None = WHOLE, height: float
 
 
 def place_after(*detections: Detection) -> tuple[float, float] | None:
-    resting = RestingPlace()
+    resting = LyingBody()
     for each in detections:
         resting.take(each)
     return resting.place
@@ -74,7 +74,7 @@ def test_it_moves_with_the_frame() -> None:
 
 
 def test_who_is_seen_near_where_somebody_lies_is_they_and_further_away_it_is_somebody_else() -> None:
-    places = RestingPlaces()
+    places = LyingBodies()
     first = places.near(lying(2.0))
     first.take(lying(2.0))
     assert places.near(lying(2.45)) is first

@@ -33,7 +33,7 @@ _OPEN_M = 0.1
 Cell = tuple[int, int]
 
 
-class RestingPlace:
+class LyingBody:
     """What pictures have shown of one body."""
 
     def __init__(self) -> None:
@@ -81,19 +81,19 @@ class RestingPlace:
         return x, y
 
 
-class RestingPlaces:
+class LyingBodies:
     """Remembers where people lie, whoever they are: of a body that is cut the network may see two middles."""
 
     def __init__(self) -> None:
-        self._places: list[RestingPlace] = []
+        self._places: list[LyingBody] = []
 
-    def near(self, detection: Detection) -> RestingPlace:
+    def near(self, detection: Detection) -> LyingBody:
         """The place where somebody was seen lying so near, or a new one."""
         seen = detection.x, detection.y
         for each in self._places:
             if each.place is not None and math.dist(each.place, seen) <= _MOVED_M:
                 return each
-        self._places = [*self._places[1 - _MOST :], RestingPlace()]
+        self._places = [*self._places[1 - _MOST :], LyingBody()]
         return self._places[-1]
 
 
