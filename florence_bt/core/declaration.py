@@ -75,7 +75,8 @@ class Port:
     Attributes:
         kind: The type.
         description: One sentence for people.
-        default: The value when none is given; :data:`REQUIRED` when one must be given.
+        default: The value when none is given; :data:`REQUIRED` when one must be given. Of an output: what a
+            mock gives that does not name it; a skill itself gives all its outputs.
         minimum: Smallest value allowed, or None.
         maximum: Largest value allowed, or None.
         names: What a text must name: ``hotspot`` (any label of the hotspots file), ``room`` (the label of a

@@ -26,7 +26,7 @@ def robot(florence):
         turn="accepted after 100 ms, cancel takes 200 ms, running 2 s, then SUCCESS",
         start_tracker="accepted after 50 ms, running 100 ms, then SUCCESS",
         stop_tracker="accepted after 50 ms, running 100 ms, then SUCCESS",
-        look_for_user=f"running 1 s, then SUCCESS (user={USER}, distance=2 m, user_id=7, posture=standing)",
+        look_for_user=f"running 1 s, then SUCCESS (user={USER}, distance=2 m, user_id=7)",
         set_user_position="SUCCESS",
         get_robot_pose="SUCCESS (pose=(1 m, 2 m, 0 deg))",
         propose_approach_pose=lambda inputs: (

@@ -196,9 +196,7 @@ def test_a_search_from_nearby(robot):
 
 
 def test_a_search_from_nearby_that_is_not_needed(robot):
-    robot.mock(
-        "look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7, posture=standing)"
-    )
+    robot.mock("look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7)")
     play = robot.run("goto_user").assert_succeeded()
     skipped = "[+] when $distance > 1.6 m -- skipped: $distance > 1.6 m does not hold (distance is 1 m)"
     assert skipped in play.tree
@@ -246,9 +244,7 @@ def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill
 
 @pytest.mark.parametrize("skill", ["navigate_to", "look_for_user", "get_robot_pose", "propose_approach_pose"])
 def test_a_failure_in_the_approach_names_the_skill_there(robot, skill):
-    robot.mock(
-        "look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7, posture=standing)"
-    )
+    robot.mock("look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7)")
     robot.mock(f"run approach_user/**/{skill}", 'running 1 s, then FAILURE server_lost "nobody answers"')
     play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
     assert "/approach_user/" in play.leaf and play.leaf.endswith(skill)

@@ -174,7 +174,8 @@ def bind_reply(reply: MockReply, declaration: SkillDeclaration) -> Step:
 def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:
     match reply.ending:
         case Ending.SUCCESS:
-            return success(**read_outputs(reply.outputs, declaration))
+            defaults = {name: port.default for name, port in declaration.outputs.items() if not port.required}
+            return success(**defaults | read_outputs(reply.outputs, declaration))
         case Ending.FAILURE:
             code, number = _code(reply.code, declaration)
             meaning = {**COMMON_CODES, **declaration.failures}[code]

@@ -44,7 +44,7 @@ LOOK_FOR_USER = SkillDeclaration(
         "user": Port(Kind.POSE, "where the person is; the yaw points from the person to the robot"),
         "distance": Port(Kind.LENGTH, "horizontal distance between the camera and the person"),
         "user_id": Port(Kind.INTEGER, "the persistent id of the person"),
-        "posture": Port(Kind.TEXT, "what the person does: standing, sitting or lying"),
+        "posture": Port(Kind.TEXT, "what the person does: standing, sitting or lying", default="standing"),
         "height": Port(Kind.LENGTH, "height above the floor of the highest point seen of the person"),
     },
     failures={
