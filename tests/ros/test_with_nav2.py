@@ -53,12 +53,12 @@ def inputs_of(name: str, number: float) -> dict[str, Any]:
         "navigate_through": {"via": HERE, "goal": Pose2(number)},
         "plan_to": {"goal": Pose2(number)},
         "turn": {"angle": number, "time_allowance": 5.0},
-        "back_up": {"distance": number, "speed": 0.1, "time_allowance": 5.0},
+        "drive_back": {"distance": number, "speed": 0.1, "time_allowance": 5.0},
         "drive_straight": {"distance": number, "speed": 0.1, "time_allowance": 5.0},
     }[name]
 
 
-SKILLS = ("navigate_to", "navigate_through", "plan_to", "turn", "back_up", "drive_straight")
+SKILLS = ("navigate_to", "navigate_through", "plan_to", "turn", "drive_back", "drive_straight")
 
 
 def test_every_skill_of_nav2_succeeds_and_is_rejected_with_a_reason(ros: Any, skills: Any) -> None:
@@ -86,7 +86,7 @@ def test_every_skill_of_nav2_succeeds_and_is_rejected_with_a_reason(ros: Any, sk
         ("navigate_through", {104: "blocked", 303: "start_outside", 306: "goal_occupied", 308: "no_path"}),
         ("plan_to", {202: "no_transform", 205: "start_occupied", 206: "goal_occupied", 208: "no_path"}),
         ("turn", {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}),
-        ("back_up", {710: "drive_failed", 711: "time_allowance", 713: "bad_input", 714: "collision_ahead"}),
+        ("drive_back", {710: "drive_failed", 711: "time_allowance", 713: "bad_input", 714: "collision_ahead"}),
         ("drive_straight", {720: "drive_failed", 721: "time_allowance", 723: "collision_ahead"}),
     ],
 )  # fmt: skip

@@ -7,11 +7,11 @@ mocks; ``florence check`` says which of their skills this installation lacks.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from florence_bt.core.declaration import Kind, Port, SkillDeclaration
+from florence_bt.core.declaration import REQUIRED, Kind, Port, SkillDeclaration
 from florence_bt.core.plain_yaml import YamlMapping, YamlNode, read_yaml
 from florence_bt.trees.language.findings import Finding
 from florence_bt.trees.language.ports import read_ports
@@ -123,13 +123,17 @@ def _deadline(reader: Reader, source: YamlNode | None) -> float:
 
 
 def skills_document(declarations: Iterable[SkillDeclaration]) -> dict[str, Any]:
-    """Skills as the mappings of such a file; reading them gives the declarations again."""
+    """Skills as the mappings of such a file; reading them gives the declarations again.
+
+    A file cannot say what a mock gives that leaves an output out.
+    """
     return {"skills": {declaration.name: _written(declaration) for declaration in declarations}}
 
 
 def _written(declaration: SkillDeclaration) -> dict[str, Any]:
     written: dict[str, Any] = {"summary": declaration.summary} if declaration.summary else {}
-    for title, ports in (("inputs", declaration.inputs), ("outputs", declaration.outputs)):
+    outputs = {name: replace(port, default=REQUIRED) for name, port in declaration.outputs.items()}
+    for title, ports in (("inputs", declaration.inputs), ("outputs", outputs)):
         if ports:
             written[title] = {name: port_document(port) for name, port in ports.items()}
     if declaration.failures:

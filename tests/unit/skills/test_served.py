@@ -56,7 +56,7 @@ def test_the_type_fits_the_table(served: Served) -> None:
         ("navigate_through", {"via": POSE, "goal": Pose2()}, {"poses": [POSE, Pose2()]}),
         ("plan_to", {"goal": POSE}, {"goal": POSE}),
         (
-            "back_up",
+            "drive_back",
             {"distance": 0.5, "speed": 0.1, "time_allowance": 20.0},
             {"target": (0.5, 0.0, 0.0), "speed": 0.1, "time_allowance": timedelta(seconds=20.0)},
         ),
@@ -188,10 +188,10 @@ def test_the_battery_is_above_a_part_of_its_charge() -> None:
             {200: "bad_input", 202: "no_transform", 205: "start_occupied", 208: "no_path", 9: "no_path"},
         ),
         (
-            "back_up",
+            "drive_back",
             {710: "drive_failed", 711: "time_allowance", 712: "no_pose", 713: "bad_input", 717: "no_scan"},
         ),
-        ("back_up", {714: "collision_ahead", 10006: "bumper"}),
+        ("drive_back", {714: "collision_ahead", 10006: "bumper"}),
         (
             "drive_straight",
             {720: "drive_failed", 721: "time_allowance", 723: "collision_ahead", 724: "bad_input"},

@@ -116,7 +116,7 @@ PLAN_TO = SkillDeclaration(
 _ALLOWANCE = Port(Kind.DURATION, "How long it may take.", default=20.0, minimum=0.1, maximum=120.0)
 
 BACK_UP = SkillDeclaration(
-    name="back_up",
+    name="drive_back",
     summary="Drive straight back by odometry, while nothing is behind the robot",
     inputs={
         "distance": Port(Kind.LENGTH, "How far.", default=0.15, minimum=0.0, maximum=2.0),

@@ -66,7 +66,7 @@ STRAIGHT_FAILURES = {
     **TOUCH_FAILURES,
     **HELD_FAILURES,
 }
-"""The codes of ``back_up`` and ``drive_straight``."""
+"""The codes of ``drive_back`` and ``drive_straight``."""
 
 FOLLOW_FAILURES = {
     "user_lost": "the person is out of sight, also from where they were seen last",
