@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import os
 import platform
+import sys
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import pytest
+
+# The client pyroombaadapter installs a package of its own that is called tests.
+sys.modules["tests"] = ModuleType("tests")
+sys.modules["tests"].__path__ = [str(Path(__file__).parents[1] / "tests")]
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,10 @@ def test_every_skill_of_nav2_succeeds_and_is_rejected_with_a_reason(ros: Any, sk
         ("navigate_through", {104: "blocked", 303: "start_outside", 306: "goal_occupied", 308: "no_path"}),
         ("plan_to", {202: "no_transform", 205: "start_occupied", 206: "goal_occupied", 208: "no_path"}),
         ("turn", {700: "turn_failed", 701: "time_allowance", 702: "no_pose", 703: "collision_ahead"}),
-        ("drive_back", {710: "drive_failed", 711: "time_allowance", 713: "bad_input", 714: "collision_ahead"}),
+        (
+            "drive_back",
+            {710: "drive_failed", 711: "time_allowance", 713: "bad_input", 714: "collision_ahead"},
+        ),
         ("drive_straight", {720: "drive_failed", 721: "time_allowance", 723: "collision_ahead"}),
     ],
 )  # fmt: skip
