@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 
 import cv2
@@ -36,19 +37,22 @@ def test_tracker(benchmark, figures):
     known, tracker, seen = KnownObstacles(laser_map(flat)), UserTracker(), []
     tracker.start(0.0)
 
-    def look(now: float) -> None:
+    stamps = itertools.count()
+
+    def look() -> None:
         found = detect_people(depth, mount, known=known, robot=flat.start)
+        now = next(stamps) / RATE_HZ
         seen.append(len(tracker.update(now, [each.moved_by(flat.start) for each in found])))
 
     def look_at_all() -> float:
         begin = time.process_time()
-        for number in range(PICTURES):
-            look(number / RATE_HZ)
+        for _ in range(PICTURES):
+            look()
         return (time.process_time() - begin) / PICTURES
 
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
-    look(-1.0)
+    look()
     costs = []
     benchmark.pedantic(lambda: costs.append(look_at_all()), rounds=3)
     cv2.setNumThreads(threads)

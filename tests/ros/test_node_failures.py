@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,6 +24,8 @@ from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.skills.filters.velocity_filter.node import VelocityFilterNode
 from florence_bt.skills.navigation.navigate.node import NavigationNode
+from florence_bt.skills.people.user_tracker.detector import Detection
+from florence_bt.skills.people.user_tracker.node import UserTrackerNode
 from tools.safety_campaign.messages import ordinary
 
 pytestmark = pytest.mark.ros
@@ -205,9 +208,8 @@ def test_a_wall_clock_that_is_set_back_holds_nothing_up(ros: Any) -> None:
     assert resets == [1]
 
 
-def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> None:
-    node = ros.add(NavigationNode(parameters=SIMULATED))
-    (odometry,) = (one for one in node.subscriptions if one.topic_name == "/odom")
+def clock_of(ros: Any, node: FlorenceNode) -> Callable[[float], None]:
+    """Sets the simulated time of a node, seconds."""
     teller = ros.add(FlorenceNode("teller"))
     clock = teller.create_publisher(Clock, "/clock", RELIABLE)
     ros.spin_until(clock.get_subscription_count)
@@ -222,6 +224,28 @@ def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> No
         ros.spin_until(known, what=f"the time {seconds}")
         ros.loop.drain()
 
+    return tell
+
+
+def test_nobody_is_tracked_where_they_were_seen_before_the_clock_was_set_back(ros: Any) -> None:
+    node = ros.add(UserTrackerNode(parameters=SIMULATED))
+    tell = clock_of(ros, node)
+    tell(100.0)
+    node._tracker.start(100.0)
+    for stamp in (100.0, 100.1, 100.2, 100.3, 100.4):
+        users = node._tracker.update(stamp, [Detection(2.0, 0.0, 2.0)])
+    assert len(users) == 1
+    node._last_stamp = 100.4
+    tell(40.0)
+    assert node._tracker.running
+    assert node._tracker.update(40.0, []) == ()
+    assert node._last_stamp < 40.0, "the next picture is taken"
+
+
+def test_a_clock_that_is_set_back_clears_what_was_stamped_before(ros: Any) -> None:
+    node = ros.add(NavigationNode(parameters=SIMULATED))
+    (odometry,) = (one for one in node.subscriptions if one.topic_name == "/odom")
+    tell = clock_of(ros, node)
     tell(100.0)
     odometry.callback(ordinary(Odometry, 100.0))
     assert node._queue.odometry.stamp == 100.0

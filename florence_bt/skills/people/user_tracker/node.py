@@ -153,6 +153,7 @@ class UserTrackerNode(FlorenceNode):
         self._detected_topic = self.create_publisher(DetectedUser, "detected_user", RELIABLE)
         if self._use.use_map:
             self.create_subscription(OccupancyGridMsg, "map", self._on_map, LATCHED)
+        self.ros_timebase.on_reset(self._forget_readings)
         self.create_service(Trigger, "~/Start", self._on_start)
         self.create_service(Trigger, "~/Stop", self._on_stop)
         self._action = SingleGoalServer(
@@ -217,6 +218,12 @@ class UserTrackerNode(FlorenceNode):
             self._depth_camera = camera_model_from_ros(message)
         except FlorenceError as error:
             self._warn(f"the camera info is left out: {error}")
+
+    def _forget_readings(self) -> None:
+        """The clock was set back: what was stamped before is of no use."""
+        self._tracker.set_clock_back(self.timebase.now())
+        self._colour = self._waiting = None
+        self._last_stamp = self._asked = float("-inf")
 
     def _on_colour(self, message: Image) -> None:
         if self._tracker.running:
