@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
+from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from florence_interfaces.action import ApproachMe, FollowUser
@@ -47,7 +48,7 @@ from std_srvs.srv import Empty
 from florence_bt.app.bringup.skills_ros import make_skills
 from florence_bt.app.maps.save import save_published_map
 from florence_bt.core.errors import ConfigError, DeviceTimeout
-from florence_bt.core.geometry import Pose2, angle_difference
+from florence_bt.core.geometry import STANDSTILL, Pose2, angle_difference
 from florence_bt.core.outcome import Outcome, Result, success
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.core.skill import Skill
@@ -76,7 +77,7 @@ from florence_bt.skills.navigation.map_server.node import MapServerNode
 from florence_bt.skills.navigation.navigate.declaration import APPROACH_PERSON
 from florence_bt.skills.navigation.navigate.node import OVERRIDDEN, NavigationNode
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
-from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, World, make_map
+from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, World, make_map
 
 pytestmark = pytest.mark.ros
 
@@ -326,6 +327,29 @@ def test_maps_are_loaded_and_saved_by_service(ros: Any, map_file: FilePath, tmp_
     assert ask(saver, map_url=f"{tmp_path}/explored.yaml", map_topic="explored").result
     assert np.array_equal(load_map(tmp_path / "explored.yaml").cells, make_map().cells)
     assert not (tmp_path / "x.yaml").exists()
+
+
+def test_a_map_that_is_swapped_ends_the_drive_and_the_next_one_uses_it(
+    scene: Scene, tmp_path: FilePath
+) -> None:
+    cupboard = (5.0, 2.0, 5.6, 2.8)
+    save_map(make_map((*WALLS, cupboard)), tmp_path / "other.yaml")
+    loader = scene.client.create_client(LoadMap, "map_server/load_map")
+    scene.add_navigation()
+    goal = Pose2(7.0, 2.4, 0.0)
+    handle = scene.send(scene.poses, to(goal))
+    scene.play_until(lambda: scene.robot.world.pose.x > 2.0)
+    answer = loader.call_async(LoadMap.Request(map_url=f"{tmp_path}/other.yaml"))
+    scene.ros.spin_until(answer.done, what="the map server's answer")
+    assert answer.result().result == LoadMap.Response.RESULT_SUCCESS
+    ended = scene.result_of(handle)
+    assert ended.status == GoalStatus.STATUS_ABORTED
+    assert "the map was replaced" in ended.result.error_msg
+    scene.play_until(lambda: scene.robot.world.twist == STANDSTILL)
+    scene.robot.world.boxes.append(cupboard)
+    assert scene.result_of(scene.send(scene.poses, to(goal))).status == GoalStatus.STATUS_SUCCEEDED
+    assert scene.robot.world.pose.distance_to(goal) < 0.15
+    assert scene.robot.world.hits == 0
 
 
 def test_the_command_saves_the_map_of_the_system(

@@ -178,13 +178,14 @@ class Trip:
         start: Pose2,
         *,
         boxes: tuple[Box, ...] = WALLS,
+        on_map: tuple[Box, ...] = WALLS,
         only_camera: tuple[Box, ...] = (),
         seed: int = 1,
         jitter: float = 0.0,
         parameters: NavigatorParameters | None = None,
     ) -> None:
         self.world = World(start, boxes=list(boxes), seed=seed)
-        self.navigator = Navigator(make_map(), parameters)
+        self.navigator = Navigator(make_map(on_map), parameters)
         self.only_camera = list(only_camera)
         self.jitter = jitter
         self.texts: list[str] = []

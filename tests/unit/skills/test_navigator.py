@@ -52,6 +52,20 @@ def test_through_the_door_and_precisely_to_the_goal(start: Pose2, goal: Pose2) -
     trip.assert_at(goal)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [0.75, 0.70])
+@pytest.mark.parametrize(
+    ("start", "goal"),
+    [(Pose2(3.6, 0.5, -1.0), Pose2(4.5, 0.5, 3.0)), (Pose2(7.4, 4.4, 0.8), Pose2(0.5, 0.6, -2.3))],
+)
+def test_through_a_narrow_door(width: float, start: Pose2, goal: Pose2) -> None:
+    post: Box = (3.95, 2.0, 4.15, 2.8 - width)
+    boxes = (*WALLS, post)
+    trip = Trip(start, boxes=boxes, on_map=boxes, jitter=0.007)
+    assert trip.go(goal).outcome is Outcome.SUCCEEDED
+    trip.assert_at(goal)
+
+
 @pytest.mark.parametrize("goal", [Pose2(2.3, 2.4, 0.0), Pose2(1.7, 2.4, 0.0), Pose2(2.0, 2.46, 3.0)])
 def test_short_ways(goal: Pose2) -> None:
     trip = Trip(Pose2(2.0, 2.4, 0.0))
