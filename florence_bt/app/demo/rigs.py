@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import cv2
+
 from florence_bt.app.bringup.config import load_config
 from florence_bt.app.bringup.simulated import robot_frames, who_is_at_home
 from florence_bt.core.geometry import Pose2
@@ -43,6 +45,7 @@ def make_rig(
     Raises:
         ConfigError: There is no such room or situation.
     """
+    cv2.setNumThreads(1)  # rigs run side by side, one on a core; threads that wait for each other are slower
     flat = flat or load_flat()
     if isinstance(person, PersonSpec):
         people, place = [person], flat.start

@@ -324,7 +324,7 @@ class _PeopleSkills:
         """Whom the last picture shows: their persistent ids."""
         return self._tracker.in_picture
 
-    def on_pictures(self, depth: DepthImage, colour: ColourImage | None) -> None:
+    def on_pictures(self, depth: DepthImage, colour: Callable[[], ColourImage] | None) -> None:
         now = self._clock.now()
         odom = self._robot.map_from_odom
         if self._tracker.running and odom is not None:

@@ -81,7 +81,8 @@ class RigRobot:
         seed: Start of every noise generator.
         start: Where the robot believes to be at first, in the map frame.
         on_scan: Called with each scan for navigation and the name of its source.
-        on_pictures: Called with each depth picture, and the colours of the same moment when somebody looks.
+        on_pictures: Called with each depth picture and, when somebody looks, what makes the colours of the
+            same moment; it may be called until the world moves on.
         driving: Whether something drives the robot; otherwise scans and pictures may be rare.
         looking: Whether somebody looks for people, who needs larger pictures.
     """
@@ -97,7 +98,7 @@ class RigRobot:
         seed: int,
         start: Pose2,
         on_scan: Callable[[str, LaserScan], None],
-        on_pictures: Callable[[DepthImage, ColourImage | None], None],
+        on_pictures: Callable[[DepthImage, Callable[[], ColourImage] | None], None],
         driving: Callable[[], bool],
         looking: Callable[[], bool],
     ) -> None:
@@ -225,13 +226,12 @@ class RigRobot:
         if combined is not None:
             self._on_scan("scan", self._laser_filter.filter(combined))
 
-    def _take_pictures(self, now: float, *, looking: bool) -> tuple[DepthImage, ColourImage | None]:
-        """A depth picture; a larger one with its colours while somebody looks for people."""
+    def _take_pictures(
+        self, now: float, *, looking: bool
+    ) -> tuple[DepthImage, Callable[[], ColourImage] | None]:
+        """A depth picture; a larger one, and what makes its colours, while somebody looks for people."""
+        kinect = self._looking_kinect if looking else self._driving_kinect
+        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(kinect.measure_depth()))
         if not looking:
-            kinect = self._driving_kinect
-            raw = kinect.measure_depth()
-            return DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(raw)), None
-        kinect = self._looking_kinect
-        raw, pixels = kinect.measure()
-        depth = DepthImage(now, CAMERA_FRAME, kinect.camera, metres_from_raw(raw))
-        return depth, ColourImage(now, CAMERA_FRAME, kinect.camera, pixels)
+            return depth, None
+        return depth, lambda: ColourImage(now, CAMERA_FRAME, kinect.camera, kinect.colours())

@@ -8,9 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.simulation.sensors.scene import CYLINDER, PLANE, SPHERE, Lens, Shapes
-
-Floats = NDArray[np.float64]
+from florence_bt.simulation.sensors._ray_kernels import Floats, outward_normal
+from florence_bt.simulation.sensors.scene import Lens, Shapes
 
 NO_VALUE = 2047
 """Raw disparity of a pixel without a measurement. Source: REFERENCE 5.3."""
@@ -84,26 +83,6 @@ def _spoil_edges(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normal(kind: int, size: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The outward normal of a shape at a point of its surface, in its own frame."""
-    if kind == PLANE:
-        return 0.0, 0.0, 1.0
-    if kind == SPHERE:
-        return x / size[0], y / size[0], z / size[0]
-    if kind == CYLINDER:
-        radius = math.hypot(x, y)
-        if size[1] - abs(z) < size[0] - radius:
-            return 0.0, 0.0, 1.0 if z > 0.0 else -1.0
-        return x / radius, y / radius, 0.0
-    gap_x, gap_y, gap_z = size[0] - abs(x), size[1] - abs(y), size[2] - abs(z)
-    if gap_x <= gap_y and gap_x <= gap_z:
-        return 1.0 if x > 0.0 else -1.0, 0.0, 0.0
-    if gap_y <= gap_z:
-        return 0.0, 1.0 if y > 0.0 else -1.0, 0.0
-    return 0.0, 0.0, 1.0 if z > 0.0 else -1.0
-
-
-@numba.njit(cache=True, error_model="numpy")
 def shade(
     shapes: Shapes,
     origin: Floats,
@@ -151,7 +130,7 @@ def shade(
             dx = m[0, 0] * x + m[0, 1] * y + m[0, 2]
             dy = m[1, 0] * x + m[1, 1] * y + m[1, 2]
             dz = m[2, 0] * x + m[2, 1] * y + m[2, 2]
-            nx, ny, nz = _normal(kind[row], size[row], o[0] + z * dx, o[1] + z * dy, o[2] + z * dz)
+            nx, ny, nz = outward_normal(kind[row], size[row], o[0] + z * dx, o[1] + z * dy, o[2] + z * dz)
             facing = -(nx * dx + ny * dy + nz * dz) / math.sqrt(dx * dx + dy * dy + dz * dz)
             bright = 0.5 + 0.3 * max(0.0, nx * la[0] + ny * la[1] + nz * la[2]) + 0.2 * max(0.0, facing)
             for channel in range(3):

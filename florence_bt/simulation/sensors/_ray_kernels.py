@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE
 
 Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
 
 _TINY = 1e-12
 
@@ -80,7 +81,27 @@ def hit(kind: int, size: Floats, ox: float, oy: float, oz: float, dx: float, dy:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _half_sides(kind: int, size: Floats) -> tuple[float, float, float]:
+def outward_normal(kind: int, size: Floats, x: float, y: float, z: float) -> Vector:
+    """The direction out of a shape at a point (x, y, z) of its surface, in its own frame."""
+    if kind == PLANE:
+        return 0.0, 0.0, 1.0
+    if kind == SPHERE:
+        return x / size[0], y / size[0], z / size[0]
+    if kind == CYLINDER:
+        radius = math.hypot(x, y)
+        if size[1] - abs(z) < size[0] - radius:
+            return 0.0, 0.0, 1.0 if z > 0.0 else -1.0
+        return x / radius, y / radius, 0.0
+    gap_x, gap_y, gap_z = size[0] - abs(x), size[1] - abs(y), size[2] - abs(z)
+    if gap_x <= gap_y and gap_x <= gap_z:
+        return 1.0 if x > 0.0 else -1.0, 0.0, 0.0
+    if gap_y <= gap_z:
+        return 0.0, 1.0 if y > 0.0 else -1.0, 0.0
+    return 0.0, 0.0, 1.0 if z > 0.0 else -1.0
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _half_sides(kind: int, size: Floats) -> Vector:
     """Half of the sides of a shape's bounding box in its own frame."""
     if kind == SPHERE:
         return size[0], size[0], size[0]

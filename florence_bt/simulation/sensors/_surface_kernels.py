@@ -13,11 +13,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.simulation.sensors._ray_kernels import Floats, hit
-from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, Lens, Shapes
+from florence_bt.simulation.sensors._ray_kernels import Floats, Vector, hit, outward_normal
+from florence_bt.simulation.sensors.scene import PLANE, Lens, Shapes
 
-_GLASS, _MIRROR = 1, 2
-"""``scene.SURFACES``."""
+_GLASS = 1
+"""``scene.SURFACES``; what is neither plain nor glass is a mirror."""
 
 _MOST_SURFACES = 6
 _STRAIGHT = math.cos(math.radians(8.0))
@@ -29,59 +29,86 @@ _BEYOND_M = 1e-6
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _nearest(shapes: Shapes, start: Floats, along: Floats, skip: int) -> tuple[float, int]:
+def _unturned(rotation: Floats, x: float, y: float, z: float) -> Vector:
+    """A vector of the map frame in a shape's frame."""
+    return (
+        rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
+        rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
+        rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
+    )
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _turned(rotation: Floats, x: float, y: float, z: float) -> Vector:
+    """A vector of a shape's or the sensor's frame in the map frame."""
+    return (
+        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
+        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
+        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z,
+    )
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _nearest(shapes: Shapes, start: Vector, along: Vector, skip: int, furthest: float) -> tuple[float, int]:
     """The first shape that a ray meets, and the multiple of its direction; (infinite, -1) for none."""
     kind, position, rotation, size, reach, _, _ = shapes
-    best, best_row = np.inf, -1
-    length = math.sqrt(along @ along)
+    dx, dy, dz = along
+    best, best_row = furthest, -1
+    squared = dx * dx + dy * dy + dz * dz
+    length = math.sqrt(squared)
     for row in range(len(kind)):
+        x, y, z = start[0] - position[row, 0], start[1] - position[row, 1], start[2] - position[row, 2]
+        if kind[row] != PLANE:
+            middle, radius = -(x * dx + y * dy + z * dz), reach[row]
+            if (
+                middle + radius * length < 0.0
+                or middle - radius * length > best * squared
+                or (x * x + y * y + z * z - radius * radius) * squared > middle * middle
+            ):
+                continue
         if row == skip:
             continue
-        offset = start - position[row]
-        middle = -(offset @ along) / length
-        if kind[row] != PLANE and (
-            middle + reach[row] < 0.0 or offset @ offset - middle * middle > reach[row] * reach[row]
-        ):
-            continue
-        o, d = rotation[row].T @ offset, rotation[row].T @ along
-        t = hit(kind[row], size[row], o[0], o[1], o[2], d[0], d[1], d[2])
+        ox, oy, oz = _unturned(rotation[row], x, y, z)
+        ax, ay, az = _unturned(rotation[row], dx, dy, dz)
+        t = hit(kind[row], size[row], ox, oy, oz, ax, ay, az)
         if t < best:
             best, best_row = t, row
-    return best, best_row
+    return (best, best_row) if best_row >= 0 else (np.inf, -1)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normal(shapes: Shapes, row: int, point: Floats) -> Floats:
-    """The direction out of an upright surface at a point: of a box's nearest side, or away from an axis."""
-    own = shapes.rotation[row].T @ (point - shapes.position[row])
-    normal = np.zeros(3)
-    if shapes.kind[row] == BOX:
-        axis = int(np.argmin(shapes.size[row] - np.abs(own)))
-        normal[axis] = 1.0 if own[axis] > 0.0 else -1.0
-    elif shapes.kind[row] == CYLINDER:
-        normal[:2] = own[:2] / max(math.hypot(own[0], own[1]), _BEYOND_M)
-    else:
-        normal[2] = 1.0
-    return shapes.rotation[row] @ normal
+def _normal(shapes: Shapes, row: int, point: Vector) -> Vector:
+    """The direction out of a shape at a point of its surface."""
+    at, turn = shapes.position[row], shapes.rotation[row]
+    x, y, z = _unturned(turn, point[0] - at[0], point[1] - at[1], point[2] - at[2])
+    nx, ny, nz = outward_normal(shapes.kind[row], shapes.size[row], x, y, z)
+    return _turned(turn, nx, ny, nz)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _followed(shapes: Shapes, start: Floats, along: Floats, first: float, row: int) -> float:
-    """How far a ray goes that meets a surface first: as a multiple of its direction."""
+def _on(start: Vector, along: Vector, t: float) -> Vector:
+    return start[0] + t * along[0], start[1] + t * along[1], start[2] + t * along[2]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _followed(shapes: Shapes, start: Vector, along: Vector, first: float, row: int, furthest: float) -> float:
+    """How far a ray goes that meets a surface first: as a multiple of its direction; infinite if too far."""
     total, t = 0.0, first
     for _ in range(_MOST_SURFACES):
         if row < 0 or shapes.surface[row] == 0:
             break
-        start = start + t * along
+        start = _on(start, along, t)
         normal = _normal(shapes, row, start)
-        across = along @ normal
-        if shapes.surface[row] == _GLASS and -across > _STRAIGHT * math.sqrt(along @ along):
-            break
-        if shapes.surface[row] == _MIRROR:
-            along = along - 2.0 * across * normal
+        across = along[0] * normal[0] + along[1] * normal[1] + along[2] * normal[2]
+        if shapes.surface[row] == _GLASS:
+            length = math.sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2])
+            if -across > _STRAIGHT * length:
+                break
+        else:
+            along = _on(along, normal, -2.0 * across)
         total += t
-        t, row = _nearest(shapes, start + _BEYOND_M * along, along, row)
-    return total + t
+        t, row = _nearest(shapes, _on(start, along, _BEYOND_M), along, row, furthest - total)
+    return total + t if total + t <= furthest else np.inf
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -96,13 +123,13 @@ def follow_beams(
     rows: NDArray[np.int16],
 ) -> None:
     """Correct what ``cast_fan`` measured where beams met glass or a mirror; arguments as there."""
+    start = (origin[0], origin[1], origin[2])
     for beam in range(len(distances)):
         if rows[beam] < 0 or shapes.surface[rows[beam]] == 0:
             continue
         angle = first_angle + increment * beam
-        along = orientation @ np.array([math.cos(angle), math.sin(angle), 0.0])
-        far = _followed(shapes, origin, along, distances[beam], rows[beam])
-        distances[beam] = far if far <= max_range else np.inf
+        along = _turned(orientation, math.cos(angle), math.sin(angle), 0.0)
+        distances[beam] = _followed(shapes, start, along, distances[beam], rows[beam], max_range)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -121,10 +148,10 @@ def follow_pixels(
     """
     focal, cx, cy = lens
     height, width = depth.shape
+    start = (origin[0], origin[1], origin[2])
     for v in range(height):
         for u in range(width):
             if rows[v, u] < 0 or shapes.surface[rows[v, u]] == 0:
                 continue
-            along = orientation @ np.array([(u - cx) / focal, (v - cy) / focal, 1.0])
-            far = _followed(shapes, origin, along, float(depth[v, u]), rows[v, u])
-            depth[v, u] = far if far <= max_depth else np.inf
+            along = _turned(orientation, (u - cx) / focal, (v - cy) / focal, 1.0)
+            depth[v, u] = _followed(shapes, start, along, float(depth[v, u]), rows[v, u], max_depth)

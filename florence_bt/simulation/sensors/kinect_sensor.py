@@ -83,9 +83,10 @@ class KinectSensor:
         self._mount = mount
         self._parameters = parameters if parameters is not None else KinectNoiseParameters()
         self._rng = np.random.default_rng(seed)
+        self._colour_rng = np.random.default_rng((seed, 1))
         self._depth = np.empty((height, width), np.float32)
         self._rows = np.empty((height, width), np.int16)
-        self._seen: tuple[Pose2, float] | None = None
+        self._seen: Pose2 | None = None
         self._noise = self._rng.standard_normal(_POOL * width * height, np.float32)
         self._noise *= np.float32(self._parameters.raw_noise)
         self._chance = self._rng.random(_POOL * width * height, np.float32)
@@ -97,15 +98,11 @@ class KinectSensor:
             The raw disparities, shape (height, width), 11 bits, 2047 for no value; and the colours, shape
             (height, width, 3), red green blue.
         """
-        self._look(_SIGHT_M)
-        return self._raw(), self._colours()
+        return self.measure_depth(), self.colours()
 
     def measure_depth(self) -> NDArray[np.uint16]:
         """Take the depth picture alone, which costs about half; see :meth:`measure`."""
-        self._look(self._parameters.max_depth_m + 1.0)
-        return self._raw()
-
-    def _raw(self) -> NDArray[np.uint16]:
+        self._look()
         p, shape = self._parameters, self._depth.shape
         noise, chance = self._draw(self._noise), self._draw(self._chance)
         raw = np.empty(shape, np.uint16)
@@ -119,33 +116,31 @@ class KinectSensor:
 
     def true_depth(self) -> NDArray[np.float32]:
         """The exact depth along the axis in metres, shape (height, width), infinite where nothing is."""
-        self._look(_SIGHT_M)
+        self._look()
         return self._depth.copy()
 
-    def _map_from_camera(self) -> Transform3:
-        return Transform3.from_pose2(self._world.robot_pose) @ self._mount
-
-    def _look(self, max_depth: float) -> None:
-        seen = (self._world.robot_pose, max_depth)
-        if self._world.resting and seen == self._seen:
+    def _look(self) -> None:
+        pose = self._world.robot_pose
+        if self._world.resting and pose == self._seen:
             return
-        self._seen = seen
-        place = self._map_from_camera()
+        self._seen = pose
+        place = Transform3.from_pose2(pose) @ self._mount
         for measure in (cast_picture, follow_pixels):
             measure(
                 self._world.scene.shapes,
                 place.translation,
                 np.ascontiguousarray(place.rotation),
                 self._lens,
-                max_depth,
+                _SIGHT_M,
                 self._depth,
                 self._rows,
             )
 
-    def _colours(self) -> NDArray[np.uint8]:
-        place = self._map_from_camera()
+    def colours(self) -> NDArray[np.uint8]:
+        """The colours of the last depth picture, if nothing has moved since; see :meth:`measure`."""
+        place = Transform3.from_pose2(self._world.robot_pose) @ self._mount
         limit = self._parameters.colour_noise
-        noise = self._rng.integers(-limit, limit + 1, self._depth.shape, np.int8)
+        noise = self._colour_rng.integers(-limit, limit + 1, self._depth.shape, np.int8)
         pixels = np.empty((*self._depth.shape, 3), np.uint8)
         shade(
             self._world.scene.shapes,

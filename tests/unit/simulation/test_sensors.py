@@ -199,6 +199,15 @@ def test_same_seed_same_measurements(flat, people):
     assert not np.array_equal(first[0], first[3])
 
 
+def test_colours_may_follow_their_depth_picture_or_be_left_out(people, flat):
+    world = SimulatedWorld(flat, people=people, start=Pose2(3.3, 5.2, 0.5))
+    both, apart, without = (KinectSensor(world, CAMERA, 160, 120, 3) for _ in range(3))
+    depth, colours = both.measure()
+    assert np.array_equal(apart.measure_depth(), depth) and np.array_equal(apart.colours(), colours)
+    without.measure_depth()
+    assert np.array_equal(without.measure_depth(), both.measure_depth()), "their noise is one of its own"
+
+
 def test_sensors_follow_walking_people_and_the_robot(flat):
     walker = PersonSpec("bob", Pose2(5.5, 2.6), "walking", ((7.5, 2.6),), speed=0.5)
     world = SimulatedWorld(flat, people=[walker], start=Pose2(8.8, 2.6, math.pi))

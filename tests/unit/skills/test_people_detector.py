@@ -277,6 +277,20 @@ def test_the_colours_of_the_shirt_are_told() -> None:
     assert only(people(standing(2.0, 0.0))).histogram is None
 
 
+def test_colours_are_asked_for_only_where_somebody_is() -> None:
+    def found_in(shapes: list[Post | Box]) -> list[Detection]:
+        depth, picture = Scene(ROOM + shapes).render()
+        return detect_people(depth, OPTICAL_IN_BASE, lambda: asked.append(picture) or picture)
+
+    asked: list[ColourImage] = []
+    assert found_in([FRIDGE]) == [] and asked == []
+    two = found_in(standing(2.0, -0.6) + standing(2.0, 0.6))
+    assert len(two) == 2 and all(each.histogram is not None for each in two)
+    assert len(asked) == 1
+    alone = only(people(standing(2.0, 0.0), colour=True))
+    assert np.array_equal(only(found_in(standing(2.0, 0.0))).histogram, alone.histogram)
+
+
 def test_an_empty_or_blind_picture_has_nobody() -> None:
     blind = DepthImage(0.0, "o", CAMERA, np.full((240, 320), np.nan, np.float32))
     assert detect_people(blind, OPTICAL_IN_BASE) == []

@@ -176,6 +176,64 @@ def match_terms(
 
 
 @njit(cache=True)
+def climb(
+    start: NDArray[np.float64],
+    points: NDArray[np.float64],
+    signed: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    covariance: NDArray[np.float64],
+    gain: float,
+    sigma: float,
+    steps: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Gauss-Newton steps from a pose to where a scan and the belief in that pose fit best.
+
+    Args:
+        start: Shape (3,): x, y, yaw of the belief.
+        points: Shape (n, 2), beam ends in the base frame, metres.
+        signed: As in :func:`match_terms`, with those that follow.
+        normals: As there.
+        origin_x: As there.
+        origin_y: As there.
+        resolution: As there.
+        covariance: Shape (3, 3), of the belief.
+        gain: What a beam's squared distance in metres counts.
+        sigma: Standard deviation of a beam end from the map's surface in metres.
+        steps: Most steps to take.
+
+    Returns:
+        The pose (3,); its covariance (3, 3); how many beam ends lie near a surface there.
+    """
+    information = np.linalg.inv(covariance + 1e-8 * np.eye(3))
+    here, matrix = start.copy(), information
+    # A wider pull first, so that a belief a decimetre or two off is still caught, then a narrow one.
+    for k in range(steps):
+        scale = 3.0 * sigma * (2.0 / 3.0) ** (k / max(1, steps - 1))
+        normal, vector, _, _ = match_terms(
+            here[0], here[1], here[2], points, signed, normals, origin_x, origin_y, resolution, scale
+        )
+        offset = here - start
+        offset[2] = math.atan2(math.sin(offset[2]), math.cos(offset[2]))
+        matrix = gain * normal + information
+        step = np.linalg.solve(matrix, -(gain * vector + information @ offset))
+        here = here + step
+        if k > 0 and abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4:
+            break
+    # Gauss-Newton may end in a worse place than it began, where the wide pull led it past the right one.
+    _, _, fit, near = match_terms(
+        here[0], here[1], here[2], points, signed, normals, origin_x, origin_y, resolution, 2.0 * sigma
+    )
+    _, _, fit_before, near_before = match_terms(
+        start[0], start[1], start[2], points, signed, normals, origin_x, origin_y, resolution, 2.0 * sigma
+    )
+    fitted = np.linalg.inv(matrix)
+    return (start, fitted, near_before) if fit < fit_before else (here, fitted, near)
+
+
+@njit(cache=True)
 def score_blocks(
     blocks: NDArray[np.int32],
     beam_cells: NDArray[np.int32],
@@ -306,10 +364,10 @@ def draw_distances(
             if not (reach <= row < rows - reach and reach <= column < columns - reach):
                 continue
             for i in range(row - reach, row + reach + 1):
-                for j in range(column - reach, column + reach + 1):
-                    distance = resolution * math.hypot(i - at_v, j - at_u)
-                    if distance < distances[i, j]:
-                        distances[i, j] = distance
+                line, away = distances[i, column - reach : column + reach + 1], (i - at_v) ** 2
+                for j in range(2 * reach + 1):
+                    distance = np.float32(resolution * math.sqrt(away + (column - reach + j - at_u) ** 2))
+                    line[j] = min(line[j], distance)
         last_u, last_v, last = u, v, True
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.navigation.localisation._kernels import best_offset, match_terms
+from florence_bt.skills.navigation.localisation._kernels import best_offset, climb
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 
@@ -57,28 +57,21 @@ def match_scan(
     Source:
         Probabilistic Robotics, section 6.4, as a maximum a posteriori estimate.
     """
-    information = np.linalg.inv(covariance + np.diag([1e-8, 1e-8, 1e-8]))
-    here = np.array([belief.x, belief.y, belief.yaw])
-    start = here.copy()
-    gain = min(1.0, independent_beams / max(1, len(points))) / sigma**2
-    matrix = information
-    # A wider pull first, so that a belief a decimetre or two off is still caught, then a narrow one.
-    for scale in np.geomspace(3.0 * sigma, 2.0 * sigma, steps):
-        normal, vector, _, _ = _terms(field, points, here, float(scale))
-        offset = here - start
-        offset[2] = normalize_angle(offset[2])
-        matrix = gain * normal + information
-        step = np.linalg.solve(matrix, -(gain * vector + information @ offset))
-        here = here + step
-        if abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4 and scale < 3.0 * sigma:
-            break
-    # Gauss-Newton may end in a worse place than it began, where the wide pull led it past the right one.
-    *_, fit, near = _terms(field, points, here, 2.0 * sigma)
-    *_, fit_before, near_before = _terms(field, points, start, 2.0 * sigma)
-    if fit < fit_before:
-        here, near = start, near_before
+    here, fitted, near = climb(
+        np.array([belief.x, belief.y, belief.yaw]),
+        points,
+        field.signed,
+        field.normals,
+        field.origin_x,
+        field.origin_y,
+        field.resolution,
+        covariance,
+        min(1.0, independent_beams / max(1, len(points))) / sigma**2,
+        sigma,
+        steps,
+    )
     pose = Pose2(float(here[0]), float(here[1]), normalize_angle(float(here[2])))
-    return Match(pose, np.linalg.inv(matrix), near / max(1, len(points)))
+    return Match(pose, fitted, near / max(1, len(points)))
 
 
 def search_around(
@@ -137,21 +130,3 @@ def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     if len(points) <= count:
         return points
     return np.ascontiguousarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
-
-
-def _terms(
-    field: LikelihoodField, points: NDArray[np.float64], pose: NDArray[np.float64], scale: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
-    terms: tuple[NDArray[np.float64], NDArray[np.float64], float, int] = match_terms(
-        pose[0],
-        pose[1],
-        pose[2],
-        points,
-        field.signed,
-        field.normals,
-        field.origin_x,
-        field.origin_y,
-        field.resolution,
-        scale,
-    )
-    return terms

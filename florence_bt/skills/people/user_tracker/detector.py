@@ -7,6 +7,7 @@ person. Who is partly hidden or cut off by the edge of the picture has fewer vot
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -89,7 +90,7 @@ class Detection:
 def detect_people(
     depth: DepthImage,
     optical_in_base: Transform3,
-    colour: ColourImage | None = None,
+    colour: ColourImage | Callable[[], ColourImage] | None = None,
     parameters: DetectorParameters | None = None,
     *,
     known: KnownObstacles | None = None,
@@ -100,7 +101,8 @@ def detect_people(
     Args:
         depth: The picture.
         optical_in_base: Takes points of the optical frame to the robot frame (base_footprint).
-        colour: The colour picture of about the same moment, for the histograms.
+        colour: The colour picture of about the same moment, for the histograms; or what makes it, which is
+            called when somebody is found.
         parameters: What counts; the defaults when None.
         known: The map; together with ``robot`` it lowers the confidence in what stands where the map has
             something already.
@@ -116,6 +118,8 @@ def detect_people(
     for mine in _groups(votes, use):
         detection = _judge(votes, mine, optical_in_base, use, (known, robot) if known and robot else None)
         if detection is not None and colour is not None:
+            if callable(colour):
+                colour = colour()
             # A vote stands for STRIDE x STRIDE pixels.
             down, right = np.indices((STRIDE, STRIDE)).reshape(2, -1)
             rows = (votes.rows[mine, None] + down).ravel()

@@ -10,14 +10,14 @@ Source:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.core.sensing import DepthImage, Posture
+from florence_bt.core.sensing import CameraModel, DepthImage, Posture
 from florence_bt.core.transforms import Transform3
 
 FILE = Path(__file__).parent / "person_network.onnx"
@@ -55,16 +55,10 @@ class Pixels:
             optical_in_base: Takes points of the optical frame to the robot frame.
         """
         camera = picture.camera
-        columns = np.arange(INPUT_SIZE[0]) * camera.width // INPUT_SIZE[0]
-        rows = np.arange(INPUT_SIZE[1]) * camera.height // INPUT_SIZE[1]
+        rows, columns = _sampled(camera)
         depth = np.asarray(picture.depth, np.float32)[np.ix_(rows, columns)]
-        across = ((columns - camera.cx) / camera.fx).astype(np.float32)[None, :]
-        down = ((rows - camera.cy) / camera.fy).astype(np.float32)[:, None]
-        turn = optical_in_base.rotation.astype(np.float32)
-        along = across[..., None] * turn[:, 0] + down[..., None] * turn[:, 1] + turn[:, 2]
+        along, rays = _directions(camera, optical_in_base.rotation.tobytes())
         points = depth[..., None] * along + optical_in_base.translation.astype(np.float32)
-        flat = np.linalg.norm(along[..., :2], axis=-1, keepdims=True)
-        rays = along[..., :2] / np.maximum(flat, np.float32(1e-6))  # a camera may look straight down
         side = camera.width / (INPUT_SIZE[0] * camera.fx) * camera.height / (INPUT_SIZE[1] * camera.fy)
         return Pixels(depth, points, rays, depth**2 * np.float32(side))
 
@@ -74,6 +68,32 @@ class Pixels:
         inverse = np.where(seen, 1.0 / np.where(seen, np.maximum(self.depth, 0.3), 1.0), 0.0)
         height = np.where(seen, np.clip(self.points[..., 2], -0.5, 3.0), 0.0)
         return np.stack([inverse, height, seen]).astype(np.float32)
+
+
+def _sampled(camera: CameraModel) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The rows and columns of a picture that the network is given."""
+    columns = np.arange(INPUT_SIZE[0]) * camera.width // INPUT_SIZE[0]
+    return np.arange(INPUT_SIZE[1]) * camera.height // INPUT_SIZE[1], columns
+
+
+@lru_cache(maxsize=4)
+def _directions(camera: CameraModel, rotation: bytes) -> tuple[Floats, Floats]:
+    """What each pixel looks along for one metre of depth, and its horizontal direction; robot frame.
+
+    Args:
+        camera: The camera.
+        rotation: That of ``optical_in_base``, shape (3, 3), float64; cameras seldom move on their robot.
+    """
+    rows, columns = _sampled(camera)
+    across = ((columns - camera.cx) / camera.fx).astype(np.float32)[None, :]
+    down = ((rows - camera.cy) / camera.fy).astype(np.float32)[:, None]
+    turn = np.frombuffer(rotation).reshape(3, 3).astype(np.float32)
+    along = across[..., None] * turn[:, 0] + down[..., None] * turn[:, 1] + turn[:, 2]
+    flat = np.linalg.norm(along[..., :2], axis=-1, keepdims=True)
+    rays = along[..., :2] / np.maximum(flat, np.float32(1e-6))  # a camera may look straight down
+    along.setflags(write=False)
+    rays.setflags(write=False)
+    return along, rays
 
 
 @dataclass(frozen=True, slots=True)
