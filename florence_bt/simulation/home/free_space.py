@@ -14,6 +14,7 @@ import numpy as np
 import scipy  # its parts load at their first use
 from numpy.typing import NDArray
 
+from florence_bt.simulation.home._cover_kernels import cover
 from florence_bt.simulation.home.flat import Flat, Solid
 
 Point = tuple[float, float]
@@ -23,8 +24,6 @@ ROBOT_HEIGHT_M = 1.0
 """What hangs above cannot be touched by the robot."""
 
 _RESOLUTION_M = 0.05
-_SAMPLES = 5
-"""A cell's coverage is measured at this many points squared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,28 +85,21 @@ def cells_covered(frame: GridFrame, solids: Iterable[Solid], share: float = 0.2)
         Shape (rows, columns).
     """
     grid = np.zeros((frame.rows, frame.columns), bool)
-    offsets = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    corner = (frame.x, frame.y, frame.resolution)
     for solid in solids:
         reach = math.hypot(*solid.half) if solid.half else solid.radius
         row, column = frame.cell_of(solid.x - reach, solid.y - reach)
         end_row, end_column = frame.cell_of(solid.x + reach, solid.y + reach)
-        rows = np.arange(max(row, 0), min(end_row + 1, frame.rows))
-        columns = np.arange(max(column, 0), min(end_column + 1, frame.columns))
-        if not rows.size or not columns.size:
-            continue
-        y = frame.y + (rows[:, None] + offsets).reshape(-1, 1) * frame.resolution
-        x = frame.x + (columns[:, None] + offsets).reshape(1, -1) * frame.resolution
-        inside = _inside(solid, x, y).reshape(rows.size, _SAMPLES, columns.size, _SAMPLES)
-        grid[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] |= inside.mean(axis=(1, 3)) >= share
+        cells = (
+            max(row, 0),
+            min(end_row + 1, frame.rows),
+            max(column, 0),
+            min(end_column + 1, frame.columns),
+        )
+        half, radius = (solid.half, 0.0) if solid.half else ((0.0, 0.0), solid.radius)
+        turn = (math.cos(solid.yaw), math.sin(solid.yaw))
+        cover(grid, corner, cells, (solid.x, solid.y), half, turn, radius, share)
     return grid
-
-
-def _inside(solid: Solid, x: NDArray[np.float64], y: NDArray[np.float64]) -> BoolGrid:
-    dx, dy = x - solid.x, y - solid.y
-    if solid.half is None:
-        return dx * dx + dy * dy <= solid.radius**2
-    c, s = math.cos(solid.yaw), math.sin(solid.yaw)
-    return (np.abs(c * dx + s * dy) <= solid.half[0]) & (np.abs(c * dy - s * dx) <= solid.half[1])
 
 
 class FreeSpace:

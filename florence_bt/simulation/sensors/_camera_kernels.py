@@ -12,8 +12,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.simulation.sensors._ray_kernels import Floats, hit, place_corners
-from florence_bt.simulation.sensors.scene import BOX, PLANE, Lens, Shapes
+from florence_bt.simulation.sensors._ray_kernels import Floats, Vector, place_corners
+from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, Lens, Shapes
+
+Depths = NDArray[np.float32]
 
 NEAR_M = 0.05
 """What is nearer than this to a camera is not drawn."""
@@ -47,79 +49,95 @@ def _screen_box(corners: Floats) -> tuple[float, float, float, float, float]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _direction(turn: Floats, y: float) -> tuple[float, float, float]:
-    """The ray (0, y, 1) of the optical frame in a shape's frame."""
-    return turn[1, 0] * y + turn[2, 0], turn[1, 1] * y + turn[2, 1], turn[1, 2] * y + turn[2, 2]
+def _draw_plane(
+    start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
+) -> None:
+    """As :func:`_draw_box` for a plane."""
+    for u in range(len(depth)):
+        t = -start[2] / (ray[2] + slope[2] * u)
+        better = (t >= NEAR_M) & (t < depth[u]) & (start[2] > 0.0)
+        depth[u] = t if better else depth[u]
+        rows[u] = row if better else rows[u]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _draw(
-    kind: int,
-    size: Floats,
-    start: Floats,
-    turn: Floats,
-    y: float,
-    first_x: float,
-    step_x: float,
-    row: int,
-    depth: NDArray[np.float32],
-    rows: NDArray[np.int16],
+def _draw_sphere(
+    size: Floats, start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
 ) -> None:
-    """Draw a shape into a part of a picture's line; the rays are (x, y, 1) in the optical frame."""
-    along_x, along_y, along_z = _direction(turn, y)
-    across_x, across_y, across_z = turn[0, 0], turn[0, 1], turn[0, 2]
+    """As :func:`_draw_box` for a sphere."""
+    c = start[0] * start[0] + start[1] * start[1] + start[2] * start[2] - size[0] * size[0]
     for u in range(len(depth)):
-        x = first_x + u * step_x
-        t = hit(
-            kind,
-            size,
-            start[0],
-            start[1],
-            start[2],
-            along_x + across_x * x,
-            along_y + across_y * x,
-            along_z + across_z * x,
-        )
-        if NEAR_M <= t < depth[u]:
-            depth[u] = t
-            rows[u] = row
+        dx, dy, dz = ray[0] + slope[0] * u, ray[1] + slope[1] * u, ray[2] + slope[2] * u
+        a = dx * dx + dy * dy + dz * dz
+        b = start[0] * dx + start[1] * dy + start[2] * dz
+        d = b * b - a * c
+        t = (-b - math.sqrt(max(d, 0.0))) / a
+        better = (d >= 0.0) & (t >= NEAR_M) & (t < depth[u])
+        depth[u] = t if better else depth[u]
+        rows[u] = row if better else rows[u]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _draw_cylinder(
+    size: Floats, start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
+) -> None:
+    """As :func:`_draw_box` for a cylinder."""
+    c = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
+    low, high = -size[1] - start[2], size[1] - start[2]
+    for u in range(len(depth)):
+        dx, dy, iz = ray[0] + slope[0] * u, ray[1] + slope[1] * u, 1.0 / (ray[2] + slope[2] * u)
+        a, b = dx * dx + dy * dy, start[0] * dx + start[1] * dy
+        d = b * b - a * c
+        root = math.sqrt(max(d, 0.0))
+        enter, leave = (-b - root) / a, (-b + root) / a
+        enter = max(enter, min(low * iz, high * iz))
+        leave = min(leave, max(low * iz, high * iz))
+        better = (d >= 0.0) & (enter <= leave) & (enter >= NEAR_M) & (enter < depth[u])
+        depth[u] = enter if better else depth[u]
+        rows[u] = row if better else rows[u]
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _draw_box(
-    size: Floats,
-    start: Floats,
-    turn: Floats,
-    y: float,
-    first_x: float,
-    step_x: float,
-    row: int,
-    depth: NDArray[np.float32],
-    rows: NDArray[np.int16],
+    size: Floats, start: Floats, ray: Vector, slope: Vector, row: int, depth: Depths, rows: NDArray[np.int16]
 ) -> None:
-    """As :func:`_draw` for a box, without branches, so that several pixels are computed at once."""
-    low_x, low_y, low_z = -size[0] - start[0], -size[1] - start[1], -size[2] - start[2]
-    high_x, high_y, high_z = size[0] - start[0], size[1] - start[1], size[2] - start[2]
-    along_x, along_y, along_z = _direction(turn, y)
-    across_x, across_y, across_z = turn[0, 0], turn[0, 1], turn[0, 2]
-    for u in range(len(depth)):
-        x = first_x + u * step_x
-        ix = 1.0 / (along_x + across_x * x)
-        iy = 1.0 / (along_y + across_y * x)
-        iz = 1.0 / (along_z + across_z * x)
+    """Draw a box into a part of a picture's line, without branches, so that many pixels are computed at once.
+
+    Args:
+        size: Shape (3,), of the box.
+        start: Shape (3,), the camera in the box's frame.
+        ray: What the first pixel looks along for a metre of depth, in the box's frame.
+        slope: How that changes from pixel to pixel.
+        row: Of the scene.
+        depth: Shape (n,); what is nearer than what was drawn before is written.
+        rows: Shape (n,), as the depth.
+    """
+    one, near = np.float32(1.0), np.float32(NEAR_M)
+    low_x, high_x = np.float32(-size[0] - start[0]), np.float32(size[0] - start[0])
+    low_y, high_y = np.float32(-size[1] - start[1]), np.float32(size[1] - start[1])
+    low_z, high_z = np.float32(-size[2] - start[2]), np.float32(size[2] - start[2])
+    ray_x, ray_y, ray_z = np.float32(ray[0]), np.float32(ray[1]), np.float32(ray[2])
+    slope_x, slope_y, slope_z = np.float32(slope[0]), np.float32(slope[1]), np.float32(slope[2])
+    for column in range(len(depth)):
+        u = np.float32(np.int32(column))
+        ix, iy, iz = one / (ray_x + slope_x * u), one / (ray_y + slope_y * u), one / (ray_z + slope_z * u)
         ax, bx = low_x * ix, high_x * ix
         ay, by = low_y * iy, high_y * iy
         az, bz = low_z * iz, high_z * iz
-        ex, lx = (ax, bx) if ax < bx else (bx, ax)
-        ey, ly = (ay, by) if ay < by else (by, ay)
-        ez, lz = (az, bz) if az < bz else (bz, az)
-        enter = ex if ex > ey else ey
-        enter = enter if enter > ez else ez
-        leave = lx if lx < ly else ly
-        leave = leave if leave < lz else lz
-        better = (enter <= leave) & (enter >= NEAR_M) & (enter < depth[u])
-        depth[u] = enter if better else depth[u]
-        rows[u] = row if better else rows[u]
+        enter = max(max(min(ax, bx), min(ay, by)), min(az, bz))
+        leave = min(min(max(ax, bx), max(ay, by)), max(az, bz))
+        better = (enter <= leave) & (enter >= near) & (enter < depth[column])
+        depth[column] = enter if better else depth[column]
+        rows[column] = row if better else rows[column]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _is_hidden(depth: Depths, nearest: float) -> bool:
+    """Whether something of which the nearest part is given would be behind all that is drawn of a line."""
+    beyond = np.int32(0)
+    for u in range(len(depth)):
+        beyond += np.int32(depth[u] > np.float32(nearest))
+    return beyond == 0
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -150,31 +168,54 @@ def cast_picture(
     rows[:] = -1
     corners = np.empty((8, 3))
     axis = np.ascontiguousarray(orientation[:, 2])
+    nearest = np.full(len(kind), np.inf)
+    bounds = np.empty((len(kind), 4), np.int64)
     for row in range(len(kind)):
         offset = origin - position[row]
         ahead = -(offset @ axis)
         if ahead + reach[row] < NEAR_M or ahead - reach[row] > max_depth:
             continue
+        if kind[row] == PLANE:
+            nearest[row] = 0.0
+            bounds[row] = 0, width - 1, 0, height - 1
+            continue
+        place_corners(corners, kind[row], size[row], -(orientation.T @ offset), orientation.T @ rotation[row])
+        left, right, top, bottom, first = _screen_box(corners)
+        if left > right or first > max_depth:
+            continue
+        nearest[row] = first
+        bounds[row, 0] = int(max(0.0, math.ceil(focal * left + cx - 1e-6)))
+        bounds[row, 1] = int(min(width - 1.0, math.floor(focal * right + cx + 1e-6)))
+        bounds[row, 2] = int(max(0.0, math.ceil(focal * top + cy - 1e-6)))
+        bounds[row, 3] = int(min(height - 1.0, math.floor(focal * bottom + cy + 1e-6)))
+    for row in np.argsort(nearest):  # the nearest first: what they hide need not be drawn
+        if nearest[row] == np.inf:
+            break
         turn = orientation.T @ rotation[row]
-        first_u, last_u, first_v, last_v = 0, width - 1, 0, height - 1
-        if kind[row] != PLANE:
-            place_corners(corners, kind[row], size[row], -(orientation.T @ offset), turn)
-            left, right, top, bottom, nearest = _screen_box(corners)
-            if nearest > max_depth or left > right:
-                continue
-            first_u = int(max(0.0, math.ceil(focal * left + cx - 1e-6)))
-            last_u = int(min(width - 1.0, math.floor(focal * right + cx + 1e-6)))
-            first_v = int(max(0.0, math.ceil(focal * top + cy - 1e-6)))
-            last_v = int(min(height - 1.0, math.floor(focal * bottom + cy + 1e-6)))
-        start = rotation[row].T @ offset
+        first_u, last_u, first_v, last_v = bounds[row]
+        if first_u > last_u:
+            continue
+        start = rotation[row].T @ (origin - position[row])
+        slope = (turn[0, 0] / focal, turn[0, 1] / focal, turn[0, 2] / focal)
+        x = (first_u - cx) / focal
         for v in range(first_v, last_v + 1):
             y = (v - cy) / focal
+            ray = (
+                turn[0, 0] * x + turn[1, 0] * y + turn[2, 0],
+                turn[0, 1] * x + turn[1, 1] * y + turn[2, 1],
+                turn[0, 2] * x + turn[1, 2] * y + turn[2, 2],
+            )
             line, line_rows = depth[v, first_u : last_u + 1], rows[v, first_u : last_u + 1]
-            first_x = (first_u - cx) / focal
+            if _is_hidden(line, nearest[row]):
+                continue
             if kind[row] == BOX:
-                _draw_box(size[row], start, turn, y, first_x, 1.0 / focal, row, line, line_rows)
+                _draw_box(size[row], start, ray, slope, row, line, line_rows)
+            elif kind[row] == CYLINDER:
+                _draw_cylinder(size[row], start, ray, slope, row, line, line_rows)
+            elif kind[row] == SPHERE:
+                _draw_sphere(size[row], start, ray, slope, row, line, line_rows)
             else:
-                _draw(kind[row], size[row], start, turn, y, first_x, 1.0 / focal, row, line, line_rows)
+                _draw_plane(start, ray, slope, row, line, line_rows)
     for v in range(height):
         for u in range(width):
             if depth[v, u] > max_depth:
