@@ -56,7 +56,7 @@ def calibrate(
             metavar="CONFIG", help="Write the new values into this configuration; a copy (.bak) stays."
         ),
     ] = None,
-    rounds: Annotated[int, typer.Option(help="Repeat at most so often.")] = 5,
+    rounds: Annotated[int, typer.Option(help="Repeat at most this many times.")] = 5,
     speed: Annotated[
         list[float] | None,
         typer.Option(help="Turning speed in rad/s; several times for several.", show_default="0.3 0.7 1 1.5"),

@@ -343,9 +343,9 @@ def best_offset(
         origin_y: Outer corner of cell [0, 0].
         resolution: Metres per cell.
         step: From place to place, metres.
-        steps: So many to each side.
+        steps: This many to each side.
         turn_step: From heading to heading, radians.
-        turns: So many to each side.
+        turns: This many to each side.
         near: A beam fits the less the farther from a surface it ends, and not at all from here on, metres.
         cost_d: How much more of the scan has to fit at a place, per squared metre from the middle.
         cost_a: The same per squared radian.

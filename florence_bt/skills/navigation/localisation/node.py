@@ -46,7 +46,7 @@ from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 DIAGNOSTICS_PERIOD_S = 1.0
 ODOMETRY_PERIOD_S = 0.04
-"""At the latest after so long the next odometry comes, when the robot stands."""
+"""At the latest after this long the next odometry comes, when the robot stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +213,7 @@ class LocaliserNode(FlorenceNode):
     def _report(self, *, lost: bool) -> None:
         if lost:
             self.get_logger().warning(
-                "the scans do not fit the map where the robot was believed to be: it is looked for everywhere"
+                "the scans do not fit the map where the robot was believed to be: the whole map is searched"
                 " (a drive by hand helps, or a pose on 'initialpose')"
             )
         else:

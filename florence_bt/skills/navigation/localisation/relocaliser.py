@@ -16,16 +16,16 @@ _NEAR_M, _NEAR_RAD = 0.8, 0.35
 _CONTRADICTED = 0.1
 """When fewer of the beams go through walls, what does not fit has met people or moved chairs."""
 _CONFIRMED_AFTER = 5
-"""After so many scans that fit it is known that the robot is there."""
+"""After this many scans that fit it is known that the robot is there."""
 _LOST_AFTER, _LOST_AFTER_IN_DOUBT = 40, 5
-"""After so many scans that fit badly, more than there are of others, the robot is lost."""
+"""After this many scans that fit badly, more than there are of others, the robot is lost."""
 _KEPT, _KEEP_M, _KEEP_RAD, _BEAMS_KEPT = 32, 0.25, 0.25, 60
-"""So many scans of the way are looked for together: the last 8 m."""
+"""This many scans of the way are looked for together: the last 8 m."""
 _LEAST_KEPT, _SEARCH_EVERY = 5, 2
-"""It is looked for when at least so many are kept, and then with each second one: a search takes some tenths
-of a second."""
+"""A search starts when at least this many are kept, and then with every second one: it takes some tenths of a
+second."""
 _UNLIKE = 0.03, 1.5
-"""At all other places so much more of the scans does not fit: a part of them, and so many times as much."""
+"""At all other places so much more of the scans does not fit: a part of them, and this many times as much."""
 _AGREE_M, _AGREE_RAD = 0.5, 0.3
 _FIT_BEAMS = 400
 
