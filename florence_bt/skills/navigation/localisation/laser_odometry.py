@@ -56,11 +56,8 @@ class _Submap:
         self.scans = 0
 
     def add(self, pose: Pose2, points: NDArray[np.float64]) -> None:
-        field = self.field
-        at = (pose.x, pose.y, pose.yaw)
-        draw_distances(
-            field.signed, points, *at, field.origin_x, field.origin_y, _RESOLUTION_M, _FAR_M, _GAP_M
-        )
+        field, at = self.field, (pose.x, pose.y, pose.yaw)
+        draw_distances(field.signed, points, at, field.frame, _FAR_M, _GAP_M)
         self.scans += 1
 
 

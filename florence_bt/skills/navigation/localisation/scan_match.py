@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.navigation.localisation._kernels import best_offset, match_terms
+from florence_bt.skills.navigation.localisation._kernels import best_pose, match_terms
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 
@@ -99,7 +99,7 @@ def search_around(
     Args:
         field: The map.
         points: Shape (n, 2), beam ends in the base frame, metres.
-        centre: The middle of where is looked.
+        centre: The middle of the search.
         reach: How far from there, metres.
         turn: How far from its heading, radians.
         step: From place to place, metres.
@@ -112,15 +112,11 @@ def search_around(
     Source:
         Olson, Real-time correlative scan matching, ICRA 2009.
     """
-    x, y, yaw = best_offset(
+    x, y, yaw = best_pose(
         field.signed,
         points,
-        centre.x,
-        centre.y,
-        centre.yaw,
-        field.origin_x,
-        field.origin_y,
-        field.resolution,
+        (centre.x, centre.y, centre.yaw),
+        field.frame,
         step,
         math.ceil(reach / step - 1e-9),
         turn_step,
@@ -142,16 +138,8 @@ def evenly(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
 def _terms(
     field: LikelihoodField, points: NDArray[np.float64], pose: NDArray[np.float64], scale: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
+    at = (pose[0], pose[1], pose[2])
     terms: tuple[NDArray[np.float64], NDArray[np.float64], float, int] = match_terms(
-        pose[0],
-        pose[1],
-        pose[2],
-        points,
-        field.signed,
-        field.normals,
-        field.origin_x,
-        field.origin_y,
-        field.resolution,
-        scale,
+        at, points, field.signed, field.normals, field.frame, scale
     )
     return terms
