@@ -128,7 +128,7 @@ def test_a_file_that_means_harm(benchmark, figures, tmp_path):
 
 
 def test_an_edit_beside_a_running_mission(benchmark, figures, tmp_path):
-    """How long the executor's thread is held up while a file of 300 kB is read, checked and taken over."""
+    """How long the executor's thread is held up while a file of 300 kB is read, checked and loaded."""
     file, lines = tmp_path / "large.yaml", "    - turn: {{angle: {} deg}}\n" * 10_000
     pauses: list[float] = []
     calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
@@ -160,7 +160,7 @@ def test_an_edit_beside_a_running_mission(benchmark, figures, tmp_path):
     finally:
         check.close()
     figures.add(
-        "longest pause of the executor's thread while a file of 300 kB is taken over",
+        "longest pause of the executor's thread while a file of 300 kB is loaded",
         f"{statistics.median(pauses) * 1000:.1f} ms",
         f"the worst of {len(pauses)} edits {max(pauses) * 1000:.1f} ms; limit 5 ms; "
         f"an edit counts after {benchmark.stats.stats.median:.1f} s",

@@ -169,7 +169,7 @@ def row(name: str, runs: Sequence[Followed]) -> tuple[str, ...]:
     )
 
 
-HEAD = ("", "cm off, median", "95 %", "99 %", "worst", "degrees off, median", "95 %", "told as lost")
+HEAD = ("", "cm off, median", "95 %", "99 %", "worst", "degrees off, median", "95 %", "reported lost")
 FOUND_HEAD = (
     "",
     f"found within {FOUND_WITHIN_M:g} m",

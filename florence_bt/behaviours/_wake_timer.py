@@ -27,7 +27,7 @@ class WakeTimer:
         self._timer: Timer | None = None
 
     def start(self, seconds: float) -> None:
-        """Fire in so many seconds."""
+        """Fire in this many seconds."""
         self.cancel()
         self.fired = False
         clock = self._context.clock

@@ -1,4 +1,4 @@
-"""A parallel that counts: so many successes are enough, so many failures are too many."""
+"""A parallel that ends after a number of successes or of failures."""
 
 from __future__ import annotations
 

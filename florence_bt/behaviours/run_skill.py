@@ -185,7 +185,7 @@ class RunSkill(Behaviour):
         """Make a result keep its promises: a code and a reason on failure, outputs on success."""
         outcome = result.outcome
         if outcome is Outcome.CANCELLED:
-            return failure("cancelled", result.reason or f"{self.skill} was cancelled by its own side")
+            return failure("cancelled", result.reason or f"{self.skill} was cancelled by its server")
         if outcome is not Outcome.SUCCEEDED:
             return (
                 result if result.reason else failure(result.code, f"{self.skill} failed with {result.code}")

@@ -382,7 +382,7 @@ class NodeWriter:
         attributes = {"ID": called.name, **self._given(node, node.inputs, called.inputs)}
         for name in computed_inputs(called):
             if not attributes.get(name, "").startswith("{"):
-                message = f"{name}: BehaviorTree.CPP passes a text, and {called.name} computes with it"
+                message = f"{name}: BehaviorTree.CPP passes text, and {called.name} computes with it"
                 self._differs(node, message, ["a key that holds the value"])
         for output, key in node.outputs:
             if output.text in attributes:

@@ -496,7 +496,7 @@ def _number(value: int | float, kind: Kind | None) -> Term:
 
 def _constant(value: bool | int | float | str, kind: Kind) -> Term:
     if kind is Kind.TEXT and '"' in str(value) and "'" in str(value):
-        raise ConfigError("a text with both kinds of quotes cannot be written in an expression")
+        raise ConfigError("text with both kinds of quotes cannot be written in an expression")
     return syntax.Constant(value, kind, si_text(value), _HERE)
 
 

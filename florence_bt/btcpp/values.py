@@ -106,7 +106,7 @@ def written_value(text: str, kind: Kind | None) -> tuple[Any, str]:
         except ConfigError as error:
             return text_value(text, kind), error.problem
     if text.startswith("json:"):
-        return text_value(text, kind), "a value in JSON is kept as a text"
+        return text_value(text, kind), "a value in JSON is kept as text"
     match kind or guess_kind(text):
         case Kind.TEXT:
             return text_value(text, kind), ""

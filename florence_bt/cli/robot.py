@@ -56,7 +56,7 @@ def calibrate(
             metavar="CONFIG", help="Write the new values into this configuration; a copy (.bak) stays."
         ),
     ] = None,
-    rounds: Annotated[int, typer.Option(help="Repeat at most so often.")] = 5,
+    rounds: Annotated[int, typer.Option(help="Repeat at most this many times.")] = 5,
     speed: Annotated[
         list[float] | None,
         typer.Option(help="Turning speed in rad/s; several times for several.", show_default="0.3 0.7 1 1.5"),
@@ -68,7 +68,7 @@ def calibrate(
 ) -> None:
     """Calibrate odometry and gyro: the robot turns round before a wall, four times a round.
 
-    Put the robot 1 to 2 m before a bare, straight wall, with half a metre of room around it, and bring the
+    Put the robot 1 to 2 m in front of a bare, straight wall, with half a metre of room around it; bring the
     system up. Prints what to multiply the two parameters of the base with, and repeats until the factors are
     near 1.00. The base uses new values after its next start. Ctrl-C stops the robot.
     """

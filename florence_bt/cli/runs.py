@@ -133,7 +133,7 @@ def release() -> None:
 
 @app.command(rich_help_panel="Runs", epilog=f"Example: florence reload\n\n{EXIT_CODES}")
 def reload() -> None:
-    """Take edited mission files over; a file with an error keeps its version of before, and says so."""
+    """Load edited mission files; a file with an error keeps its previous version, and says so."""
     from florence_bt.app.runs.remote import reload_missions
 
     _end_with(*reload_missions())
@@ -153,7 +153,7 @@ def runs(
     state: Annotated[
         str, typer.Option(help="Only runs in this state, e.g. succeeded or failed.", show_default="all")
     ] = "",
-    limit: Annotated[int, typer.Option(help="Show at most so many, the latest first.")] = 20,
+    limit: Annotated[int, typer.Option(help="Show at most this many, the latest first.")] = 20,
     folder: Annotated[
         Path | None,
         typer.Option(help="Folder of the runs.", show_default="the one used last below ./runs"),

@@ -89,7 +89,7 @@ def _begins_with_sign(line: str, column: int) -> Hint | None:
     if match is None or match["value"][0] not in _SIGNS or column > match.start("value") + 4:
         return None
     valid = _quoted(match["key"], match["value"])
-    return Hint(f"a text that begins with {match['value'][0]} needs quotes", (valid,), of_line=True)
+    return Hint(f"text that begins with {match['value'][0]} needs quotes", (valid,), of_line=True)
 
 
 def _begins_with_bracket(before: str) -> bool:
@@ -109,9 +109,9 @@ def _after_a_bracket(line: str, bracket: str, after: str) -> Hint:
     if after[0] in "]}":
         return Hint(f"a {after[0]} too many", ("the line without it",), of_line=True)
     match = _KEY.match(line)
-    quoted = (f"if it is a text: {_quoted(match['key'], match['value'])}",) if match else ()
+    quoted = (f"if it is text: {_quoted(match['key'], match['value'])}",) if match else ()
     problem = f"the line goes on after the closing {bracket}"
-    return Hint(problem, ("nothing behind it", *quoted), of_line=True)
+    return Hint(problem, ("nothing after it", *quoted), of_line=True)
 
 
 def _whole_in_quotes(before: str, after: str) -> tuple[str, ...]:
@@ -126,7 +126,7 @@ def _colon(lines: list[str], line: int, column: int, words: str) -> Hint:
     """A colon too many in a text, or one too few in the line above."""
     match = _KEY.match(lines[line - 1])
     if match and column - 1 >= match.start("value"):
-        problem = "a text with a colon needs quotes"
+        problem = "text with a colon needs quotes"
         return Hint(problem, (_quoted(match["key"], match["value"]),))
     above = next((number for number in range(line - 1, 0, -1) if _content(lines[number - 1])), None)
     if above is None:
@@ -171,5 +171,5 @@ def _closing(problem: str) -> tuple[str, ...]:
         if problem == f"did not find expected ',' or '{mark}'":
             return (f"a {mark} where it ends", "a comma between two entries")
     if problem.startswith("block sequence entries"):
-        return ("each dash on a line of its own", "quotes round it, if it is a text")
+        return ("each dash on a line of its own", "quotes round it, if it is text")
     return ("a closing quote",) if problem == "found unexpected end of stream" else ()

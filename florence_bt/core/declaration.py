@@ -132,7 +132,7 @@ class SkillDeclaration:
             memory asks such a skill again every second, or as often as the mission says.
         wakes: Whether the skill reports changes of its answer (:class:`florence_bt.core.skill.WakingSkill`),
             so that it is asked again then and at no other time.
-        deprecated: What missions should use instead, when the skill is on its way out; empty otherwise.
+        deprecated: What missions should use instead, when the skill is deprecated; empty otherwise.
         server_codes: Error number of the skill's ROS server -> one of the codes above or of the common codes.
     """
 

@@ -216,13 +216,13 @@ class _Composer:
 
     def _refuse_what_is_not_plain(self, event: Any, depth: int) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            valid = ("writing the value again", f"quotes round it, if it is a text with {_sign_of(event)}")
+            valid = ("writing the value again", f"quotes round it, if it is text with {_sign_of(event)}")
             error = self._error(event, "anchors and aliases are not allowed", *valid)
             if isinstance(event, yaml.AliasEvent):
                 raise error
             self._note(error)
         if event.tag not in _PLAIN_TAGS:
-            valid = ("the value without a tag", "quotes round it, if it is a text with !")
+            valid = ("the value without a tag", "quotes round it, if it is text with !")
             self._note(self._error(event, f"the tag {event.tag} is not allowed", *valid))
         if depth > MAX_DEPTH:
             problem = f"lists and mappings are nested more than {MAX_DEPTH} deep"

@@ -49,7 +49,7 @@ class SettingsReader:
     def text(self, source: YamlNode, name: str) -> str:
         """A text that is not empty."""
         if not isinstance(source, YamlScalar) or not source.text.strip():
-            raise self.error(f"{name} must be a text", source)
+            raise self.error(f"{name} must be text", source)
         return source.text
 
     def choice(self, source: YamlNode, name: str, known: Sequence[str]) -> str:

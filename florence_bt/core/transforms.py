@@ -221,7 +221,7 @@ def _sample_at(samples: deque[tuple[float, Pose2]], stamp: float | None, frame: 
         return samples[-1][1]
     if stamp > samples[-1][0]:
         if stamp - samples[-1][0] > EXTRAPOLATION_LIMIT_S:
-            raise TransformUnavailable(f"{frame!r} is {stamp - samples[-1][0]:.2f} s older than asked for")
+            raise TransformUnavailable(f"{frame!r} is {stamp - samples[-1][0]:.2f} s older than requested")
         return samples[-1][1]
     index = bisect.bisect_left(samples, stamp, key=lambda sample: sample[0])
     after_stamp, after = samples[index]
@@ -229,7 +229,7 @@ def _sample_at(samples: deque[tuple[float, Pose2]], stamp: float | None, frame: 
         return after
     if index == 0:
         raise TransformUnavailable(
-            f"{frame!r} is known only from {samples[0][0]:.2f} s on, asked for {stamp:.2f} s"
+            f"{frame!r} is known only from {samples[0][0]:.2f} s on, requested: {stamp:.2f} s"
         )
     before_stamp, before = samples[index - 1]
     part = (stamp - before_stamp) / (after_stamp - before_stamp)

@@ -204,7 +204,7 @@ class DeviceReader(Generic[T]):
         """Prepare the thread.
 
         Args:
-            read: Waits for the next item for at most so many seconds; gives nothing (None, no bytes) when the
+            read: Waits at most this many seconds for the next item; gives nothing (None, no bytes) when the
                 time is over, and raises DeviceError when the device fails. The device stays the caller's to
                 close, after :meth:`stop`.
             on_item: Called with every item.

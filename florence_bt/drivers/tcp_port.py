@@ -16,7 +16,7 @@ from florence_bt.core.errors import DeviceLost, DeviceTimeout
 READ_SIZE = 65536
 CONNECT_TIMEOUT_S = 3.0
 UNHEARD_TIMEOUT_S = 3.0
-"""A peer that acknowledges nothing for so long is gone: its cable was pulled."""
+"""A peer that acknowledges nothing for this long is gone: its cable was pulled."""
 
 MOST_WAITING = 65536
 """Bytes that may wait for a device that does not take them."""

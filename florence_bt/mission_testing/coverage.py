@@ -85,7 +85,7 @@ class MissionCoverage:
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """So many of so many.
+    """A count out of a total.
 
     Attributes:
         seen: How many.

@@ -308,7 +308,7 @@ class Play:
         return self._assert_text("trace", aligned(wanted, actual, places), [str(each) for each in actual])
 
     def assert_duration(self, duration: float | str, *, at_most: bool = False) -> Self:
-        """The run took so long (seconds, or a text as ``3 s``), to the millisecond; or at most so long."""
+        """The run took this long (seconds, or text such as ``3 s``), to the millisecond; or at most that."""
         seconds = read_duration(duration)
         if self.duration is None:
             self.fail(f"{self.run.mission} has not ended")

@@ -250,7 +250,7 @@ class Stage:
         """
         wanted = play or self.play
         if callable(what):
-            self._wait(lambda: bool(what()), wanted, "did not come to what was waited for", limit)
+            self._wait(lambda: bool(what()), wanted, "did not reach what was waited for", limit)
             return wanted
         if status.upper() not in STATUSES:
             raise ConfigError(f"{status!r} is not a status of a node", valid=STATUSES)
@@ -351,7 +351,7 @@ class Stage:
                 self.clock.advance_to(end)
                 play.fail(f"{play.run.mission} {problem} within {limit}")
             self.clock.run_next()
-        play.fail(f"{play.run.mission} {problem}, and more than {MAX_EVENTS} things happened")
+        play.fail(f"{play.run.mission} {problem}, and more than {MAX_EVENTS} events")
 
     def _hint(self, play: Play) -> str:
         if play.run.status is RunStatus.PAUSED:

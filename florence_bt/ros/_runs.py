@@ -36,7 +36,7 @@ STANDING_CLOCK = 4.0
 REPEAT_S = 1.0
 """How long to wait for the answer to a request to stop before the next one, in steady time."""
 GIVE_UP_S = 60.0
-"""How long to repeat the request at most: a server that is gone for so long comes back without its goals."""
+"""How long to repeat the request: a server that is gone for this long comes back without its goals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Channel(Protocol):
     """The way to the other process, for one run."""
 
     def server_is_there(self) -> bool:
-        """Whether the other process is in sight."""
+        """Whether the other process has been discovered."""
 
     def send(self) -> None:
         """Send the goal, request or command; the answer comes later."""
@@ -77,10 +77,10 @@ class GoalChannel(Channel, Protocol):
     """The way to an action server, for one goal; the answers to ``stop`` come to ``stop_answered``."""
 
     def goals_server_is_there(self) -> bool:
-        """Whether a server is in sight that was there when the goal was accepted, not only a newer one."""
+        """Whether a server is there that was there when the goal was accepted, not only a newer one."""
 
     def servers(self) -> int:
-        """How many servers of this name are in sight: each of them receives the goal."""
+        """How many servers of this name have been discovered: each of them receives the goal."""
 
     def feedback(self) -> str:
         """The newest feedback on the goal, for people; empty when there is nothing new."""

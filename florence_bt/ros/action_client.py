@@ -87,16 +87,16 @@ class ActionClient:
         return f"{self.name}/_action/status"
 
     def server_is_ready(self) -> bool:
-        """Whether all of a server is in sight."""
+        """Whether every part of a server has been discovered."""
         services = (self._goals, self._results, self._cancels)
         return all(service.service_is_ready() for service in services) and self.servers() > 0
 
     def servers(self) -> int:
-        """How many servers of this name are in sight."""
+        """How many servers of this name have been discovered."""
         return self._node.count_publishers(self._status_topic)
 
     def server_ids(self) -> set[bytes]:
-        """The ids of the servers in sight."""
+        """The ids of the discovered servers."""
         return {
             bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(self._status_topic)
         }

@@ -75,7 +75,7 @@ class ActionSkill(RemoteSkill):
         node.before_leaving(self._goals_are_over)
 
     def server_is_there(self) -> bool:
-        """Whether a server is in sight."""
+        """Whether a server has been discovered."""
         return bool(self._client.server_is_ready())
 
     def _begin(self, message: Any, inputs: Inputs) -> SkillRun:

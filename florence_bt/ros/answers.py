@@ -24,7 +24,7 @@ def send_until_known(
 
     Args:
         service: The service of rclpy; its ``send_response`` is replaced.
-        call_later: Calls back on the node's executor after so many seconds of the machine's time.
+        call_later: Calls back on the node's executor after this many seconds of the machine's time.
         warn: Called with a sentence when an answer is given up.
     """
     send_once = service.send_response

@@ -71,7 +71,7 @@ class OpenGoals:
         ]
 
     def server_is_there(self, action: str) -> bool:
-        """Whether the server of an action is in sight."""
+        """Whether the server of an action has been discovered."""
         return bool(self._clients[action].service_is_ready())
 
     def cancel(self, goal: OpenGoal) -> None:

@@ -14,4 +14,4 @@ class ServedSkill(Protocol):
         """Names the server for people."""
 
     def server_is_there(self) -> bool:
-        """Whether the server is in sight."""
+        """Whether the server has been discovered."""

@@ -237,7 +237,7 @@ class Executor:
     # ---- missions -------------------------------------------------------------------------------------
 
     def reload(self) -> ReloadReport:
-        """Take over what was edited in the mission files; a broken edit keeps the version of before.
+        """Load what was edited in the mission files; a broken edit keeps the previous version.
 
         Each trigger does this too. Runs that go on keep the version that they were built from.
         """
@@ -263,7 +263,7 @@ class Executor:
         return [*(f"{name}: {reason}" for name, reason in held.items()), *([trouble] if trouble else [])]
 
     def note_about(self, mission: str) -> str:
-        """What a caller of a mission should know, e.g. that an edit of it does not count; mostly empty."""
+        """What a caller of a mission should know, e.g. that an edit of it is not used; mostly empty."""
         missions = self._missions
         return missions.note_about(mission) if isinstance(missions, MissionFolders) else ""
 

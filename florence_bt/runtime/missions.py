@@ -38,7 +38,7 @@ class ReloadReport:
     Attributes:
         changed: Missions that are new or different now.
         removed: Missions that are gone.
-        held: Mission -> why its edit does not count and the version of before stays in force.
+        held: Mission -> why its edit is not used and the previous version stays in force.
         broken: Mission -> its first error, for those that never were right.
     """
 
@@ -49,12 +49,12 @@ class ReloadReport:
 
     @property
     def ok(self) -> bool:
-        """Whether every file could be taken over as it is."""
+        """Whether every file could be loaded as it is."""
         return not self.held and not self.broken
 
     def text(self) -> str:
         """The report for people, a line for each mission."""
-        lines = [f"{name}: taken over" for name in self.changed]
+        lines = [f"{name}: reloaded" for name in self.changed]
         lines += [f"{name}: removed" for name in self.removed]
         lines += [f"{name}: {reason}" for name, reason in self.held.items()]
         lines += [f"{name}: cannot run: {reason}" for name, reason in self.broken.items()]
@@ -71,7 +71,7 @@ class MissionFolders:
 
     Attributes:
         library: The missions in force.
-        held: Mission -> why the version of before is in force instead of its file.
+        held: Mission -> why the previous version is in force instead of its file.
 
     Raises:
         ConfigError: A folder does not exist, or its files do not hold still.
@@ -224,7 +224,7 @@ class MissionFolders:
         while culprits := self._culprits(before, new, edited - set(held)):
             for name, reason in culprits.items():
                 new.put(before.get(name))
-                held[name] = f"its edit does not count, the version of before stays in force: {reason}"
+                held[name] = f"its edit is not used, the previous version stays in force: {reason}"
         return dict(sorted(held.items()))
 
     def _culprits(self, before: MissionLibrary, new: MissionLibrary, edited: set[str]) -> dict[str, str]:

@@ -84,7 +84,7 @@ class MissionRun:
         output_texts: The same as the mission language writes them, with units.
         tree: ASCII tree as of the last change; of a stopped run as it was just before the stop.
         ticks: Ticks so far, the one that goes on now included.
-        note: What the caller should know beside the run itself, e.g. that its edit does not count.
+        note: What the caller should know beside the run itself, e.g. that its edit is not used.
         paused: Why the run is paused, empty when it is not.
         rows: The nodes of :attr:`tree` with their durations, to be drawn in other ways; empty when unknown.
         version: Fingerprint of the mission's text and of everything that it calls; empty when unknown.

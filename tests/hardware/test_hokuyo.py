@@ -62,7 +62,7 @@ class Scanner:
         return scans
 
     def run_for(self, count: int) -> list[LaserScan]:
-        """Serve the driver until so many scans have come."""
+        """Serve the driver until this many scans have come."""
         scans: list[LaserScan] = []
         end = self.clock() + READY_S
         while len(scans) < count:

@@ -64,7 +64,7 @@ def motor(device_path: DevicePath) -> Iterator[UsbMotor]:
 
 
 def frames_of(source: FrameSource, count: int, kind: type = DepthFrame) -> list[Frame]:
-    """Frames until so many of a kind have come, however slow this machine is."""
+    """Frames until this many of a kind have come, however slow this machine is."""
     frames: list[Frame] = []
     end = time.monotonic() + LONGEST_S
     while sum(isinstance(frame, kind) for frame in frames) < count:

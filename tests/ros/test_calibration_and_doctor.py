@@ -77,7 +77,7 @@ def test_wrong_scales_are_found_and_written(system, wrong_config: Path):
         if done.returncode == 0:
             break
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "Multiply the 'turtlebot_node/gyro_scale_correction' parameter with 1.1" in done.stdout
+    assert "Multiply the 'turtlebot_node/gyro_scale_correction' parameter by 1.1" in done.stdout
     base = load_config(wrong_config)["turtlebot_node"]
     assert base["gyro_scale_correction"] == pytest.approx(TRUE_GYRO, rel=0.02)
     assert base["odom_angular_scale_correction"] == pytest.approx(TRUE_ODOMETRY, rel=0.03)

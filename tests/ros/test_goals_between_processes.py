@@ -23,7 +23,7 @@ from florence_bt.ros.action_server import SingleGoalServer
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.process import run_nodes
 
-# So many seconds, or until there is a file of this name.
+# This many seconds, or until there is a file of this name.
 thinks = sys.argv[1]
 
 def make():
@@ -194,7 +194,7 @@ def test_the_goal_of_a_process_that_was_killed_is_cancelled_before_anything_else
 
     told(ros, server, "cancelled")
     for _ in range(5):
-        assert drive(moving) is None, "the base still moves"
+        assert drive(moving) is None, "the base is still moving"
         ros.spin_for(0.02)
     assert ros.spin_until(lambda: drive(Odometry())).succeeded
     assert commands and commands[-1].linear.x == 0.0

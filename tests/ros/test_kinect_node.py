@@ -124,7 +124,7 @@ def test_silence_and_garbage(ros: Any, server: KinectFrameServer) -> None:
     server.faults.garbage = b"FKF1 this is no frame" * 100
     ros.spin_until(sending(server, lambda: spy.pictures), what="a picture after the garbage")
     server.faults.silent = True
-    told = ("no depth pictures arrive", DiagnosticStatus.ERROR)
+    told = ("no depth images arrive", DiagnosticStatus.ERROR)
     silent = sending(server, lambda: told in [(report.message, report.level) for report in spy.reports])
     ros.spin_until(silent, what="the report of the silence")
     server.faults.silent = False

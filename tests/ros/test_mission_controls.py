@@ -82,7 +82,7 @@ def test_reload_takes_good_edits_and_keeps_what_worked(bench_of):
     (bench.missions / "drive_far.yaml").unlink()
     answer = bench.call(ReloadMissions, "reload_missions")
     assert not answer.success
-    for part in ("branches: taken over", "drive_far: removed", "drive_once", "driv"):
+    for part in ("branches: reloaded", "drive_far: removed", "drive_once", "driv"):
         assert part in answer.report, answer.report
     listed = bench.call(ListMissions, "list_missions")
     assert "branches" in listed.names and "drive_far" not in listed.names

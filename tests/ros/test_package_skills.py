@@ -73,4 +73,4 @@ def test_skills_of_packages_join_ours(ros, tmp_path, monkeypatch, capfd):
     ):
         result = skills[name].start({}).poll()
         assert (result.code, result.reason) == ("no_skill", reason)
-    assert "package good_pkg: its skill 'turn' does not count: there is one of that name" in said
+    assert "package good_pkg: its skill 'turn' is ignored: the name is taken" in said

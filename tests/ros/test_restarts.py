@@ -16,5 +16,5 @@ def test_a_restarted_process_is_never_deaf(ros_domain):
         [sys.executable, str(SCRIPT), "--count", "4", "--seed", "3"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.startswith("4 restarts: 0 deaf; heard after")
+    assert done.stdout.startswith("4 restarts: 0 unreachable; reached after")
     assert done.stdout.endswith("; 0 files left in /dev/shm\n")

@@ -147,7 +147,7 @@ def test_what_is_refused_while_a_system_runs_and_what_its_clients_see_when_it_di
     kill_process(folder, "missions")
     system.wait_for("the process 'missions' was killed by SIGKILL", PATIENCE_S)
     assert watcher.process.wait(PATIENCE_S) == 1, watcher.output
-    assert "aborted because: the process died on it; restarted as" in watcher.output
+    assert "aborted because: the process died during it; restarted as" in watcher.output
     system.wait_for("the process 'missions' is up again", PATIENCE_S)
 
     # The driver of the base dies: the base is sent a stop command, and all ends with what it was.

@@ -49,10 +49,10 @@ class Report:
 
     def __str__(self) -> str:
         """One line for people."""
-        text = f"{self.restarts} restarts: {len(self.deaf)} deaf {self.deaf or ''}".rstrip()
+        text = f"{self.restarts} restarts: {len(self.deaf)} unreachable {self.deaf or ''}".rstrip()
         if self.seconds:
             median, longest = statistics.median(self.seconds), max(self.seconds)
-            text += f"; heard after {median:.2f} s (median), {longest:.2f} s (longest)"
+            text += f"; reached after {median:.2f} s (median), {longest:.2f} s (longest)"
         return f"{text}; {len(self.left_behind)} files left in /dev/shm"
 
 

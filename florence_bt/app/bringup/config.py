@@ -41,7 +41,7 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
         content = None
     except (ValueError, OverflowError) as error:  # a date or a number that Python does not have
         raise ConfigError(
-            f"a value cannot be read: {error}", file=path, valid=["quotes round a text"]
+            f"a value cannot be read: {error}", file=path, valid=["quotes round the value"]
         ) from error
     except yaml.YAMLError as error:
         raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
@@ -58,9 +58,7 @@ def _parameters(node: str, section: object, path: Path) -> Parameters:
     for name, value in parameters.items():
         parts = value if isinstance(value, list) else [value]
         if value is not None and not all(isinstance(part, bool | int | float | str) for part in parts):
-            problem = (
-                f"{node}: the parameter {name!r} is not a number, a text, a truth value or a list of them"
-            )
+            problem = f"{node}: the parameter {name!r} is not a number, text, a boolean or a list of them"
             raise ConfigError(problem, file=path, valid=[f"{node}: {{name: value}}"])
     return dict(parameters)
 

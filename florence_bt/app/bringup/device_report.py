@@ -38,7 +38,7 @@ class DeviceReport:
                 for name, status in sorted(self._status.items())
                 if status.level == DiagnosticStatus.ERROR and name not in self._worked
             ),
-            *(f"{name}: its driver says nothing; see the logs" for name in sorted(silent)),
+            *(f"{name}: its driver reports nothing; see the logs" for name in sorted(silent)),
         ]
 
 
@@ -48,4 +48,4 @@ def report_missing(report: DeviceReport, say: Callable[[str], None]) -> None:
     for line in lines:
         say(f"device missing: {line}")
     if lines:
-        say("one that is plugged in later is used at once; florence doctor looks into each")
+        say("one that is plugged in later is used at once; florence doctor examines each")

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 FD_VARIABLE = "FLORENCE_HEARTBEAT_FD"
 """Environment variable: the file descriptor into which a process of a bring-up writes its heartbeats."""
 SILENT_S = 1.0
-"""A process that has not beaten for so long does not answer. Nav2's bond waits for 4 s."""
+"""A process that has not beaten for this long does not answer. Nav2's bond waits for 4 s."""
 KILLED_AFTER_S = 5.0
-"""A process that has not beaten for so long will not come back. After the first :data:`SILENT_S` the time
+"""A process that has not beaten for this long will not come back. After the first :data:`SILENT_S` the time
 that it waits for a processor does not count: on a machine that is too busy a process is late, not hung."""
 LONG_WORK_S = 60.0
 """So much later is a process killed that has said, as its last beat, that long work begins. It is held as any

@@ -56,7 +56,7 @@ class StandStill(BaseRun):
     def __init__(
         self, node: FlorenceNode, goals: OpenGoals, command_zero: Callable[[], None], limit_s: float
     ) -> None:
-        super().__init__("waiting until the base stands")
+        super().__init__("waiting for the base to stop")
         self._node = node
         self._goals = goals
         self._command_zero = command_zero
@@ -75,7 +75,7 @@ class StandStill(BaseRun):
 
     def cancel(self) -> None:
         """Wait no longer; what was asked for stays asked for."""
-        self._finish(failure("cancelled", "the wait for the standing base was cancelled"))
+        self._finish(failure("cancelled", "the wait for the base to stop was cancelled"))
 
     def _step(self) -> None:
         """Ask the servers that have come into sight, and command zero again."""
@@ -113,11 +113,11 @@ class StandStill(BaseRun):
             self._finish(success())
 
     def _what_is_not_known(self) -> str:
-        parts = [f"no answer of {', '.join(self._unanswered)}"] if self._unanswered else []
+        parts = [f"no answer from {', '.join(self._unanswered)}"] if self._unanswered else []
         if not self._received:
             parts.append("no odometry")
         elif self._standing < STANDING_READINGS:
-            parts.append("the base still moves")
+            parts.append("the base is still moving")
         return f"not known to be safe after {self._limit_s:g} s: {'; '.join(parts)}"
 
     def _finish(self, result: Result) -> None:

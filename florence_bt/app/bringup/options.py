@@ -71,7 +71,7 @@ class BringUp:
                 raise ConfigError(f"--{name} is {value!r}", valid=closest_first(value, known))
         if self.base == "running" and (self.in_flat or self.nav != "nav2"):
             raise ConfigError(
-                "a base that runs already is driven by a Nav2 that runs already",
+                "a base that is already running is driven by a Nav2 that is already running",
                 valid=["--robot CONFIG --base running --nav nav2"],
             )
         if not self.in_flat and (self.world_file is not None or self.world_seed is not None):

@@ -34,7 +34,7 @@ COMPANY, LEADING = "company", "leading"
 """Values of ``person``: two or three people; somebody who leads the robot through the home, and somebody else
 who walks across their way."""
 LEADER_WAITS_S = 30.0
-"""So long after the start of the simulation the leader sets off: time to trigger ``follow_me``."""
+"""This long after the start of the simulation the leader sets off: time to trigger ``follow_me``."""
 
 
 def robot_frames() -> TransformBuffer:

@@ -41,7 +41,7 @@ def make_skills(node: FlorenceNode, without: Collection[str] = ()) -> dict[str, 
     own: dict[str, Skill] = {
         served.skill.name: _over_ros(node, served) for served in SERVED if served.skill.name not in without
     }
-    own |= {name: MissingSkill(f"nobody performs {name} with --nav nav2") for name in without}
+    own |= {name: MissingSkill(f"nothing serves {name} with --nav nav2") for name in without}
     return {**_skills_of_packages(node, own), **own}
 
 
@@ -55,7 +55,7 @@ def _skills_of_packages(node: FlorenceNode, own: Mapping[str, Skill]) -> dict[st
             if isinstance(skill, MissingSkill):
                 log.error(f"{owner}: the skill {name!r} is missing: {skill.reason}")
             if name in own or name in skills:
-                log.warning(f"{owner}: its skill {name!r} does not count: there is one of that name")
+                log.warning(f"{owner}: its skill {name!r} is ignored: the name is taken")
             else:
                 skills[name] = skill
     for finding in packages.findings:

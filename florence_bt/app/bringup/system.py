@@ -247,7 +247,7 @@ class System:
             return ""
         done = stop_base(self.options)
         if self._going_down:
-            self.client.node.get_logger().error(f"the process {name!r} did not end well; {done}")
+            self.client.node.get_logger().error(f"the process {name!r} did not end cleanly; {done}")
         return done
 
     def _hold_still(self) -> None:

@@ -75,7 +75,7 @@ def _run_mission(system: System, display: LiveDisplay | LogDisplay) -> DemoResul
     if not client.spin_until(lambda: bool(client.truth), TRUTH_BUDGET_S, watch=system.check):
         raise DeviceTimeout("the simulator does not publish its truth; see its log")
     start = float(client.truth["time"])
-    # A demonstration that was killed may have left a run that is taken up at this start.
+    # A demonstration that was killed may have left a run that is recovered at this start.
     answer = client.run(MISSION, {}, caller="florence demo", policy="preempt")
     if not answer.accepted:
         raise DeviceTimeout(f"{MISSION} was refused: {answer.message}")

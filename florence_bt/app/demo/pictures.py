@@ -84,7 +84,7 @@ def _started(command: list[str]) -> subprocess.Popen[bytes] | None:
     try:
         return subprocess.Popen(command, stdin=subprocess.DEVNULL)
     except OSError as error:
-        print(f"a picture is not drawn: {error}", file=sys.stderr)
+        print(f"a picture was not drawn: {error}", file=sys.stderr)
         return None
 
 
@@ -123,7 +123,7 @@ def main(map_file: str, hotspots_file: str, folder: str) -> int:
     try:
         draw_picture(Path(map_file), Path(hotspots_file), Path(folder))
     except (OSError, FlorenceError) as error:
-        print(f"the picture of {folder} is not drawn: {error}", file=sys.stderr)
+        print(f"the picture of {folder} was not drawn: {error}", file=sys.stderr)
         return 1
     return 0
 

@@ -149,7 +149,7 @@ def report_lines(calibrated: Calibrated) -> list[str]:
     if not calibrated.rounds:
         return [*lines, f"no round was completed: {calibrated.reason}"]
     for name, (old, factor, new) in calibrated.values.items():
-        lines.append(f"Multiply the '{BASE_NODE}/{name}' parameter with {factor:f} ({old:g} -> {new:.6g})")
+        lines.append(f"Multiply the '{BASE_NODE}/{name}' parameter by {factor:f} ({old:g} -> {new:.6g})")
     if not calibrated.succeeded:
         lines.append(f"not steady yet: {calibrated.reason}")
     return lines

@@ -17,7 +17,7 @@ from florence_bt.drivers.kinect.sources import RECORDING, USB, FrameSource, open
 
 LONGEST_S = 3600.0
 PATIENCE_S = 10.0
-"""Without a picture for so long the camera counts as silent."""
+"""Without a picture for this long the camera counts as silent."""
 WAIT_S = 0.1
 
 

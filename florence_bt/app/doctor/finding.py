@@ -110,9 +110,9 @@ def summary(findings: Sequence[HealthFinding]) -> str:
     counts = Counter(finding.level for finding in findings)
     problems, warnings = counts[HealthLevel.PROBLEM], counts[HealthLevel.WARNING]
     if not problems and not warnings:
-        return f"{len(findings)} things looked at: all is well"
+        return f"{len(findings)} checks: all is well"
     return (
-        f"{len(findings)} things looked at: {problems} problem{'s' * (problems != 1)}, "
+        f"{len(findings)} checks: {problems} problem{'s' * (problems != 1)}, "
         f"{warnings} warning{'s' * (warnings != 1)}"
     )
 

@@ -66,12 +66,12 @@ def _asked(
     try:
         port = open_port(path, baud)
     except DeviceError as error:
-        yield problem(GROUP, path, str(error), "look at the findings about the ports")
+        yield problem(GROUP, path, str(error), "see the findings about the ports")
         return
     try:
         yield from ask(port, now)
     except DeviceError as error:
-        yield problem(GROUP, path, f"lost while it was asked: {error}", "check the cable and the power")
+        yield problem(GROUP, path, f"lost during the query: {error}", "check the cable and the power")
     finally:
         port.close()
 

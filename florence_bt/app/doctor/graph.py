@@ -112,7 +112,7 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
             yield problem(
                 GROUP,
                 name,
-                f"there are {count} nodes of this name",
+                f"there are {count} nodes with this name",
                 "end one of the two systems, or give each its own ROS_DOMAIN_ID",
             )
     if view.clocks > 1:
@@ -123,6 +123,6 @@ def _twice(view: GraphView) -> Iterator[HealthFinding]:
 
 def _battery(charge: float | None) -> HealthFinding:
     if charge is None:
-        advice = "look at the findings about turtlebot_node"
+        advice = "see the findings about turtlebot_node"
         return warning("battery", "base", "the charge is not published", advice)
     return charge_of_battery(charge, f"{charge:.0%} of its charge")

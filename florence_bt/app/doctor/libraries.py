@@ -63,7 +63,7 @@ def check_libraries(
     for library in LIBRARIES:
         yield _library(library, version_of)
     for finding in collect_declarations().findings:
-        advice = "mend the package, or uninstall it: its skills are missing"
+        advice = "repair the package, or uninstall it: its skills are missing"
         yield warning(GROUP, finding.file, finding.message, advice)
     if find_library("freenect"):
         yield good(GROUP, "libfreenect", "installed")

@@ -57,7 +57,7 @@ def _port(
             f"configuration; serial devices here: {there}",
         )
     except OSError as error:
-        return problem(GROUP, item, f"cannot be looked at: {error.strerror}", udev_advice())
+        return problem(GROUP, item, f"cannot be examined: {error.strerror}", udev_advice())
     if not stat.S_ISCHR(mode):
         return problem(
             GROUP,
@@ -66,7 +66,7 @@ def _port(
             f"set `{node}: {{port: /dev/ttyUSB0}}` in the configuration",
         )
     if not allowed(port):
-        return problem(GROUP, item, "this user may not read and write it", udev_advice())
+        return problem(GROUP, item, "this user has no permission to read and write it", udev_advice())
     users = list(users_of(port, processes))
     if users:
         return note(
@@ -75,12 +75,12 @@ def _port(
             f"is in use by {', '.join(users)}",
             "that is right while the system is up; otherwise end that process",
         )
-    return good(GROUP, item, f"there, allowed and free{_target(port)}")
+    return good(GROUP, item, f"present, accessible and free{_target(port)}")
 
 
 def _target(port: Path) -> str:
     real = os.path.realpath(port)
-    return f" (leads to {real})" if real != str(port) else ""
+    return f" (points to {real})" if real != str(port) else ""
 
 
 def users_of(port: Path, processes: Path = Path("/proc")) -> Iterator[str]:

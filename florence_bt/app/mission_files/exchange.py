@@ -87,7 +87,7 @@ def import_file(
         return Exchanged("", report, False)
     there = [name for name in imported.files if (folder / name).exists()]
     if there and not overwrite:
-        raise ConfigError(f"{folder / there[0]} is there already", valid=["--overwrite", "another folder"])
+        raise ConfigError(f"{folder / there[0]} exists already", valid=["--overwrite", "another folder"])
     for name, text in imported.files.items():
         write_output(folder / name, text, make_folder=True)
     return Exchanged(_summary(folder, imported.missions, imported.main, imported.skills), report, True)

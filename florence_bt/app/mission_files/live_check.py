@@ -24,7 +24,7 @@ from florence_bt.trees.language.loader import MissionLibrary
 from florence_bt.trees.language.model import CallMission, Mission, RunSkill
 
 SEARCH_S = 5.0
-"""Wall seconds in which the mission server, and then the servers of the skills, must come in sight."""
+"""Wall seconds in which the mission server, and then the servers of the skills, must be discovered."""
 _HOTSPOT_SERVICE = "florenceLocator/getHotspot"
 _START = ("florence up --sim", "florence up --robot CONFIG")
 
@@ -149,7 +149,7 @@ def _compare_skills(client: MissionClient, needs: list[_Need], skills: Mapping[s
     client.spin_until(lambda: all(skill.server_is_there() for skill in waiting.values()), SEARCH_S)
     lost = {name: skill.label for name, skill in waiting.items() if not skill.server_is_there()}
     return findings + [
-        need.finding(f"the skill {need.name!r} has no server: no {lost[need.name]} is in sight", _START)
+        need.finding(f"the skill {need.name!r} has no server: no {lost[need.name]} was found", _START)
         for need in needs
         if need.name in lost
     ]

@@ -36,7 +36,7 @@ from florence_bt.ros.qos import LATCHED
 ACTIVE_STATES = ("PENDING", "ACTIVE")
 """States of a run that is not over."""
 ANSWER_BUDGET_S = 5.0
-"""Wall seconds to wait for the answer of a service that is there, and for a service to come in sight."""
+"""Wall seconds to wait for the answer of a service that is there, and for a service to be discovered."""
 BUSY_BUDGET_S = 25.0
 """Wall seconds more for each of the two while a bring-up is seen on this machine: perhaps it starts its
 mission server again, or the machine is busy."""
@@ -175,7 +175,7 @@ class MissionClient:
         client = self._client(service_type, name)
         if not self._comes_in_sight(client):
             raise SystemNotThere(
-                f"no server of {name} is in sight; is the system up? Start it with: florence up --sim"
+                f"no server of {name} was found; is the system up? Start it with: florence up --sim"
             )
         begin, future = time.monotonic(), client.call_async(request)
         while not self.spin_until(future.done, budget_s / _TRIES):
@@ -213,7 +213,7 @@ class MissionClient:
         return bool(answer.valid)
 
     def servers(self) -> int:
-        """How many mission servers are in sight."""
+        """How many mission servers have been discovered."""
         return self.node.get_node_names().count(MISSION_SERVER)
 
     def run(

@@ -22,7 +22,7 @@ def runs_table(folder: Path | None, *, mission: str, state: str, limit: int) -> 
         folder: The folder of the journal; the one used last below ``runs`` when not given.
         mission: Only runs of this mission.
         state: Only runs in this state.
-        limit: At most so many.
+        limit: At most this many.
 
     Raises:
         ConfigError: There is no journal, no such state, or a limit below 1.
@@ -93,7 +93,7 @@ def outcomes_of(folder: Path, run_ids: Sequence[str]) -> list[str]:
     with JournalReader(folder) as reader:
         runs = [run for run_id in run_ids if (run := reader.run(run_id)) is not None]
     return [
-        f"{run.run_id} had not ended when the last system did: now {run.state}"
+        f"{run.run_id} had not ended when the last system did; now {run.state}"
         + (f", {run.reason}" if run.reason else "")
         for run in runs
     ]

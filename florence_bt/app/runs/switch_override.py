@@ -20,7 +20,7 @@ from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.topics import MANUAL_OVERRIDE, SWITCH_OVERRIDE
 
 SIGHT_S = 5.0
-"""Wall seconds in which the base's driver must come in sight, and in which it must answer."""
+"""Wall seconds in which the base's driver must be discovered, and in which it must answer."""
 BUSY_S = 25.0
 """Wall seconds more for each of the two while a bring-up is seen on this machine, which may be busy."""
 REPEAT_S = 0.25
@@ -28,7 +28,7 @@ REPEAT_S = 0.25
 
 
 class NoBaseDriver(FlorenceError):
-    """No process that could stop the base is in sight."""
+    """No process that could stop the base was found."""
 
 
 def switch_override(on: bool) -> str:
@@ -38,7 +38,7 @@ def switch_override(on: bool) -> str:
         The state now, for people.
 
     Raises:
-        NoBaseDriver: No driver of a base is in sight.
+        NoBaseDriver: No driver of a base was found.
         DeviceTimeout: It does not confirm.
     """
     stay_on_this_machine()
@@ -68,7 +68,7 @@ class _OverrideSwitch:
     def set(self, on: bool) -> None:
         if not self._spin_until(lambda: self._publisher.get_subscription_count() > 0):
             raise NoBaseDriver(
-                "no driver of a base is in sight; is the system up? If the robot moves, switch it off by hand"
+                "no driver of a base was found; is the system up? If the robot moves, switch it off by hand"
             )
         published = 0.0
 

@@ -1,6 +1,6 @@
 """SCIP 2.0 on the wire: commands to bytes, bytes to replies, replies to numbers.
 
-Framing, check sums and number decoding only: no port, no clock, no thread, no sequence of commands (that is
+Framing, checksums and number decoding only: no port, no clock, no thread, no sequence of commands (that is
 ``driver.py`` with its scripts) and no meaning of angles (that is ``geometry.py``).
 
 Source: REFERENCE 4.3 to 4.7.
@@ -147,7 +147,7 @@ _ECHO_AT_END = re.compile(_COMMAND + rb"\Z")
 _STATUS = re.compile(rb"[0-9][0-9A-Z]")
 _INFORMATION = re.compile(rb"[ -~]*")
 _REMARK = b"<-"
-"""Begins a remark in a line of II; a UTM-30LX leaves it out of the check sum (a note in hokuyoaist)."""
+"""Begins a remark in a line of II; a UTM-30LX leaves it out of the checksum (a note in hokuyoaist)."""
 
 _SWITCHED = [b"SCIP2.0", b"0"]
 """The one reply that is still in SCIP 1.1: a status of one character, without a sum (manual, section 2)."""
@@ -155,12 +155,12 @@ _SWITCHED = [b"SCIP2.0", b"0"]
 
 @dataclass(frozen=True, slots=True)
 class ScipReply:
-    """One complete reply whose check sums all fit.
+    """One complete reply whose checksums all fit.
 
     Attributes:
         echo: The request as the sensor repeats it, without the user string.
         status: Two characters; see ``status.py``.
-        lines: The lines after the status, without their check sums. Lines of VV, PP and II still hold the
+        lines: The lines after the status, without their checksums. Lines of VV, PP and II still hold the
             text before ``;`` only.
     """
 
@@ -188,7 +188,7 @@ class ScipReply:
 class ReplyParser:
     """Cuts a stream of bytes into replies; keeps what is not complete yet.
 
-    A reply ends with a blank line. What is between two blank lines but not a reply (noise, a wrong check sum,
+    A reply ends with a blank line. What is between two blank lines but not a reply (noise, a wrong checksum,
     half a scan) is counted and dropped, but for a whole reply at its end: noise or half a reply before
     a good one does not cost the good one.
 
@@ -237,7 +237,7 @@ def parse_frame(lines: Sequence[bytes]) -> ScipReply:
 
     Raises:
         FrameError: The layout is wrong.
-        ChecksumError: A line's check sum does not fit.
+        ChecksumError: A line's checksum does not fit.
     """
     if list(lines) == _SWITCHED:
         return ScipReply("SCIP2.0", "00")
@@ -267,7 +267,7 @@ def _reply_at_end(lines: Sequence[bytes]) -> ScipReply | None:
 def _without_sum(line: bytes) -> bytes:
     text = line[:-1]
     if not text or line[-1] != check_sum(text):
-        raise ChecksumError(f"the check sum of {line!r} does not fit")
+        raise ChecksumError(f"the checksum of {line!r} does not fit")
     return text
 
 
@@ -275,14 +275,14 @@ def _information_text(line: bytes) -> bytes:
     """The part of a line before ``;``; only that is summed (REFERENCE 4.5), maybe without its remark."""
     text = line[:-2]
     if line[-2:-1] != b";" or not _INFORMATION.fullmatch(text):
-        raise FrameError(f"{line!r} does not end with ';' and a check sum")
+        raise FrameError(f"{line!r} does not end with ';' and a checksum")
     if line[-1] not in (check_sum(text), check_sum(text.partition(_REMARK)[0])):
-        raise ChecksumError(f"the check sum of {line!r} does not fit")
+        raise ChecksumError(f"the checksum of {line!r} does not fit")
     return text
 
 
 LINE_VALUES = 64
-"""A data line carries at most this many characters, then its check sum (REFERENCE 4.3)."""
+"""A data line carries at most this many characters, then its checksum (REFERENCE 4.3)."""
 
 WIDTHS = {"D": 3, "S": 2, "E": 3}
 """Characters a value by the second letter of the command."""

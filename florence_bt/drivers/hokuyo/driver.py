@@ -118,7 +118,7 @@ class HokuyoDriver:
 
     @property
     def corrupted(self) -> int:
-        """Replies with wrong check sums or layout so far."""
+        """Replies with wrong checksums or layout so far."""
         return self._parser.corrupted
 
     @property
@@ -379,7 +379,7 @@ class HokuyoDriver:
         if self.phase is DriverPhase.RESTING:
             self.start(now)
         elif self.retry.why:
-            self._fail(now, f"no scan came any more after {self.retry.why}; the sensor is started again")
+            self._fail(now, f"no more scans came after {self.retry.why}; the sensor is started again")
         else:
             self._fail(now, "no scan arrived in time")
 

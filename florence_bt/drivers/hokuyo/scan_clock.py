@@ -9,7 +9,7 @@ from collections import deque
 from dataclasses import dataclass
 
 TIMER_MS = 1 << 24
-"""The sensor's timer begins again after so many milliseconds (REFERENCE 4.4)."""
+"""The sensor's timer begins again after this many milliseconds (REFERENCE 4.4)."""
 
 
 def timer_difference_ms(later: int, earlier: int) -> int:
@@ -70,10 +70,10 @@ class ScanClock:
     """Scans are late by the same when they differ by no more; simulated time goes in steps of 10 ms."""
 
     SHIFT_SCANS = 5
-    """So many scans that are late by the same make a jump ..."""
+    """This many scans that are late by the same make a jump ..."""
 
     SHIFT_AFTER_S = 2.0
-    """... when they go on for so long: a line may be slower for a while ..."""
+    """... when they go on for this long: a line may be slower for a while ..."""
 
     FAR_S = 1.0
     """... but not by so much."""

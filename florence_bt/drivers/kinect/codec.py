@@ -32,7 +32,7 @@ class DepthFormula(enum.Enum):
 
 
 def packed_size(values: int) -> int:
-    """Bytes that so many 11-bit values take, with the last byte filled up."""
+    """Bytes that this many 11-bit values take, with the last byte filled up."""
     return -(-11 * values // 8)
 
 

@@ -44,8 +44,8 @@ class KinectParameters:
         colour_frame_id: Optical frame of the colour camera.
         baseline: How far the colour camera is to the right of the depth camera, 0..0.1 m.
         reconnect_delay_s: Seconds before the source is opened again; doubled each time, up to ten times.
-        silence_timeout_s: Without a depth picture for so long the device counts as silent.
-        reopen_timeout_s: Without a depth picture for so long the device is opened again.
+        silence_timeout_s: Without a depth picture for this long the device counts as silent.
+        reopen_timeout_s: Without a depth picture for this long the device is opened again.
     """
 
     source: str = "usb"

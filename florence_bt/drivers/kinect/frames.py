@@ -1,6 +1,6 @@
 """Frames of the Kinect, and the format of the socket that stands in for the USB cable.
 
-The README of this folder describes that format. A frame counts only when its header is sane and its check sum
+The README of this folder describes that format. A frame counts only when its header is sane and its checksum
 fits; otherwise the parser looks for the next header, so that garbage costs no more than the frame it hit.
 """
 

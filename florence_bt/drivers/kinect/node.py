@@ -176,8 +176,8 @@ class KinectNode(FlorenceNode):
         if self._connection.problem:
             return Diagnosis(Severity.ERROR, self._connection.problem, values)
         if self._driver.silent(now):
-            return Diagnosis(Severity.ERROR, "no depth pictures arrive", values)
-        return Diagnosis(Severity.OK, "depth pictures arrive", values)
+            return Diagnosis(Severity.ERROR, "no depth images arrive", values)
+        return Diagnosis(Severity.OK, "depth images arrive", values)
 
     def _report(self) -> None:
         now = self.timebase.now()
@@ -186,6 +186,6 @@ class KinectNode(FlorenceNode):
         if self._driver.silence(self._opened, now) > self._settings.reopen_timeout_s:
             self._connection.lose(
                 DeviceTimeout(
-                    f"no depth picture for {self._settings.reopen_timeout_s:g} s: the Kinect is opened again"
+                    f"no depth image for {self._settings.reopen_timeout_s:g} s: the Kinect is opened again"
                 )
             )

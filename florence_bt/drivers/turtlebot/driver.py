@@ -393,7 +393,7 @@ class TurtlebotDriver:
     def _received_instead(self) -> str:
         """What came instead of good frames, and what to do about it."""
         if self.decoder.noise_bytes > self._noise_before:
-            return "only bytes that are none: is it the right port, and its baud rate?"
+            return "only bytes that make no frame: are the port and its baud rate right?"
         if self.decoder.good_frames:
             return "and nothing else: is it still switched on, and its cable in place?"
         return "and nothing else: is it switched on, and is it the right port?"

@@ -225,7 +225,7 @@ class Gyro:
 
 
 WATCH_WINDOW_S = 3.0
-"""Wheels that slip along a wall let the base turn too, but not for so long."""
+"""Wheels that slip along a wall let the base turn too, but not for this long."""
 
 STRAIGHT_RADPS = 0.1
 """Wheels that turn the base slower than this, on the mean, go straight. In turns an error of the gyro's scale

@@ -97,7 +97,7 @@ class Mock:
         return [call.inputs for call in self.calls]
 
     def next(self, now: float) -> MockReply | None:
-        """What the next call gets, None when the script provides for no more."""
+        """What the next call gets, None when the script has no more."""
         if self._turns is None:
             self._turns = reply_per_call(self.replies)
         if now >= self.until:
@@ -225,8 +225,8 @@ class MockBoard:
         answer = _ask(mock, call) if mock.function is not None else self._next(mock, declaration)
         if mock.function is None and answer is None:
             raise MockError(
-                f"{place.shown} was started, but the mock {mock.pattern.text!r} provides for no more than "
-                f"{len(mock.calls)} calls; let its last step stand without a count, or for 'always'"
+                f"{place.shown} was started, but the mock {mock.pattern.text!r} has answers for only "
+                f"{len(mock.calls)} calls; let its last step have no count, or 'always'"
             )
         self.calls.append(call)
         mock.calls.append(call)

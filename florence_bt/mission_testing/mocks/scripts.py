@@ -43,7 +43,7 @@ class Ending(enum.Enum):
     SUCCESS = "success"
     FAILURE = "failure"
     CANCELLED = "cancelled"
-    """By its own side, without having been asked."""
+    """By the server, without a request."""
     NEVER = "never"
     RAISES = "raises"
     """A bug in the skill: it raises an exception."""
@@ -181,7 +181,7 @@ def _result(reply: MockReply, declaration: SkillDeclaration) -> Result | None:
             meaning = {**COMMON_CODES, **declaration.failures}[code]
             return failure(code, reply.reason or meaning, server_code=number)
         case Ending.CANCELLED:
-            return cancelled(reply.reason or "cancelled by its own side")
+            return cancelled(reply.reason or "cancelled by its server")
         case _:
             return None
 
@@ -291,7 +291,7 @@ class _ScriptParser:
             if self._take_word("again"):
                 return self._again(replies, start)
             if replies and replies[-1].times == ALWAYS:
-                raise ScriptError("nothing can follow a step that is for always", start)
+                raise ScriptError("nothing can follow a step that lasts for ever", start)
             if self._take_word("running"):
                 reply = replace(reply, phases=(*reply.phases, self._phase()))
             elif self._take_word(r"accepted\s+after"):
@@ -359,7 +359,7 @@ class _ScriptParser:
         start, word = self._next_word()
         found = self._take(_QUOTED)
         if found is None:
-            raise ScriptError(f"a text in quotes is needed, not {word!r}", start, ('"driving"',))
+            raise ScriptError(f"text in quotes is needed, not {word!r}", start, ('"driving"',))
         return found[0].strip()[1:-1]
 
     def _ending(self, reply: MockReply) -> MockReply:
@@ -478,13 +478,13 @@ def replies_of(script: Script) -> tuple[MockReply, ...]:
     replies: list[MockReply] = []
     for part in script:
         if replies and replies[-1].times in (ALWAYS, AGAIN):
-            raise ConfigError("nothing can follow a step that is for always or starts again", valid=_VALID)
+            raise ConfigError("nothing can follow a step that lasts for ever or starts again", valid=_VALID)
         replies += replies_of(part)
     return tuple(replies)
 
 
 def reply_per_call(replies: Sequence[MockReply]) -> Iterator[MockReply]:
-    """The reply to each call; it ends when the script provides for no further call."""
+    """The reply to each call; it ends when the script has no further answer."""
     again = True
     while again:
         again = False

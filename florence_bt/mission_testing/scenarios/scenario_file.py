@@ -177,7 +177,7 @@ class SourceReader:
             for key, value in source.entries:
                 if key in commas:
                     text = commas[key]
-                    message = "a text with a comma needs quotes between { and }"
+                    message = "text with a comma needs quotes between { and }"
                     self.problem(text.first.position, message, [text.valid])
                     yield key, replace(text.first, text=text.whole)
                 elif key not in pieces:
@@ -195,7 +195,7 @@ class SourceReader:
         """A text."""
         if isinstance(source, YamlScalar) and (source.quoted or not source.empty):
             return source.text
-        self.problem(source.position, f"{what} must be a text")
+        self.problem(source.position, f"{what} must be text")
         return None
 
     def choice(self, source: YamlNode, what: str, words: Collection[str]) -> str | None:
@@ -318,7 +318,7 @@ class SourceReader:
             what: What the name is called, for messages.
         """
         name = self.mission(mission, what)
-        # An input that stands there with nothing behind it is not given, also when the file gives it to all.
+        # An input that stands there with nothing after it is not given, also when the file gives it to all.
         inputs = {
             key.text: input_text(value)
             for key, value in self.table(entries.get("inputs"), "inputs")
@@ -471,7 +471,7 @@ def _read_mock(reader: SourceReader, value: YamlNode, users: Users) -> Callable[
 def _read_script(reader: SourceReader, source: YamlNode, users: Users) -> tuple[MockReply, ...]:
     """Read a script; empty (noted) when it is wrong."""
     if not isinstance(source, YamlScalar) or source.empty:
-        reader.problem(source.position, "a script must be a text", _SCRIPTS)
+        reader.problem(source.position, "a script must be text", _SCRIPTS)
         return ()
     try:
         replies = parse_script(source.text)
@@ -547,7 +547,7 @@ def _choice(
         found = next((replies for value, replies in calls if same(value, inputs[name])), otherwise)
         reply = next(found, None)
         if reply is None:
-            raise MockError(f"the mock provides for no (further) call with {name} {inputs[name]!r}")
+            raise MockError(f"the mock has no (further) answer for a call with {name} {inputs[name]!r}")
         return reply
 
     return choose

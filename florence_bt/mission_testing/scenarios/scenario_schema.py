@@ -159,7 +159,7 @@ def _happening() -> Schema:
         _table(f"{kind}.", {key: keys[key] for key in (kind, *more, "at")}, required=[kind])
         for kind, more in WHEN_KEYS.items()
     ]
-    wait = _table("Wait until so long after the start.", {"at": _DURATION}, required=["at"])
+    wait = _table("Wait until this long after the start.", {"at": _DURATION}, required=["at"])
     return {"anyOf": [*tables, wait]}
 
 

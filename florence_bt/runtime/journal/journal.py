@@ -1,7 +1,7 @@
 """Writes what happens in runs. Never raises, never blocks the caller for long, reports an error once.
 
 With ``background`` a thread of its own writes, so that a slow disk holds no tick up; ``flush`` then waits for
-it, but only so long. Without it everything is written within the call: the rig and tests want that.
+it, but only for a limited time. Without it everything is written within the call, for the rig and tests.
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ class Journal:
         self._batch.append(NewRun(run_values(run, self._date())))
 
     def _wait_for(self, writer: _Writer) -> None:
-        """Wait until all is written, but only so long, and hardly at all while a disk is known to hang."""
+        """Wait until all is written, for a limited time, and hardly at all while a disk is known to hang."""
         limit_s = self._parameters.flush_limit_s
         if writer.wait(min(limit_s, HANGING_S) if self._slow else limit_s):
             self._slow = ""

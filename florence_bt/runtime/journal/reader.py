@@ -86,7 +86,7 @@ class JournalReader:
         """Runs, the latest first.
 
         Args:
-            limit: At most so many.
+            limit: At most this many.
             mission: Only runs of this mission, of all when empty.
             state: Only runs in this state (a name of :class:`RunStatus`), in all when empty.
         """

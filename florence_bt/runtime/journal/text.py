@@ -18,7 +18,7 @@ _WORDS = {
     EventKind.STARTED.value: "started",
     EventKind.PAUSED.value: "paused",
     EventKind.RESUMED.value: "resumed",
-    EventKind.RECOVERED.value: "taken up after a crash",
+    EventKind.RECOVERED.value: "recovered after a crash",
     EventKind.STOP_ASKED.value: "stop asked",
     EventKind.BROKEN.value: "an error inside",
     EventKind.ENDED.value: "ended",

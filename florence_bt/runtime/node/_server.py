@@ -204,7 +204,7 @@ class MissionNode(FlorenceNode):
             self._triggers.on_end(run)
 
     def _reload(self, answer: Callable[[bool, str], None]) -> None:
-        """Take over what was edited in the mission files; the triggers by name follow."""
+        """Load what was edited in the mission files; the triggers by name follow."""
 
         def report(problem: str, report: ReloadReport) -> None:
             # Others who wait for this check are answered first: the trigger of one may be one that goes.

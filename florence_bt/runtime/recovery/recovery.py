@@ -45,9 +45,9 @@ BOOT_PERIOD_S = 0.25
 MAX_EVENTS = 30_000
 """The most events of a run that is replayed: 2 s on two ordinary cores, without an answer to anybody."""
 FRESH_S = 60.0
-"""How old the last entry of the journal may be for its runs to be taken up."""
+"""How old the last entry of the journal may be for its runs to be recovered."""
 MAX_IN_A_ROW = 3
-"""A run that was taken up so often is given up: perhaps it is what kills the process."""
+"""A run that was recovered this often is given up: perhaps it is what kills the process."""
 CRASHED = "crashed"
 RECOVERY = "recovery"
 RESTART_OF = "restart of "
@@ -91,7 +91,7 @@ class Recovery:
         clock: The clock of the executor.
         notify: Called with what happened to each run, in one sentence.
         steady: For the limits of waiting; ``clock`` when not given.
-        fresh_s: How old the last entry of the journal may be for its runs to be taken up; infinite when this
+        fresh_s: How old the last entry of the journal may be for its runs to be recovered; infinite when this
             process is known to follow the one that died.
         date: The date of now.
     """
@@ -137,7 +137,7 @@ class Recovery:
             missing: What the missions need and is still booting, for people; empty when all is there.
 
         Returns:
-            Whether there was something to take up.
+            Whether there was something to recover.
         """
         if not self._something_left():
             return False
@@ -160,10 +160,10 @@ class Recovery:
         except JournalTooNew as error:
             self._notify(f"{error}; it is left alone, and runs are kept in {OWN_FILE} beside it")
         except JournalBroken as error:
-            self._notify(f"runs that went on when the process before died are not taken up: {error}")
+            self._notify(f"runs that were active when the previous process died are not recovered: {error}")
             self._journal.set_aside(str(error))
         except FlorenceError as error:
-            self._notify(f"it is not known what the process before left: {error}")
+            self._notify(f"it is not known what the previous process left: {error}")
         return True
 
     def _read(self) -> bool:
@@ -179,7 +179,7 @@ class Recovery:
         return bool(self._past)
 
     def _age_problem(self, written: str) -> str:
-        """Why runs are not taken up because of the date of the last entry; empty when it is fresh."""
+        """Why runs are not recovered because of the date of the last entry; empty when it is fresh."""
         if self._fresh_s == inf:
             return ""
         try:
@@ -266,7 +266,7 @@ class Recovery:
     def _abort(self, past: LeftRun, reason: str) -> None:
         run = self._run_of(past)
         run.tree = tree_from_events(past.events)
-        text = f"the process died on it; {reason}"
+        text = f"the process died during it; {reason}"
         self._executor.close_past(run, RunStatus.ABORTED, Why(run.mission, CRASHED, text))
         self._notify(f"{run.run_id} aborted: {text}")
 

@@ -1,7 +1,7 @@
 """Brings the tree of a run to where its journal ends: the mission is run once more with recorded skills.
 
 The tree ticks at the recorded moments on a clock driven by hand, and every skill answers what it answered
-then. Each tick must do what the journal says it did; if one does not, the run cannot be taken up. Timers of a
+then. Each tick must do what the journal says it did; if one does not, the run cannot be resumed. Timers of a
 live clock fire a little late, so a replay that differs is tried again with timers that fire a little early.
 """
 

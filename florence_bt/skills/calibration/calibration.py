@@ -220,7 +220,8 @@ class Calibration:
             why = self.readings.no_wall or "the robot never looked straight at it"
             return self._end(
                 failure(
-                    NO_WALL, f"no straight wall found: {why}; put the robot before a bare wall, 1 to 2 m away"
+                    NO_WALL,
+                    f"no straight wall found: {why}; put the robot in front of a bare wall, 1 to 2 m away",
                 )
             )
         return Twist2(0.0, self._direction * speed)

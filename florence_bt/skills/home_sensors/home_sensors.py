@@ -186,7 +186,7 @@ class HomeSensors:
         assert state.began is not None and state.last_report is not None and state.ended is not None
         if sensor.kind is not SensorKind.MOTION:
             return state.began
-        # Silent or stuck: until it was believed.
+        # Silent or stuck: until it was trusted.
         return min(state.last_report, state.began + sensor.stuck_after) if state.active else state.ended
 
     def _was_operated(self, name: str, now: float) -> bool:
@@ -197,7 +197,7 @@ class HomeSensors:
         )
 
     def _sees_motion(self, name: str, now: float) -> bool:
-        """Whether it is a motion detector that sees motion now, and is believed."""
+        """Whether it is a motion detector that sees motion now, and is trusted."""
         sensor, state = self._sensors[name], self._states[name]
         return (
             sensor.kind is SensorKind.MOTION

@@ -17,7 +17,7 @@ from florence_bt.skills.home_sensors.payload import MAX_PAYLOAD_BYTES
 from florence_bt.skills.home_sensors.settings import BrokerSettings
 
 KEEP_ALIVE_S = 15
-"""The broker is asked so often whether it is still there; without an answer it is lost."""
+"""The broker is asked this often whether it is still there; without an answer it is lost."""
 CONNECT_TIMEOUT_S = 3.0
 CLOSING_ROUNDS, CLOSING_ROUND_S = 20, 0.2
 """For paho's thread to end in: it may be connecting, and looks once a second."""

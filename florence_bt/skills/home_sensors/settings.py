@@ -50,7 +50,7 @@ class HomeSensor:
         on: What it says when it is on, in lower case.
         off: What it says when it is off, in lower case.
         stale_after: Seconds after which a report says nothing any more.
-        stuck_after: Seconds of motion without a pause after which a motion detector is not believed.
+        stuck_after: Seconds of motion without a pause after which a motion detector is not trusted.
     """
 
     room: str

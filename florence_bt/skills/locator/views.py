@@ -27,7 +27,7 @@ MAX_VIEWS = 5
 STEP_M = 0.2
 """The room is judged at points so far apart, in a large room further."""
 MOST_POINTS, MOST_CANDIDATES = 400, 60
-"""So many points of the room, and so many places to look from: who asks waits no longer than some 0.1 s."""
+"""Points of the room, and places to look from, at most: the caller waits no longer than some 0.1 s."""
 REACH_M = 10.0
 """What is further from the hotspot, in x or y, is not looked at."""
 _RAY_STEP_M = 0.1
@@ -101,7 +101,7 @@ def _points_of_room(
 
 
 def _some(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
-    """At most so many of the points, spread over all of them, and always the same."""
+    """At most this many of the points, spread over all of them, and always the same."""
     import numpy as np
 
     return points[np.sort(np.random.default_rng(0).permutation(len(points))[:most])]

@@ -85,7 +85,7 @@ class NameChecks:
             self._unknown_kind(node)
             return
         if declaration.deprecated:
-            message = f"{node.skill} is on its way out: use {declaration.deprecated}"
+            message = f"{node.skill} is deprecated: use {declaration.deprecated}"
             self._findings.warning(node.position, message)
         if not node.mapping_given:
             first = next((name for name, port in declaration.inputs.items() if port.required), "input")

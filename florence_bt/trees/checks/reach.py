@@ -118,7 +118,7 @@ class ReachChecks:
                 self._findings.warning(node.position, message, [f"{node.skill} without every"])
             elif node.every is not None and node in alone and not only_conditions:
                 message = f"'every' has no effect: nobody asks {node.title!r} again here"
-                valid = ["memory: false, and a node that runs behind it", f"{node.skill} without every"]
+                valid = ["memory: false, and a node that runs after it", f"{node.skill} without every"]
                 self._findings.warning(node.position, message, valid)
 
     def _check_selector(self, children: tuple[Node, ...]) -> None:

@@ -102,9 +102,9 @@ class ValueChecks:
             suggestions = as_expression(value)
             # "$first - $last" with two texts is not a sum that lacks its braces.
             if suggestions and not check_kinds(parse_expression(model.show(value)), self._kinds).problems:
-                message = f"{what}: {model.show(value)!r} is a text here, and nothing is computed"
+                message = f"{what}: {model.show(value)!r} is text here, and nothing is computed"
                 self._findings.warning(
-                    value.position, message, (*suggestions, f'"{model.show(value)}" for a text')
+                    value.position, message, (*suggestions, f'"{model.show(value)}" for text')
                 )
 
     def text(self, value: model.Value, what: str) -> bool:
@@ -119,7 +119,7 @@ class ValueChecks:
             match = _PART.match(behind) if isinstance(behind, str) else None
             if isinstance(part, model.Reference) and match and self._kinds.get(part.key) is Kind.POSE:
                 written = f"${part.key}{match[0]}"
-                message = f"{what}: {written} is a text here: the whole pose, then {match[0]!r}"
+                message = f"{what}: {written} is text here: the whole pose, then {match[0]!r}"
                 alone = [f"${{{written}}}"] if len(parts) == 2 and match[0] == behind else []
                 valid = alone or [f"set: {{part: '${{{written}}}'}} first, and $part in the text"]
                 self._findings.warning(value.position, message, valid)

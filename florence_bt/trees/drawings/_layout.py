@@ -138,7 +138,7 @@ def _narrowest(choices: list[_Choice], height: float) -> _Choice | None:
 
 
 def _best(choices: list[_Choice]) -> list[_Choice]:
-    """Those that no other beats in width and height, the narrowest first; not more than so many."""
+    """Those that no other beats in width and height, the narrowest first; not more than this many."""
     kept: list[_Choice] = []
     for choice in sorted(choices, key=lambda c: (c.width, c.height)):
         if not kept or choice.height < kept[-1].height:

@@ -92,10 +92,10 @@ def for_children(kind: YamlScalar, source: YamlNode) -> tuple[str, ...]:
     """What would have worked where a composite has something else than a list of nodes below it."""
     if isinstance(source, YamlMapping) and source.entries:
         first = source.entries[0][0].text
-        where = "a space behind the dash" if first.startswith("-") else "a dash before each node"
+        where = "a space after the dash" if first.startswith("-") else "a dash before each node"
         return (f"{where}: - {first.lstrip('-')}: ...",)
     if isinstance(source, YamlScalar) and source.text.startswith("-"):
-        return (f"a space behind the dash: - {source.text.lstrip('-')}",)
+        return (f"a space after the dash: - {source.text.lstrip('-')}",)
     return (f"{kind.text}: [node, node]",)
 
 

@@ -58,9 +58,7 @@ def collect_declarations(*, third_party: bool = True) -> Declarations:
         for skill in skills_in(module):
             if skill.name in own or further.get(skill.name, skill) is not skill:
                 other = owners.get(skill.name, "Florence BT itself")
-                packages.refuse(
-                    owner, f"its skill {skill.name!r} does not count: {other} has one of that name"
-                )
+                packages.refuse(owner, f"its skill {skill.name!r} is ignored: {other} has one of that name")
             elif not _nameable(skill.name):
                 packages.refuse(owner, f"a skill cannot be called {skill.name!r}", "verb_noun")
             else:

@@ -117,7 +117,7 @@ def _deadline(reader: Reader, source: YamlNode | None) -> float:
     if source is None or seconds is None:
         return default
     if seconds <= 0.0:
-        reader.error(source.position, "the deadline must be longer than nothing", ["60 s"])
+        reader.error(source.position, "the deadline must be above zero", ["60 s"])
         return default
     return seconds
 

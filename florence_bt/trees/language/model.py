@@ -461,7 +461,7 @@ class ParallelPolicy:
     position: Position | None = None
 
     def successes_needed(self, branches: int) -> int:
-        """How many of so many branches must succeed."""
+        """How many of a number of branches must succeed."""
         match self.kind:
             case PolicyKind.ANY:
                 return 1

@@ -214,10 +214,10 @@ class _MissionParser(Reader):
     def _template(self, source: YamlNode, what: str) -> model.Value | None:
         """A text, with keys or without."""
         if isinstance(source, YamlMapping):
-            self.error(source.position, f"{what} must be a text")
+            self.error(source.position, f"{what} must be text")
             return None
         if isinstance(source, YamlSequence):
-            self.error(source.position, f"{what} must be a text, not a list", ["a single text"])
+            self.error(source.position, f"{what} must be text, not a list", ["a single value"])
             return None
         value = self.value(source, what)
         return model.Literal(value.text, True, value.position) if isinstance(value, model.Literal) else value
@@ -261,12 +261,12 @@ class _MissionParser(Reader):
             return False
         if key.text in vocabulary.MODIFIERS["do"]:
             kind, example = key.text, f"{key.text}: {_EXAMPLES.get(key.text, '30 s')}"
-            message = f"a single value is needed behind {kind}; `do` has the same indentation as {kind}"
+            message = f"a single value is needed after {kind}; `do` has the same indentation as {kind}"
             self.error(key.position, message, [example])
             return True
         if key.text == "if" and value.get("then") is not None and mapping.get("then") is None:
             valid = ["then: indented like if", "if: $distance < 1 m"]
-            self.error(value.position, "what is to be done stands in the condition of the if", valid)
+            self.error(value.position, "the branch is inside the condition of the if", valid)
             return True
         return False
 

@@ -57,7 +57,7 @@ class Reader(FindingList):
         """A text that is not empty."""
         if isinstance(source, YamlScalar) and not source.empty and source.text.strip():
             return source.text.strip()
-        self.error(source.position, f"{what} must be a text")
+        self.error(source.position, f"{what} must be text")
         return None
 
     def identifier(self, source: YamlNode, what: str, valid: Iterable[str] = ()) -> Literal | None:
@@ -115,7 +115,7 @@ class Reader(FindingList):
 
     def unquoted_comma(self, text: UnquotedComma) -> None:
         """Add a text that fell apart at its commas."""
-        message = f"{text.key.text!r}: a text with commas needs quotes here"
+        message = f"{text.key.text!r}: text with commas needs quotes here"
         if text.whole.startswith("(") and text.whole.endswith(")"):
             self.error(text.first.position, f"{message}, and a pose is a mapping", [_POSE])
         else:
@@ -208,7 +208,7 @@ class Reader(FindingList):
             return
         written = source.text[after - 1 : end + 1]
         valid = [f"set: {{key: {written!r}}} first, and $key in the text"]
-        self.error(source.position, f"the expression {written} must stand alone, not in a text", valid)
+        self.error(source.position, f"the expression {written} must stand alone, not inside text", valid)
 
     def _pose(self, mapping: YamlMapping, what: str) -> PoseParts | None:
         parts: dict[str, Value] = {}

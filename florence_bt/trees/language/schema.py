@@ -227,12 +227,12 @@ MODIFIER_TEXTS: dict[str, str] = {
     "unless": "must not hold before the node starts; the node is skipped otherwise",
     "while": "must hold all along; the node is stopped and fails otherwise",
     "because": "the reason of a failure in your own words, or one for each code",
-    "finally": "a node that is done afterwards, on success, failure and cancel alike",
+    "finally": "a node that runs afterwards, on success, failure and cancel alike",
     "do": "the node that this one is about",
-    "then": "what is done when the condition holds",
-    "else": "what is done when the condition does not hold",
-    "cases": "the values, each with the node that is done for it",
-    "default": "what is done when no case fits",
+    "then": "the node to run when the condition holds",
+    "else": "the node to run when the condition does not hold",
+    "cases": "the values, each with the node to run for it",
+    "default": "the node to run when no case fits",
     "on": "only failures with these codes are worth another attempt",
     "attempt": "the key that receives the number of the attempt",
     "memory": "false: conditions are watched while a later node runs",
@@ -298,7 +298,7 @@ class NodeSchemas:
         none, one = {"not": {"anyOf": kinds}}, {"oneOf": kinds}
         yield {"if": where(known, none), "then": refused("a node needs a kind, or the name of a skill")}
         several = where({"anyOf": kinds}, {"not": one})
-        message = "a node has one kind only: several nodes stand in a list, each behind a dash"
+        message = "a node has one kind only: several nodes stand in a list, each after a dash"
         yield {"if": several, "then": refused(message)}
 
     def _kinds(self) -> dict[str, Schema]:
@@ -416,7 +416,7 @@ _TEXTS = {
     "mission": "the name, equal to the name of the file",
     "description": "what the mission does, for people",
     "inputs": "what a caller gives; all are keys of the tree",
-    "outputs": "keys that are handed to the caller when the mission succeeds",
+    "outputs": "keys that are returned to the caller when the mission succeeds",
     "keys": "further keys with their types; a default is the value at the start",
     "on_restart": "what follows when the executor died while this mission ran",
     "tree": "the root of the behaviour tree",

@@ -56,7 +56,7 @@ class ThirdParty:
                 yield _owner(point), folder
 
     def refuse(self, owner: str, problem: str, *valid: str) -> None:
-        """Report that something of a package does not count."""
+        """Report that something of a package is ignored."""
         self.findings.append(Finding(owner, 1, 1, WARNING, problem, tuple(valid)))
 
     def _refuse(self, point: importlib.metadata.EntryPoint, problem: str) -> None:

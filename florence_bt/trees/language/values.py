@@ -48,7 +48,7 @@ def tree_value(value: Value, kind: Kind | None, kinds: Kinds | None = None) -> A
             return literal_value(value, kind)
         case Template(parts=parts):
             if kind is not None and kind is not Kind.TEXT:
-                problem = f"{quantities.with_article(kind)} cannot be a text with keys in it"
+                problem = f"{quantities.with_article(kind)} cannot be text with keys in it"
                 raise ConfigError(problem, valid=(*as_expression(value), *_written(kind)))
             return TextTemplate(tuple(p if isinstance(p, str) else KeyReference(p.key) for p in parts))
         case PoseParts():

@@ -36,7 +36,7 @@ def said(*, broken: dict[str, str]) -> DiagnosticArray:
 def test_a_driver_that_has_said_nothing_is_named():
     report = DeviceReport(Topic())
     assert len(report.missing()) == len(DEVICE_NODES)
-    assert "hokuyo_node: its driver says nothing; see the logs" in report.missing()
+    assert "hokuyo_node: its driver reports nothing; see the logs" in report.missing()
 
 
 def test_what_is_missing_is_told_with_the_drivers_advice():
@@ -51,7 +51,7 @@ def test_what_is_missing_is_told_with_the_drivers_advice():
 def test_nothing_is_told_when_all_is_well_in_the_end():
     topic, lines = Topic(), []
     report = DeviceReport(topic)
-    topic.say(said(broken={"kinect_node": "no depth pictures arrive"}))
+    topic.say(said(broken={"kinect_node": "no depth images arrive"}))
     topic.say(said(broken={}))
     report_missing(report, lines.append)
     assert lines == [] == report.missing()
@@ -60,8 +60,8 @@ def test_nothing_is_told_when_all_is_well_in_the_end():
 def test_a_device_that_worked_and_falters_is_not_missing():
     topic = Topic()
     report = DeviceReport(topic)
-    topic.say(said(broken={"kinect_node": "no depth pictures arrive"}))
+    topic.say(said(broken={"kinect_node": "no depth images arrive"}))
     topic.say(
-        said(broken={"turtlebot_node": "no good frame for 0.5 s", "kinect_node": "no depth pictures arrive"})
+        said(broken={"turtlebot_node": "no good frame for 0.5 s", "kinect_node": "no depth images arrive"})
     )
-    assert report.missing() == ["kinect_node: connection: no depth pictures arrive"]
+    assert report.missing() == ["kinect_node: connection: no depth images arrive"]

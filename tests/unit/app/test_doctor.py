@@ -254,7 +254,7 @@ def test_table_and_json():
     print_table(findings, Console(file=out, width=60))
     text = out.getvalue()
     assert text.index("ports") < text.index("ROS") and text.count("ROS") == 1
-    assert "-> mend it" in text and text.endswith("4 things looked at: 1 problem, 1 warning\n")
-    assert summary(findings[:2]) == "2 things looked at: all is well"
+    assert "-> mend it" in text and text.endswith("4 checks: 1 problem, 1 warning\n")
+    assert summary(findings[:2]) == "2 checks: all is well"
     assert json.loads(as_json(findings))[3]["level"] == "problem"
     assert not healthy(findings) and healthy(findings[:3])

@@ -13,7 +13,7 @@ from florence_bt.app.doctor.graph import wanted_nodes
 
 
 class Graph:
-    """A node, its loop and the time; the nodes of a system come in sight after a while."""
+    """A node, its loop and the time; the nodes of a system are discovered after a while."""
 
     def __init__(self, in_sight_s: float) -> None:
         self.now = 0.0

@@ -78,7 +78,7 @@ def test_a_picture_that_cannot_be_begun_hinders_no_other(tmp_path, capfd):
     drawer.draw(RunRecord(tmp_path / "kept"))
     drawer.close()
     assert (tmp_path / "order").read_text().split() == ["kept"]
-    assert "a picture is not drawn" in capfd.readouterr().err
+    assert "a picture was not drawn" in capfd.readouterr().err
 
 
 def test_a_full_disk_is_told_in_one_line(tmp_path, capsys):

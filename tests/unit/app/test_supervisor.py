@@ -177,7 +177,7 @@ class Watch:
         self.now = 100.0
 
     def hear(self, supervisor, seconds, step_s=0.05):
-        """Let time pass and look every so often; gives the last silences."""
+        """Let time pass and look every this often; gives the last silences."""
         for _ in range(round(seconds / step_s)):
             self.now += step_s
             silences = supervisor.silences()

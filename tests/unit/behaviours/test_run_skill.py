@@ -128,7 +128,7 @@ def test_the_deadline_cancels_the_run_and_waits_for_its_end(clock):
     ("result", "code", "reason"),
     [
         (cancelled("manual override"), "cancelled", "manual override"),
-        (cancelled(""), "cancelled", "drive was cancelled by its own side"),
+        (cancelled(""), "cancelled", "drive was cancelled by its server"),
         (failure("blocked", "a chair"), "blocked", "a chair"),
         (failure("blocked", ""), "blocked", "drive failed with blocked"),
     ],

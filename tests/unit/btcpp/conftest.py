@@ -155,7 +155,7 @@ def exchange_with(tmp_path):
 
 
 class Outcomes:
-    """Skills that end as told: ``S`` and ``F`` at once, ``R`` never, a number after so many seconds."""
+    """Skills that end as told: ``S`` and ``F`` at once, ``R`` never, a number after this many seconds."""
 
     def __init__(self, told):
         self.told = {name: list(ends) for name, ends in told.items()}

@@ -247,7 +247,7 @@ def test_a_value_that_is_handed_over_as_a_text_and_computed_with_is_named(export
     inner = "inputs: {far: {type: length, default: 1 m}, on: {type: boolean, default: true}, near: {type: length, default: 1 m}}\noutputs: {twice: {type: length}}\ntree: {sequence: [{set: {twice: '${$far * 2}'}}, {beep: , when: $on}, {beep: , when: $near < 2 m}]}"
     outer = "inputs: {far: {type: length, default: 1 m}}\ntree: {run: inner, with: {far: $far, near: 3 m}}"
     _, losses = exported(outer, {"inner": inner})
-    assert losses == ["on: BehaviorTree.CPP passes a text, and inner computes with it"]
+    assert losses == ["on: BehaviorTree.CPP passes text, and inner computes with it"]
 
 
 def test_what_would_be_skipped_there_is_named(exported):

@@ -248,7 +248,7 @@ LOST = [
     ('<LoopInt queue="{q}" value="{v}"><A/></LoopInt>', "warning", "a queue that comes from a key"),
     ('<Mystery hz="1"><A/></Mystery>', "warning", "what it does with the nodes below it is not known"),
     ('<TryCatch catch_on_halt="true"><A/><B/></TryCatch>', "warning", "catch_on_halt"),
-    ('<A value="json:{}"/>', "warning", "a value in JSON is kept as a text"),
+    ('<A value="json:{}"/>', "warning", "a value in JSON is kept as text"),
     ('<Parallel success_count="{n}"><A/><B/></Parallel>', "warning", "cannot come from a key"),
     ('<Precondition if="a ? 1 : 0"><A/></Precondition>', "warning", "a ? b : c inside an expression"),
     ('<SubTree ID="Elsewhere" x="{y}"/>', "warning", "the tree 'Elsewhere' is not in this file"),

@@ -39,7 +39,7 @@ def test_values_are_read_by_their_type():
 @pytest.mark.parametrize(
     ("method", "key", "arguments", "line", "column", "said"),
     [
-        ("text", "kinds", ("kinds",), 2, 8, "kinds must be a text"),
+        ("text", "kinds", ("kinds",), 2, 8, "kinds must be text"),
         ("choice", "name", ("room", ("kitchen", "hallway")), 1, 7, "the room 'hall' does not exist"),
         ("sequence", "name", ("name",), 1, 7, "name must be a list"),
         ("number", "name", ("name",), 1, 7, "name must be a finite number, not 'hall'"),

@@ -22,7 +22,7 @@ def room(*furniture: tuple[Pose2, float, float], without: int = 0) -> OccupancyG
 
     Args:
         furniture: As above.
-        without: So many legs of the last piece are not on the map.
+        without: This many legs of the last piece are not on the map.
     """
     grid = OccupancyGrid(0.05, Pose2(-0.02, 0.01), np.zeros((80, 120), np.int8))
     legs = [

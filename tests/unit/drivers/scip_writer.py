@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def encode(value: int, width: int) -> bytes:
-    """A number as so many characters."""
+    """A number as this many characters."""
     return bytes(((value >> 6 * place) & 63) + 48 for place in range(width - 1, -1, -1))
 
 

@@ -108,7 +108,7 @@ SENT = _scans(SCANS)
 def test_one_wrong_byte_never_makes_a_wrong_scan(at: int, byte: int, how: str) -> None:
     head, tail = SCANS[:at], SCANS[at + (how != "insert") :]
     got = _scans(head + (b"" if how == "drop" else bytes([byte])) + tail)
-    # The echo has no check sum, so its numbers are the driver's to compare with what it asked for.
+    # The echo has no checksum, so its numbers are the driver's to compare with what it asked for.
     assert [scan[1:] for scan in got if scan not in SENT and scan[0] == 44] == []
     assert len(got) >= 1
 

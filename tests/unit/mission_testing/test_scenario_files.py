@@ -194,7 +194,7 @@ def test_a_switch_that_provides_for_no_case(play):
           given: {skills: {get_hotspot: {switch: label, cases: {hall: "SUCCESS (pose=(0 m, 0 m, 0 deg))"}}}}
           then: {status: SUCCEEDED}
     """)
-    assert "no (further) call with label 'kitchen'" in problems([result])[0]
+    assert "no (further) answer for a call with label 'kitchen'" in problems([result])[0]
 
 
 def test_examples_make_a_scenario_each(read, play):

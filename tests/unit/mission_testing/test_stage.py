@@ -159,7 +159,7 @@ def test_a_skill_without_a_mock_fails_the_test_and_says_how_to_mock_it(tmp_path)
 
 def test_a_script_that_is_used_up_fails_the_test(stage):
     stage.mock("look_for_user", "FAILURE no_user_seen twice")
-    with pytest.raises(MockError, match="no more than 2 calls"):
+    with pytest.raises(MockError, match="answers for only 2 calls"):
         stage.run("greet")
 
 

@@ -31,21 +31,21 @@ WRONG = [
     ("{given: {skills: {navigate_to: running @-3 s then SUCCESS}}}", "cannot be '-3 s'", "3 s"),
     (
         "{given: {skills: {navigate_to: @running 3 s, then FAILURE no_path twice, then SUCCESS}}}",
-        "a text with a comma needs quotes between { and }",
+        "text with a comma needs quotes between { and }",
         'navigate_to: "running 3 s, then FAILURE no_path twice, then SUCCESS"',
     ),
     (
         "{given: {skills: {get_hotspot: @SUCCESS (pose=(4 m, 5 m, 0 deg)), navigate_to: SUCCESS}}}",
-        "a text with a comma needs quotes",
+        "text with a comma needs quotes",
         'get_hotspot: "SUCCESS (pose=(4 m, 5 m, 0 deg))"',
     ),
-    ("{then: {status: STOPPED, reason: @I said, do not}}", "a text with a comma", 'reason: "I said, do not"'),
+    ("{then: {status: STOPPED, reason: @I said, do not}}", "text with a comma", 'reason: "I said, do not"'),
     ("{given: {skills: {navigate_to: SUCCESS @room}}}", "cannot follow", "then SUCCESS"),
     ("{given: {skills: {@a//b: SUCCESS}}}", "not a pattern", ""),
     ("{given: {skills: {@a/ /b: SUCCESS}}}", "not a pattern", ""),
-    ("{given: {skills: {navigate_to: @{failure: no_path}}}}", "script must be a text", "FAILURE no_path"),
-    ("{given: {skills: {navigate_to: @[FAILURE, SUCCESS]}}}", "script must be a text", "then SUCCESS"),
-    ("{given: {skills: {navigate_to: @}}}", "script must be a text", "SUCCESS"),
+    ("{given: {skills: {navigate_to: @{failure: no_path}}}}", "script must be text", "FAILURE no_path"),
+    ("{given: {skills: {navigate_to: @[FAILURE, SUCCESS]}}}", "script must be text", "then SUCCESS"),
+    ("{given: {skills: {navigate_to: @}}}", "script must be text", "SUCCESS"),
     ("{given: {skills: {navigate_to: 'SUCCESS always, @FAILURE'}}}", "nothing can follow", ""),
     ("{given: {skills: {get_hotspot: {switch: @room, default: FAILURE}}}}", "no input 'room'", "label"),
     ("{given: {skills: {get_hotspot: @{switch: label}}}}", "has no cases", ""),
@@ -98,7 +98,7 @@ def test_what_is_wrong_is_told_with_its_place(read, marked, says, valid):
 def test_a_script_that_fell_apart_is_told_once_and_read_as_it_was_meant(read):
     found = read("- {name: x, given: {skills: {navigate_to: running 3 s, then FALURE}}, then: {code: ok}}")
     torn, wrong = found.findings
-    assert torn.message == "a text with a comma needs quotes between { and }"
+    assert torn.message == "text with a comma needs quotes between { and }"
     assert "'FALURE'" in wrong.message
 
 

@@ -204,7 +204,7 @@ def test_every_order_of_some_of_all_events(there: bool, refusals: int) -> None:
 
 
 def test_a_server_started_anew_is_noticed_before_the_deadline_of_the_result() -> None:
-    """The name is in sight all the time: only that it is another server tells that the goal is gone."""
+    """The name is there all the time: only that it is another server tells that the goal is gone."""
     world = World()
     for event in ("accept", "wait", "restarts"):
         world.happen(event)

@@ -92,7 +92,7 @@ DATE = datetime(2024, 5, 1, 10, 15, tzinfo=UTC)
 
 
 def after(seconds):
-    """The date of a start so long after the last entry of the journal."""
+    """The date of a start this long after the last entry of the journal."""
     return lambda: DATE + timedelta(seconds=seconds)
 
 

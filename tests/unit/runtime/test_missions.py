@@ -100,7 +100,7 @@ def test_a_broken_edit_keeps_the_version_of_before_and_says_so(home, tree, told)
     home.write("greet", tree)
     run = home.run()
     assert run.status is RunStatus.SUCCEEDED and home.said == ["hello"]
-    assert "greet: its edit does not count, the version of before stays in force" in run.note
+    assert "greet: its edit is not used, the previous version stays in force" in run.note
     assert re.search(told, run.note), run.note
     report = home.executor.reload()
     assert not report.ok and "greet" in report.held and "stays in force" in report.text()

@@ -38,7 +38,7 @@ def test_abort_closes_the_run_with_what_it_was_doing(tmp_path):
     second = Process(tmp_path, name="B")
     past = second.past(run_id)
     assert (past.state, past.code) == ("ABORTED", "crashed")
-    assert "the process died on it" in past.reason and "on_restart says abort" in past.reason
+    assert "the process died during it" in past.reason and "on_restart says abort" in past.reason
     assert "[+] speak" in past.tree and "[>] wait 2 s" in past.tree
     assert second.executor.current is None and second.told
     assert second.executor.find().run_id == run_id, "people who ask are shown it"

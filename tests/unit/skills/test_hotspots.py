@@ -73,7 +73,7 @@ def test_an_empty_file_has_no_hotspots(text: str) -> None:
         ("hotspots:\n  - {label: a, x: .nan, y: 2}", ":2:19", "finite"),
         ("hotspots:\n  - {label: a, x: nan, y: 2}", ":2:19", "finite"),
         ("hotspots:\n  - {label: a, x: 1, y: inf}", ":2:25", "finite"),
-        ("hotspots:\n  - {label: '', x: 1, y: 2}", ":2:13", "label must be a text"),
+        ("hotspots:\n  - {label: '', x: 1, y: 2}", ":2:13", "label must be text"),
         ("hotspots:\n  - {label: a, x: 1, y: 2, kynd: room}", ":2:28", "kind"),
         ("hotspots:\n  - {label: a, x: 1, y: 2, kind: rom}", ":2:34", "room"),
         ("hotspots:\n  - {label: a, x: 1, x: 1, y: 2}", ":2:22", "duplicated"),

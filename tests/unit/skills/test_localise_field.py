@@ -121,8 +121,7 @@ def test_a_fit_never_ends_worse_than_it_began() -> None:
 
     def fit_at(pose: Pose2, points: np.ndarray) -> float:
         at = (pose.x, pose.y, pose.yaw)
-        grid = (field.signed, field.normals, field.origin_x, field.origin_y, field.resolution)
-        return float(match_terms(*at, points, *grid, 2.0 * sigma)[2])
+        return float(match_terms(at, points, field.signed, field.normals, field.frame, 2.0 * sigma)[2])
 
     for _ in range(200):
         belief = Pose2(1.0 + 0.1 * rng.standard_normal(), 0.5 + 0.1 * rng.standard_normal(), 0.0)

@@ -24,7 +24,7 @@ def scan_of(depth: np.ndarray) -> LaserScan:
 
 
 def somebody(away: float, carries: bool = True) -> np.ndarray:
-    """Somebody so many metres away; what they carry reaches 0.4 m nearer."""
+    """Somebody this many metres away; what they carry reaches 0.4 m nearer."""
     body = with_box(floor(), away, (0.0, 1.4), 0.2, -0.2)
     return with_box(body, away - 0.4, CARRIED, 0.2, -0.2) if carries else body
 

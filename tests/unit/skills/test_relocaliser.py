@@ -189,7 +189,7 @@ def test_what_was_seen_before_a_break_is_not_looked_for() -> None:
     relocaliser = relocaliser_with(search)
     relocaliser.lose()
     drive_lost(relocaliser, search, 5)
-    relocaliser.doubt()
+    relocaliser.unconfirm()
     assert drive_lost(relocaliser, search, 5) == [None] * 5
     assert search.asked == [150, 150]
 

@@ -39,7 +39,7 @@ ENDLESS = Step(success(), after=1e6)
 
 
 def takes(seconds, result=None):
-    """A step of a script: so many seconds, then success or the given result."""
+    """A step of a script: this many seconds, then success or the given result."""
     return Step(result or success(), after=seconds)
 
 

@@ -59,7 +59,7 @@ def test_what_is_wrong_is_told(written):
         "9:24 the type of 'a' cannot be 'lenght'",
         "7:15 deadline: a duration is needed, not 'soon'",
         "8:14 instant cannot be 'maybe'",
-        "10:20 the deadline must be longer than nothing",
+        "10:20 the deadline must be above zero",
     ]
     assert set(read_skills_file(path).declarations) == {"grab", "wave"}
     for text in ("[]", "skills: []", "mission: x"):

@@ -39,7 +39,7 @@ def test_the_built_in_missions_are_without_findings():
         ),
         (
             '{sequence: [{set: {b: 5 deg}}, {turn: {angle: "a $b"}}]}',
-            "2:53 error angle: an angle cannot be a text with keys in it",
+            "2:53 error angle: an angle cannot be text with keys in it",
         ),
         ("{wait: 5}", "2:14 error wait: a duration needs a unit: '5' | 5 s, 5 ms, 5 min, 5 h"),
         ("{wait: -1 s}", "2:14 error wait: -1 s is below the minimum of 0 s | "),

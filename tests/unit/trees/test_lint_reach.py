@@ -294,7 +294,7 @@ def test_a_skill_on_its_way_out(workshop):
         "turn": replace(workshop.declarations["turn"], deprecated="spin: {angle: ...}"),
     }
     (line,) = only(workshop, TURN, "warning")
-    assert line.startswith("2:8 warning turn is on its way out: use spin: {angle: ...}")
+    assert line.startswith("2:8 warning turn is deprecated: use spin: {angle: ...}")
 
 
 @pytest.mark.parametrize("value", ["$n", "$m", "'${min($n, 1)}'", "$t", "'${$n / 2}'"])

@@ -23,7 +23,7 @@ def test_the_numbers():
 
 
 def lines_for(count: int) -> int:
-    """How many lines of code are run for so many siblings."""
+    """How many lines of code are run for this many siblings."""
     siblings = [Success("same") for _ in range(count)]
     lines = 0
 

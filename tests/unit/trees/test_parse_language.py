@@ -154,7 +154,7 @@ def test_an_expression_over_several_lines():
 
 def test_a_text_with_an_expression_in_it_is_refused():
     assert findings("{fail: 'it took ${$n + 1} looks'}") == [
-        "3:14 the expression ${$n + 1} must stand alone, not in a text | "
+        "3:14 the expression ${$n + 1} must stand alone, not inside text | "
         "set: {key: '${$n + 1}'} first, and $key in the text"
     ]
     (value,) = (value for _, value in node("{set: {x: 'a ${n} b'}}").values)
@@ -206,7 +206,7 @@ WRONG = """
     3:19 condition needs an expression | $distance < 1 m, $found and not $done
 
 {work: , when: room == 3}
-    3:22 'room' is neither a key nor a text | $room, "room"
+    3:22 'room' is neither a key nor text | $room, "room"
 
 {work: {when: $a}}
     3:15 'when' stands among the inputs of work | when indented like work

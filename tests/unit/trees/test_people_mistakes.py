@@ -14,7 +14,7 @@ MISTAKES = {
     # name: (the file, what the check says: "line:column message | the first thing that would have worked")
     "a colon in a text": (
         "mission: example\ndescription: Look: then go\ntree: {wait: 1 s}\n",
-        '2:18 not YAML: a text with a colon needs quotes | description: "Look: then go"',
+        '2:18 not YAML: text with a colon needs quotes | description: "Look: then go"',
     ),
     "quotes that end too soon": (
         HEAD + "  fail: 'it's over'\n",
@@ -33,10 +33,10 @@ MISTAKES = {
         HEAD + "  sequence:\n    - wait: 1 s\n      finally\n    - wait: 2 s\n",
         "5:14 not YAML: a colon is missing | finally:",
     ),
-    "a text that begins with a bracket": (
+    "text that begins with a bracket": (
         "mission: example\ndescription: [draft] a round\ntree: {wait: 1 s}\n",
         "2:22 not YAML: the line goes on after the closing ]"
-        ' | nothing behind it, if it is a text: description: "[draft] a round"',
+        ' | nothing after it, if it is text: description: "[draft] a round"',
     ),
     "a text that goes on after its quotes": (
         'mission: example\ndescription: "my" example\ntree: {wait: 1 s}\n',
@@ -85,7 +85,7 @@ MISTAKES = {
     ),
     "no space behind a dash": (
         HEAD + "  sequence:\n    -wait: 1 s\n    -turn: {angle: 45 deg}\n",
-        "4:5 sequence needs a list of nodes | a space behind the dash: - wait: ...",
+        "4:5 sequence needs a list of nodes | a space after the dash: - wait: ...",
     ),
     "no dashes": (
         HEAD + "  sequence:\n    turn: {angle: 45 deg}\n    wait: 1 s\n",
@@ -115,7 +115,7 @@ MISTAKES = {
     "a comma in a number": (HEAD + "  wait: 1,5 s\n", "3:9 wait: a duration is needed, not '1,5 s' | 1.5 s"),
     "times and do below retry": (
         HEAD + "  retry:\n    times: 3\n    do: {look_for_user: {}}\n",
-        "3:3 a single value is needed behind retry; `do` has the same indentation as retry | retry: 3",
+        "3:3 a single value is needed after retry; `do` has the same indentation as retry | retry: 3",
     ),
     "a decorator without do": (
         HEAD + "  retry: 3\n  look_for_user: {}\n",
@@ -127,7 +127,7 @@ MISTAKES = {
     ),
     "all of an if below it": (
         HEAD + "  if:\n    condition: 1 < 2\n    then: {wait: 1 s}\n",
-        "4:5 what is to be done stands in the condition of the if | then: indented like if",
+        "4:5 the branch is inside the condition of the if | then: indented like if",
     ),
     "inputs beside run": (
         HEAD + "  run: goto_room\n  room: kitchen\n",
@@ -147,24 +147,24 @@ MISTAKES = {
     ),
     "a pose in parentheses": (
         HEAD + "  navigate_to: {goal: (1 m, 2 m, 90 deg)}\n",
-        "3:23 'goal': a text with commas needs quotes here, and a pose is a mapping"
+        "3:23 'goal': text with commas needs quotes here, and a pose is a mapping"
         " | {x: 1 m, y: 2 m, yaw: 90 deg}",
     ),
     "a reason that begins with a parenthesis": (
         HEAD + "  sequence:\n    - {fail: (not here), sorry}\n",
-        "4:14 'fail': a text with commas needs quotes here | fail: \"(not here), sorry\"",
+        "4:14 'fail': text with commas needs quotes here | fail: \"(not here), sorry\"",
     ),
     "a reason with a comma": (
         HEAD + "  sequence:\n    - {fail: nobody is here, sorry}\n",
-        "4:14 'fail': a text with commas needs quotes here | fail: \"nobody is here, sorry\"",
+        "4:14 'fail': text with commas needs quotes here | fail: \"nobody is here, sorry\"",
     ),
     "a name with commas before the kind": (
         HEAD + "  sequence:\n    - {name: here, there and everywhere, wait: 1 s}\n",
-        "4:14 'name': a text with commas needs quotes here | name: \"here, there and everywhere\"",
+        "4:14 'name': text with commas needs quotes here | name: \"here, there and everywhere\"",
     ),
     "a text with commas in a key": (
         HEAD + "  sequence:\n    - set: {text: 'a', other: one, two \"or\" three, four}\n    - wait: $othr\n",
-        "4:31 'other': a text with commas needs quotes here | other: 'one, two \"or\" three, four'",
+        "4:31 'other': text with commas needs quotes here | other: 'one, two \"or\" three, four'",
     ),
     "a program's way to set": (
         HEAD + "  set: tries = 3\n",
@@ -219,7 +219,7 @@ MISTAKES = {
     "a part of a pose without braces": (
         HEAD + "  sequence:\n    - get_robot_pose:\n      out: {pose: here}\n"
         "    - set: {y: $here.y}\n    - fail: at $y\n",
-        "6:16 y: $here.y is a text here: the whole pose, then '.y' | ${$here.y}",
+        "6:16 y: $here.y is text here: the whole pose, then '.y' | ${$here.y}",
     ),
     "a key that is read too early": (
         HEAD + "  sequence:\n    - set_user_position: {user: $user}\n    - look_for_user: {}\n"
@@ -268,7 +268,7 @@ MISTAKES = {
     ),
     "a sum that is only a text": (
         HEAD + "  sequence:\n    - set: {a: 3}\n    - set: {b: $a + 1}\n    - fail: $b\n",
-        "5:16 b: '$a + 1' is a text here, and nothing is computed | ${$a + 1}",
+        "5:16 b: '$a + 1' is text here, and nothing is computed | ${$a + 1}",
     ),
     "outputs the wrong way round": (
         HEAD + "  sequence:\n    - look_for_user: {}\n      out: {person: user}\n"
@@ -300,7 +300,7 @@ MISTAKES = {
         HEAD + "  sequence:\n    - set: {r: a}\n    - condition: $r == \N{LEFT DOUBLE QUOTATION MARK}a\n",
         "5:24 '\N{LEFT DOUBLE QUOTATION MARK}' is not known here | \"",
     ),
-    "a text that begins with a sign of YAML": (
+    "text that begins with a sign of YAML": (
         HEAD + "  fail: !urgent call\n",
         "3:9 the tag !urgent is not allowed | the value without a tag",
     ),
@@ -398,6 +398,6 @@ def test_a_text_that_begins_with_a_sign_of_yaml(tmp_path: Path, sign: str) -> No
     file.write_text(f"mission: example\ndescription: {sign} all of it\ntree: {{wait: 1 s}}\n")
     report, _ = check_files([file])
     first, *_, worked, _ = report.splitlines()
-    assert first.endswith(f" error: not YAML: a text that begins with {sign} needs quotes")
+    assert first.endswith(f" error: not YAML: text that begins with {sign} needs quotes")
     assert first.startswith(f"{file}:2:1")
     assert worked.endswith(f'= would have worked: description: "{sign} all of it"')

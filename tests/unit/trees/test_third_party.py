@@ -77,7 +77,7 @@ def test_a_package_brings_skills_and_missions(install):
         ("def broken(:", "cannot be imported: SyntaxError"),
         (
             "TURN = SkillDeclaration('turn', 'Turn')",
-            "its skill 'turn' does not count: Florence BT itself has one",
+            "its skill 'turn' is ignored: Florence BT itself has one",
         ),
         ("IF = SkillDeclaration('if', 'If')", "a skill cannot be called 'if'"),
         ("IF = SkillDeclaration('Wave-Hand', 'Wave')", "a skill cannot be called 'Wave-Hand'"),

@@ -8,6 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+Pose = tuple[float, float, float]
+"""x, y in metres, yaw in radians."""
+Frame = tuple[float, float, float]
+"""The outer corner of cell [0, 0], x and y, and metres per cell."""
 _BACK = 0.3
 """A beam that ends where the surface looks away from the robot, also one cell before its end, did not measure
 that surface; cosine of the angle from which on it looks away."""
@@ -120,15 +124,11 @@ def resample_systematic(weights: NDArray[np.float64], start: float, count: int) 
 
 @njit(cache=True)
 def match_terms(
-    x: float,
-    y: float,
-    yaw: float,
+    pose: Pose,
     points: NDArray[np.float64],
     signed: NDArray[np.float32],
     normals: NDArray[np.float32],
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    frame: Frame,
     scale: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
     """The normal equations of a scan against the field, at a pose.
@@ -141,6 +141,8 @@ def match_terms(
         and how many beam ends lie within ``scale`` of a surface.
     """
     rows, columns = signed.shape
+    x, y, yaw = pose
+    origin_x, origin_y, resolution = frame
     matrix, vector = np.zeros((3, 3)), np.zeros(3)
     c, s = math.cos(yaw), math.sin(yaw)
     total, near = 0.0, 0
@@ -181,9 +183,7 @@ def climb(
     points: NDArray[np.float64],
     signed: NDArray[np.float32],
     normals: NDArray[np.float32],
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    frame: Frame,
     covariance: NDArray[np.float64],
     gain: float,
     sigma: float,
@@ -196,9 +196,7 @@ def climb(
         points: Shape (n, 2), beam ends in the base frame, metres.
         signed: As in :func:`match_terms`, with those that follow.
         normals: As there.
-        origin_x: As there.
-        origin_y: As there.
-        resolution: As there.
+        frame: As there.
         covariance: Shape (3, 3), of the belief.
         gain: What a beam's squared distance in metres counts.
         sigma: Standard deviation of a beam end from the map's surface in metres.
@@ -212,9 +210,7 @@ def climb(
     # A wider pull first, so that a belief a decimetre or two off is still caught, then a narrow one.
     for k in range(steps):
         scale = 3.0 * sigma * (2.0 / 3.0) ** (k / max(1, steps - 1))
-        normal, vector, _, _ = match_terms(
-            here[0], here[1], here[2], points, signed, normals, origin_x, origin_y, resolution, scale
-        )
+        normal, vector, _, _ = match_terms((here[0], here[1], here[2]), points, signed, normals, frame, scale)
         offset = here - start
         offset[2] = math.atan2(math.sin(offset[2]), math.cos(offset[2]))
         matrix = gain * normal + information
@@ -223,11 +219,9 @@ def climb(
         if k > 0 and abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4:
             break
     # Gauss-Newton may end in a worse place than it began, where the wide pull led it past the right one.
-    _, _, fit, near = match_terms(
-        here[0], here[1], here[2], points, signed, normals, origin_x, origin_y, resolution, 2.0 * sigma
-    )
+    _, _, fit, near = match_terms((here[0], here[1], here[2]), points, signed, normals, frame, 2.0 * sigma)
     _, _, fit_before, near_before = match_terms(
-        start[0], start[1], start[2], points, signed, normals, origin_x, origin_y, resolution, 2.0 * sigma
+        (start[0], start[1], start[2]), points, signed, normals, frame, 2.0 * sigma
     )
     fitted = np.linalg.inv(matrix)
     return (start, fitted, near_before) if fit < fit_before else (here, fitted, near)
@@ -270,14 +264,10 @@ def score_blocks(
 
 @njit(cache=True)
 def contradicted_part(
-    x: float,
-    y: float,
-    yaw: float,
+    pose: Pose,
     points: NDArray[np.float64],
     signed: NDArray[np.float32],
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    frame: Frame,
     near: float,
     beyond: float,
 ) -> float:
@@ -286,18 +276,16 @@ def contradicted_part(
     A beam that is too short has met something that is not in the map. One that is too long contradicts it.
 
     Args:
-        x: The base in the map frame, metres.
-        y: Metres.
-        yaw: Radians.
+        pose: Of the base in the map frame.
         points: Shape (n, 2), beam ends in the base frame, metres.
         signed: Shape (rows, columns), metres, below zero in what is solid.
-        origin_x: Outer corner of cell [0, 0].
-        origin_y: Outer corner of cell [0, 0].
-        resolution: Metres per cell.
+        frame: Of the grid.
         near: A beam that ends so near to a surface has met it, metres.
         beyond: It went through what is further before its end, metres.
     """
     rows, columns = signed.shape
+    x, y, yaw = pose
+    origin_x, origin_y, resolution = frame
     c, s = math.cos(yaw), math.sin(yaw)
     through = 0
     for k in range(len(points)):
@@ -321,12 +309,8 @@ def contradicted_part(
 def draw_distances(
     distances: NDArray[np.float32],
     points: NDArray[np.float64],
-    x: float,
-    y: float,
-    yaw: float,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    pose: Pose,
+    frame: Frame,
     far: float,
     gap: float,
 ) -> None:
@@ -335,16 +319,14 @@ def draw_distances(
     Args:
         distances: Shape (rows, columns), metres; made smaller where the scan's surfaces are nearer.
         points: Shape (n, 2), beam ends in the base frame, metres, in the order of the beams.
-        x: The base in the grid's frame, metres.
-        y: Metres.
-        yaw: Radians.
-        origin_x: Outer corner of cell [0, 0].
-        origin_y: Outer corner of cell [0, 0].
-        resolution: Metres per cell.
+        pose: Of the base in the grid's frame.
+        frame: Of the grid.
         far: How far around a surface is drawn, metres.
         gap: Two neighbouring beams that end nearer to each other have met one surface, metres.
     """
     rows, columns = distances.shape
+    x, y, yaw = pose
+    origin_x, origin_y, resolution = frame
     c, s = math.cos(yaw), math.sin(yaw)
     reach = int(far / resolution)
     last_u, last_v, last = 0.0, 0.0, False
@@ -372,15 +354,30 @@ def draw_distances(
 
 
 @njit(cache=True)
-def best_offset(
+def _fit_of(
+    distances: NDArray[np.float32],
+    us: NDArray[np.float64],
+    vs: NDArray[np.float64],
+    du: float,
+    dv: float,
+    near: float,
+) -> float:
+    """How well beam ends (columns and rows, shape (n,)) fit that are shifted by cells, 0 to 1."""
+    rows, columns = distances.shape
+    total = 0.0
+    for k in range(len(us)):
+        column, row = math.floor(us[k] + du), math.floor(vs[k] + dv)
+        if 0 <= row < rows and 0 <= column < columns:
+            total += max(0.0, 1.0 - abs(distances[row, column]) / near)
+    return total / len(us)
+
+
+@njit(cache=True)
+def best_pose(
     distances: NDArray[np.float32],
     points: NDArray[np.float64],
-    x: float,
-    y: float,
-    yaw: float,
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
+    centre: Pose,
+    frame: Frame,
     step: float,
     steps: int,
     turn_step: float,
@@ -388,51 +385,39 @@ def best_offset(
     near: float,
     cost_d: float,
     cost_a: float,
-) -> tuple[float, float, float]:
+) -> Pose:
     """The pose around another one at which a scan fits best.
 
     Args:
         distances: Shape (rows, columns), metres to the nearest surface, below zero inside of it.
         points: Shape (n, 2), beam ends in the base frame, metres.
-        x: The middle of where is looked, metres in the grid's frame.
-        y: Metres.
-        yaw: Radians.
-        origin_x: Outer corner of cell [0, 0].
-        origin_y: Outer corner of cell [0, 0].
-        resolution: Metres per cell.
+        centre: The middle of the search, in the grid's frame.
+        frame: Of the grid.
         step: From place to place, metres.
-        steps: So many to each side.
+        steps: This many to each side.
         turn_step: From heading to heading, radians.
-        turns: So many to each side.
+        turns: This many to each side.
         near: A beam fits the less the farther from a surface it ends, and not at all from here on, metres.
         cost_d: How much more of the scan has to fit at a place, per squared metre from the middle.
         cost_a: The same per squared radian.
-
-    Returns:
-        x, y, yaw.
     """
-    rows, columns = distances.shape
-    best, best_x, best_y, best_yaw = -1e9, x, y, yaw
-    along_x, along_y = np.empty(len(points)), np.empty(len(points))
+    x, y, yaw = centre
+    origin_x, origin_y, resolution = frame
+    best_score, best = -1e9, centre
+    us, vs = np.empty(len(points)), np.empty(len(points))
     for h in range(-turns, turns + 1):
         turned = yaw + h * turn_step
         c, s = math.cos(turned), math.sin(turned)
         for k in range(len(points)):
-            along_x[k] = (c * points[k, 0] - s * points[k, 1] + x - origin_x) / resolution
-            along_y[k] = (s * points[k, 0] + c * points[k, 1] + y - origin_y) / resolution
+            us[k] = (c * points[k, 0] - s * points[k, 1] + x - origin_x) / resolution
+            vs[k] = (s * points[k, 0] + c * points[k, 1] + y - origin_y) / resolution
         for i in range(-steps, steps + 1):
             for j in range(-steps, steps + 1):
                 cost = cost_d * step * step * (i * i + j * j) + cost_a * (h * turn_step) ** 2
-                if i * i + j * j > steps * steps or 1.0 - cost <= best:
+                if i * i + j * j > steps * steps or 1.0 - cost <= best_score:
                     continue
-                total = 0.0
-                for k in range(len(points)):
-                    column = math.floor(along_x[k] + j * step / resolution)
-                    row = math.floor(along_y[k] + i * step / resolution)
-                    if 0 <= row < rows and 0 <= column < columns:
-                        total += max(0.0, 1.0 - abs(distances[row, column]) / near)
-                score = total / len(points) - cost
-                if score > best:
-                    best = score
-                    best_x, best_y, best_yaw = x + j * step, y + i * step, turned
-    return best_x, best_y, best_yaw
+                du, dv = j * step / resolution, i * step / resolution
+                score = _fit_of(distances, us, vs, du, dv, near) - cost
+                if score > best_score:
+                    best_score, best = score, (x + j * step, y + i * step, turned)
+    return best

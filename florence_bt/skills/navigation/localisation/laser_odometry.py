@@ -26,7 +26,7 @@ _FAR_M = 0.3
 _GAP_M = 0.35
 """Two neighbouring beams that end nearer to each other have met the same surface."""
 _KEEP_M, _KEEP_RAD, _SCANS = 0.15, 0.15, 24
-"""A scan is kept when the robot has moved so far since the last one that was; so many make a submap, and
+"""A scan is kept when the robot has moved so far since the last one that was; this many make a submap, and
 after half of them the next submap begins."""
 _STEP_M, _STEP_RAD, _NEAR_M, _BEAMS = 0.05, 0.02, 0.2, 60
 _LONGEST_M, _LARGEST_RAD = 0.6, 0.6
@@ -56,11 +56,8 @@ class _Submap:
         self.scans = 0
 
     def add(self, pose: Pose2, points: NDArray[np.float64]) -> None:
-        field = self.field
-        at = (pose.x, pose.y, pose.yaw)
-        draw_distances(
-            field.signed, points, *at, field.origin_x, field.origin_y, _RESOLUTION_M, _FAR_M, _GAP_M
-        )
+        field, at = self.field, (pose.x, pose.y, pose.yaw)
+        draw_distances(field.signed, points, at, field.frame, _FAR_M, _GAP_M)
         self.scans += 1
 
 

@@ -36,6 +36,11 @@ class LikelihoodField:
     normals: NDArray[np.float32]
     max_distance: float
 
+    @property
+    def frame(self) -> tuple[float, float, float]:
+        """origin_x, origin_y and resolution, for the kernels."""
+        return self.origin_x, self.origin_y, self.resolution
+
 
 def build_likelihood_field(
     grid: OccupancyGrid, max_distance: float, surface_offset: float = 0.5

@@ -102,7 +102,7 @@ class Localiser:
     def resume(
         self, pose: Pose2, standard_deviations: tuple[float, float, float] = INITIAL_DEVIATIONS
     ) -> None:
-        """Begin where the robot was last, which is only told once a scan has fitted there.
+        """Begin where the robot was last; that pose is published once a scan has fitted there.
 
         The robot may have been carried meanwhile: when the first scan does not fit it is lost.
 
@@ -117,7 +117,7 @@ class Localiser:
         self._given, self._resumed = None, self._parameters.refine
 
     def lose(self) -> None:
-        """Forget where the robot is: it is looked for everywhere, and until it is found no place is told.
+        """Forget where the robot is: the whole map is searched, and until it is found there is no pose.
 
         Raises:
             ValueError: The parameter ``refine`` is off.
@@ -129,7 +129,7 @@ class Localiser:
 
     @property
     def lost(self) -> bool:
-        """Whether the scans do not fit where the robot is believed to be, and it was not found elsewhere."""
+        """Whether the scans do not fit the estimated pose, and the robot was not found elsewhere."""
         return self._relocaliser.lost
 
     def believe(self, odom_pose: Pose2) -> None:
@@ -161,7 +161,7 @@ class Localiser:
             return None
         self._laser.update(points, odom_pose)
         if self._laser.broken:
-            self._relocaliser.doubt()
+            self._relocaliser.unconfirm()
         motion = (self._counted or self._laser.pose).inverse() @ self._laser.pose
         self.pose = self._there @ motion
         if self._counts(motion):

@@ -46,7 +46,7 @@ from florence_bt.skills.navigation.localisation.scan_queue import ScanQueue
 
 DIAGNOSTICS_PERIOD_S = 1.0
 ODOMETRY_PERIOD_S = 0.04
-"""At the latest after so long the next odometry comes, when the robot stands."""
+"""At the latest after this long the next odometry comes, when the robot stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class LocaliserNodeParameters:
         initial_deviation_xy: How sure that is, in metres.
         initial_deviation_yaw: In radians.
         pose_file: Where the last pose is kept, so that a restart needs none; empty for nowhere. A pose of the
-            same map takes the place of the initial one, and is told once a scan has fitted there.
+            same map takes the place of the initial one, and is published once a scan has fitted there.
         save_pose_rate: How often it is written at most, in Hz.
         seed: Start of the random numbers.
         transform_tolerance: How far ahead ``map -> odom`` is stamped, in seconds; of the newest odometry.
@@ -97,7 +97,7 @@ class LocaliserNode(FlorenceNode):
         self._p = p = self.read_parameters(LocaliserNodeParameters)
         self._start = Pose2(p.initial_x, p.initial_y, p.initial_yaw)
         self._deviations = (p.initial_deviation_xy, p.initial_deviation_xy, p.initial_deviation_yaw)
-        self._told = False
+        self._pose_set = False
         self._localiser: Localiser | None = None
         self._queue = ScanQueue()
         self.ros_timebase.on_reset(self._queue.clear)
@@ -132,7 +132,7 @@ class LocaliserNode(FlorenceNode):
             self._localiser.lose()
 
     def _load_pose(self, grid: OccupancyGrid) -> Pose2 | None:
-        if not self._p.pose_file or self._told:
+        if not self._p.pose_file or self._pose_set:
             return None
         try:
             return load_pose(Path(self._p.pose_file), grid)
@@ -170,7 +170,7 @@ class LocaliserNode(FlorenceNode):
         x, y, yaw = np.sqrt(np.maximum(variances, 0.0))
         given = (float(x), float(y), float(yaw))
         self._start, self._deviations = pose, given if any(given) else INITIAL_DEVIATIONS
-        self._told = True
+        self._pose_set = True
         if self._localiser is not None:
             self._localiser.set_pose(self._start, self._deviations)
 
@@ -202,10 +202,10 @@ class LocaliserNode(FlorenceNode):
             self.get_logger().warning(f"scan ignored: {error}", throttle_duration_sec=5.0)
             return
         was_lost = localiser.lost
-        told = localiser.update(scan, laser_in_base, odom_pose)
+        map_from_odom = localiser.update(scan, laser_in_base, odom_pose)
         if localiser.lost != was_lost:
             self._report(lost=localiser.lost)
-        if told is None:
+        if map_from_odom is None:
             return
         self._send_transform()
         self._publish_pose(localiser, scan.middle_stamp)
@@ -213,7 +213,7 @@ class LocaliserNode(FlorenceNode):
     def _report(self, *, lost: bool) -> None:
         if lost:
             self.get_logger().warning(
-                "the scans do not fit the map where the robot was believed to be: it is looked for everywhere"
+                "the scans do not fit the map where the robot was believed to be: the whole map is searched"
                 " (a drive by hand helps, or a pose on 'initialpose')"
             )
         else:
@@ -222,7 +222,7 @@ class LocaliserNode(FlorenceNode):
     def _send_transform(self) -> None:
         if self._localiser is not None and self._localiser.map_from_odom is not None:
             now, odometry = self.timebase.now(), self._queue.odometry
-            # Who falls behind the odometry must not tell anybody that the place is known now.
+            # Behind the odometry, the pose of now is not known.
             known = now if odometry is None else min(now, odometry.stamp + ODOMETRY_PERIOD_S)
             stamp = known + self._p.transform_tolerance
             pose = self._localiser.map_from_odom

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from florence_bt.core.errors import ConfigError
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits
+from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +28,8 @@ class LocaliserParameters:
         z_rand: Weight of anything else.
         sigma_hit: Spread of a beam end around the surface in metres.
         likelihood_max_dist: Where distances to surfaces are cut, in metres.
-        trust_none: A scan says nothing when the map explains a smaller part of it at the best particle.
-        trust_full: From this part on its likelihood counts in full, and between the two in proportion.
+        match_least_fit: A scan says nothing when the map explains a smaller part of it at the best particle.
+        match_full_fit: From this part on its likelihood counts in full, and between the two in proportion.
         update_min_d: Metres to drive before a scan counts again.
         update_min_a: Radians to turn before a scan counts again.
         resample_interval: Updates between two resamplings.
@@ -62,8 +61,8 @@ class LocaliserParameters:
     z_rand: NotNegative = 0.05
     sigma_hit: Positive = 0.1
     likelihood_max_dist: Positive = 2.0
-    trust_none: Annotated[float, Limits(0.0, 1.0)] = 0.4
-    trust_full: Annotated[float, Limits(0.0, 1.0)] = 0.7
+    match_least_fit: Annotated[float, Limits(0.0, 1.0)] = 0.4
+    match_full_fit: Annotated[float, Limits(0.0, 1.0)] = 0.7
     update_min_d: NotNegative = 0.10
     update_min_a: NotNegative = 0.10
     resample_interval: Annotated[int, Limits(1)] = 1
@@ -83,7 +82,4 @@ class LocaliserParameters:
 
     def __post_init__(self) -> None:
         check_limits(self)
-        if self.trust_none >= self.trust_full:
-            raise ConfigError(
-                f"trust_none {self.trust_none:g} has to be smaller than trust_full {self.trust_full:g}"
-            )
+        check_order(self, ("match_least_fit", "match_full_fit"))

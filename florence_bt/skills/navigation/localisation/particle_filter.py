@@ -94,7 +94,7 @@ class ParticleFilter:
         # draw the particles to whatever of it looks alike.
         p = self._parameters
         explained = (float(likelihood.max()) - 1.0) / (len(points) * p.z_hit**3)
-        trust = min(1.0, max(0.0, (explained - p.trust_none) / (p.trust_full - p.trust_none)))
+        trust = min(1.0, max(0.0, (explained - p.match_least_fit) / (p.match_full_fit - p.match_least_fit)))
         weights = self.weights * likelihood**trust
         self.weights = weights / weights.sum()
 

@@ -1,7 +1,7 @@
 """The pose at which scans fit the map, looked for around a place or everywhere.
 
 A fit that begins at a wrong pose ends at a wrong one. So poses of a grid are tried, and the fit begins at the
-best of them. Everywhere there are millions, and most are ruled out by the block: a table that tells for
+best of them. Everywhere there are millions, and most are ruled out by the block: a table that gives for
 each block of cells how well a beam fits that ends in the best of them bounds what all poses of the block can
 reach.
 
@@ -86,21 +86,8 @@ class PoseSearch:
 
     def contradicted_part(self, points: NDArray[np.float64], pose: Pose2) -> float:
         """The part of a scan, shape (n, 2), beam ends in the base frame, that went through walls."""
-        field = self._field
-        return float(
-            contradicted_part(
-                pose.x,
-                pose.y,
-                pose.yaw,
-                evenly(points, _BEAMS),
-                field.signed,
-                field.origin_x,
-                field.origin_y,
-                field.resolution,
-                _ON_SURFACE_M,
-                _BEYOND_M,
-            )
-        )
+        field, at, beams = self._field, (pose.x, pose.y, pose.yaw), evenly(points, _BEAMS)
+        return float(contradicted_part(at, beams, field.signed, field.frame, _ON_SURFACE_M, _BEYOND_M))
 
     def around(self, points: NDArray[np.float64], centre: Pose2, reach: float, turn: float) -> Match | None:
         """The best fit around a pose, None where no robot can be.

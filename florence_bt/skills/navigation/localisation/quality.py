@@ -9,7 +9,7 @@ from florence_bt.skills.navigation.localisation.localiser import Localiser
 
 
 def diagnosis_of(localiser: Localiser) -> Diagnosis:
-    """What a localiser knows; a warning while it tells no place."""
+    """What a localiser knows; a warning while there is no pose."""
     x, y, yaw = (math.sqrt(max(0.0, variance)) for variance in localiser.covariance.diagonal().tolist())
     values = {
         "part of the scan that fits the map": f"{localiser.fit:.2f}",
@@ -17,7 +17,7 @@ def diagnosis_of(localiser: Localiser) -> Diagnosis:
         "standard deviation, degrees": f"{math.degrees(yaw):.2f}",
     }
     if localiser.lost:
-        return Diagnosis(Severity.WARN, "lost: the robot is looked for in the whole map", values)
+        return Diagnosis(Severity.WARN, "lost: searching the whole map for the robot", values)
     if localiser.map_from_odom is None:
-        return Diagnosis(Severity.WARN, "no scan has told yet where the robot is", values)
+        return Diagnosis(Severity.WARN, "no scan has confirmed yet where the robot is", values)
     return Diagnosis(Severity.OK, "the place is known", values)

@@ -1,4 +1,4 @@
-"""Whether the robot is where it is believed to be; if the scans do not fit there, it is looked for."""
+"""Whether the scans fit the estimated pose; if they do not, a search for the robot."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ _NEAR_M, _NEAR_RAD = 0.8, 0.35
 _CONTRADICTED = 0.1
 """When fewer of the beams go through walls, what does not fit has met people or moved chairs."""
 _CONFIRMED_AFTER = 5
-"""After so many scans that fit it is known that the robot is there."""
-_LOST_AFTER, _LOST_AFTER_IN_DOUBT = 40, 5
-"""After so many scans that fit badly, more than there are of others, the robot is lost."""
+"""A pose is confirmed by this many scans that fit."""
+_LOST_AFTER, _LOST_AFTER_UNCONFIRMED = 40, 5
+"""After this many scans that fit badly, more than there are of others, the robot is lost."""
 _KEPT, _KEEP_M, _KEEP_RAD, _BEAMS_KEPT = 32, 0.25, 0.25, 60
-"""So many scans of the way are looked for together: the last 8 m."""
+"""This many scans of the way are matched together: the last 8 m."""
 _LEAST_KEPT, _SEARCH_EVERY = 5, 2
-"""It is looked for when at least so many are kept, and then with each second one: a search takes some tenths
-of a second."""
+"""A search starts when at least this many are kept, and then with every second one: it takes some tenths of a
+second."""
 _UNLIKE = 0.03, 1.5
-"""At all other places so much more of the scans does not fit: a part of them, and so many times as much."""
+"""At all other places so much more of the scans does not fit: a part of them, and this many times as much."""
 _AGREE_M, _AGREE_RAD = 0.5, 0.3
 _FIT_BEAMS = 400
 
 
 class Relocaliser:
-    """Looks around where the robot is believed to be with each scan that does not fit there, and everywhere
-    once it is lost.
+    """Searches around the estimated pose with each scan that does not fit there, and in the whole map once
+    the robot is lost.
 
-    A robot whose odometry has gone on without a break since its place was known is hardly elsewhere: scans
-    that do not fit are then of a room that the map does not know. Its place is in doubt after somebody has
-    told it, and when a scan does not fit those before it: the robot may have been carried.
+    A robot whose odometry has continued without a break since its pose was confirmed is hardly elsewhere:
+    scans that do not fit are then of a room that the map does not know. A pose is unconfirmed after it was
+    set, and when a scan does not fit those before it: the robot may have been carried.
 
     Attributes:
-        lost: Whether nobody knows where the robot is. Nothing that needs the place may be done then.
+        lost: Whether nobody knows where the robot is. Nothing that needs the pose may be done then.
     """
 
     def __init__(self, search: PoseSearch, parameters: LocaliserParameters) -> None:
@@ -51,30 +51,29 @@ class Relocaliser:
         self.reset()
 
     def reset(self) -> None:
-        """Somebody has said where the robot is."""
+        """The pose was set."""
         self._poor, self._fitting, self.lost = 0, 0, False
 
-    def doubt(self) -> None:
-        """The robot may have been carried: what was seen before says nothing any more."""
+    def unconfirm(self) -> None:
+        """The robot may have been carried: earlier scans are forgotten."""
         self._fitting = self._since_search = 0
         self._kept.clear()
         self._candidate = None
 
     def lose(self) -> None:
         """Nobody knows where the robot is."""
-        self.doubt()
+        self.unconfirm()
         self.lost = True
 
     def look(self, points: NDArray[np.float64], believed: Match) -> Match | None:
-        """Check with a scan whether the robot is where it is believed to be.
+        """Check with a scan whether the estimated pose is right.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame, metres.
-            believed: How it fits where the robot is believed to be.
+            believed: How it fits at the estimated pose.
 
         Returns:
-            Where the robot is rather, nearby; None when it is where it is believed to be, or nothing better
-            was found.
+            A better pose nearby; None when the estimated one fits, or nothing better was found.
         """
         fit = believed.near_fraction
         if fit >= self._p.relocalise_fit:
@@ -92,10 +91,10 @@ class Relocaliser:
         if found and better and self._search.contradicted_part(points, found.pose) <= contradicted / 2.0:
             self._poor = 0
             return found
-        in_doubt = self._fitting < _CONFIRMED_AFTER
-        poor = fit < (self._p.relocalise_fit if in_doubt else self._p.lost_fit)
+        unconfirmed = self._fitting < _CONFIRMED_AFTER
+        poor = fit < (self._p.relocalise_fit if unconfirmed else self._p.lost_fit)
         self._poor = max(0, self._poor + (1 if poor else -1))
-        if self._poor > (_LOST_AFTER_IN_DOUBT if in_doubt else _LOST_AFTER):
+        if self._poor > (_LOST_AFTER_UNCONFIRMED if unconfirmed else _LOST_AFTER):
             self.lose()
         return None
 

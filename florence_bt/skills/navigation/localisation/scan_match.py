@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.navigation.localisation._kernels import best_offset, climb
+from florence_bt.skills.navigation.localisation._kernels import best_pose, climb
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 
@@ -62,9 +62,7 @@ def match_scan(
         points,
         field.signed,
         field.normals,
-        field.origin_x,
-        field.origin_y,
-        field.resolution,
+        field.frame,
         covariance,
         min(1.0, independent_beams / max(1, len(points))) / sigma**2,
         sigma,
@@ -92,7 +90,7 @@ def search_around(
     Args:
         field: The map.
         points: Shape (n, 2), beam ends in the base frame, metres.
-        centre: The middle of where is looked.
+        centre: The middle of the search.
         reach: How far from there, metres.
         turn: How far from its heading, radians.
         step: From place to place, metres.
@@ -105,15 +103,11 @@ def search_around(
     Source:
         Olson, Real-time correlative scan matching, ICRA 2009.
     """
-    x, y, yaw = best_offset(
+    x, y, yaw = best_pose(
         field.signed,
         points,
-        centre.x,
-        centre.y,
-        centre.yaw,
-        field.origin_x,
-        field.origin_y,
-        field.resolution,
+        (centre.x, centre.y, centre.yaw),
+        field.frame,
         step,
         math.ceil(reach / step - 1e-9),
         turn_step,

@@ -174,7 +174,7 @@ def _text(path: Path, entries: dict[str, YamlNode], name: str, default: str) -> 
     if source is None:
         return default
     if not isinstance(source, YamlScalar) or not source.text:
-        raise _wrong(path, source, f"{name} must be a text", f"{name}: {default or 'map.pgm'}")
+        raise _wrong(path, source, f"{name} must be text", f"{name}: {default or 'map.pgm'}")
     return source.text
 
 

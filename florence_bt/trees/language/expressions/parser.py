@@ -398,7 +398,7 @@ class _ExpressionParser:
         if word in _WORDS:
             return problem_at(token.position, f"a value is needed before {word!r}", "$key", "true")
         close = difflib.get_close_matches(lower, _WORDS, n=1, cutoff=0.75)
-        problem = f"{word!r} is neither a key nor a text"
+        problem = f"{word!r} is neither a key nor text"
         return problem_at(token.position, problem, f"${lower}", f'"{word}"', *close)
 
     def _left_over(self, token: Token, *wanted: str) -> ConfigError:

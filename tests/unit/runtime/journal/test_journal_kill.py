@@ -27,7 +27,7 @@ tree:
 
 
 def killed_after(lines: int, folder: Path, mode: str) -> list[tuple[str, str]]:
-    """Start a child, kill it after so many lines; gives what it said."""
+    """Start a child, kill it after this many lines; gives what it said."""
     command = [sys.executable, str(CHILD), str(folder), mode]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None

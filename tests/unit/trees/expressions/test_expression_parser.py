@@ -58,8 +58,8 @@ def test_what_belongs_together(text, expected):
 
 # What is written | column of the problem | what is wrong | what would have worked
 WRONG = """
-kitchen == $room      | 1 | neither a key nor a text | $kitchen, "kitchen"
-$room == kitchen      | 10 | neither a key nor a text | $kitchen, "kitchen"
+kitchen == $room      | 1 | neither a key nor text | $kitchen, "kitchen"
+$room == kitchen      | 10 | neither a key nor text | $kitchen, "kitchen"
 $a = 3                | 4 | not known here | ==
 $a && $b              | 4 | not known here | and
 $a === 3              | 4 | not known here | ==
@@ -88,7 +88,7 @@ $a $b                 | 4 | an operator is missing before '$b' | and, or, ==, !=
 True                  | 1 | written in lower case | true
 $a AND $b             | 4 | an operator is needed, not 'AND' | and
 and $a                | 1 | a value is needed before 'and' | $key, true
-nt $a                 | 1 | neither a key nor a text | $nt, "nt", not
+nt $a                 | 1 | neither a key nor text | $nt, "nt", not
 1e999                 | 1 | too large | 2.5
 $a + [1]              | 6 | no place in an expression | ( and )
 __import__('os')      | 1 | no function '__import__' | abs(...), distance(...), max(...), min(...)
