@@ -250,6 +250,9 @@ def main() -> int:
     given = parser.parse_args()
     if given.log is None and given.maps is None:
         parser.error("nothing to do; would have worked: --log LOG, or --maps")
+    missing = [str(path) for path in (given.log, *(given.maps or ())) if path and not path.is_file()]
+    if missing:
+        parser.error(f"no such file: {', '.join(missing)}; paths count from {Path.cwd()}")
     seeds = range(1, given.seeds + 1)
     made = {}
     if given.log is not None:
