@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.simulation.sensors._ray_kernels import Floats, Vector, place_corners
+from florence_bt.simulation.sensors._ray_kernels import Floats, Vector, place_corners, place_seen
 from florence_bt.simulation.sensors.scene import BOX, CYLINDER, PLANE, SPHERE, Lens, Shapes
 
 Depths = NDArray[np.float32]
@@ -166,20 +166,18 @@ def cast_picture(
     height, width = depth.shape
     depth[:] = np.inf
     rows[:] = -1
-    corners = np.empty((8, 3))
-    axis = np.ascontiguousarray(orientation[:, 2])
+    corners, turn, centre, start = np.empty((8, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     nearest = np.full(len(kind), np.inf)
     bounds = np.empty((len(kind), 4), np.int64)
     for row in range(len(kind)):
-        offset = origin - position[row]
-        ahead = -(offset @ axis)
-        if ahead + reach[row] < NEAR_M or ahead - reach[row] > max_depth:
+        place_seen(centre, turn, start, position[row], rotation[row], origin, orientation)
+        if centre[2] + reach[row] < NEAR_M or centre[2] - reach[row] > max_depth:
             continue
         if kind[row] == PLANE:
             nearest[row] = 0.0
             bounds[row] = 0, width - 1, 0, height - 1
             continue
-        place_corners(corners, kind[row], size[row], -(orientation.T @ offset), orientation.T @ rotation[row])
+        place_corners(corners, kind[row], size[row], centre, turn)
         left, right, top, bottom, first = _screen_box(corners)
         if left > right or first > max_depth:
             continue
@@ -191,11 +189,10 @@ def cast_picture(
     for row in np.argsort(nearest):  # the nearest first: what they hide need not be drawn
         if nearest[row] == np.inf:
             break
-        turn = orientation.T @ rotation[row]
         first_u, last_u, first_v, last_v = bounds[row]
         if first_u > last_u:
             continue
-        start = rotation[row].T @ (origin - position[row])
+        place_seen(centre, turn, start, position[row], rotation[row], origin, orientation)
         slope = (turn[0, 0] / focal, turn[0, 1] / focal, turn[0, 2] / focal)
         x = (first_u - cx) / focal
         for v in range(first_v, last_v + 1):

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from florence_bt.simulation.sensors._ray_kernels import Floats, hit, place_corners
+from florence_bt.simulation.sensors._ray_kernels import Floats, hit, place_corners, place_seen
 from florence_bt.simulation.sensors.scene import PLANE, Shapes
 
 
@@ -57,15 +57,13 @@ def cast_fan(
     count = len(distances)
     distances[:] = np.inf
     rows[:] = -1
-    corners = np.empty((8, 3))
+    corners, turn, centre, start = np.empty((8, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     cosines = np.cos(first_angle + increment * np.arange(count))
     sines = np.sin(first_angle + increment * np.arange(count))
     for row in range(len(kind)):
-        offset = origin - position[row]
-        centre = -(orientation.T @ offset)
+        place_seen(centre, turn, start, position[row], rotation[row], origin, orientation)
         if abs(centre[2]) > reach[row] or math.hypot(centre[0], centre[1]) - reach[row] > max_range:
             continue
-        turn = orientation.T @ rotation[row]
         low, high = -math.pi, math.pi
         if kind[row] != PLANE:
             place_corners(corners, kind[row], size[row], centre, turn)
@@ -73,7 +71,6 @@ def cast_fan(
             if lowest > 0.0 or highest < 0.0:
                 continue
             low, high = _beam_span(corners, centre)
-        start = rotation[row].T @ offset
         for lap in range(-1, 2):
             begin = math.ceil((low + 2 * math.pi * lap - first_angle) / increment - 1e-6)
             end = math.floor((high + 2 * math.pi * lap - first_angle) / increment + 1e-6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,16 +64,21 @@ class Footprint:
         return Footprint(padded, inner, max(math.hypot(x, y) for x, y in padded))
 
     def outline(self, spacing: float) -> NDArray[np.float64]:
-        """Points along all edges, at most ``spacing`` metres apart, shape (n, 2)."""
-        points = []
-        for (x0, y0), (x1, y1) in zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True):
-            count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))
-            points += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
-        return np.array(points)
+        """Points along all edges, at most ``spacing`` metres apart, shape (n, 2); only to be read."""
+        return _outline(self.corners, spacing)
 
     def corner_array(self) -> NDArray[np.float64]:
         """The corners, shape (n, 2)."""
         return np.array(self.corners)
+
+
+@lru_cache(maxsize=16)
+def _outline(corners: Corners, spacing: float) -> NDArray[np.float64]:
+    points = []
+    for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        count = max(1, math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing))
+        points += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
+    return np.array(points)
 
 
 def corners_from_flat(numbers: Sequence[float]) -> Corners:

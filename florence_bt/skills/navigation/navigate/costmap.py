@@ -271,8 +271,8 @@ class Costmap:
 
     def clear_footprint(self, robot: Pose2) -> None:
         """Set what the sensors marked under the robot to free, but for what it touches: it stands there."""
-        corners = np.array([robot.apply(x, y) for x, y in self._true_footprint])
-        corners = (corners - np.array([self.origin_x, self.origin_y])) / self.resolution
+        corners = moved_points(self._true_footprint, robot) - np.array([self.origin_x, self.origin_y])
+        corners /= self.resolution
         for source, marks in self._layers.items():
             if source != CONTACTS:
                 _cells.clear_polygon(marks, corners)
