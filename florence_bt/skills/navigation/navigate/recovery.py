@@ -31,6 +31,7 @@ class DriveEvent(enum.Enum):
     PLANNER_PATIENCE = "no plan for planner_patience, and a remedy is left"
     CONTROLLER_PATIENCE = "no velocity for controller_patience, and a remedy is left"
     NO_PROGRESS = "not moved or not nearer for the time allowed, and a remedy is left"
+    UNSEEN = "something was seen at the goal, not from near"
     CLEARED = "the remedy is over"
     TOUCHED = "a bumper or cliff sensor, or wheels that slip"
     BACKED_OFF = "backed off"
@@ -46,6 +47,7 @@ TRANSITIONS: dict[tuple[DriveState, DriveEvent], DriveState] = {
     (DriveState.PLANNING, DriveEvent.PLAN_FOUND): DriveState.CONTROLLING,
     (DriveState.PLANNING, DriveEvent.PLANNER_PATIENCE): DriveState.CLEARING,
     (DriveState.PLANNING, DriveEvent.HOPELESS): DriveState.ABORTED,
+    (DriveState.PLANNING, DriveEvent.UNSEEN): DriveState.CLEARING,
     (DriveState.CONTROLLING, DriveEvent.REACHED): DriveState.SUCCEEDED,
     (DriveState.CONTROLLING, DriveEvent.PLAN_LOST): DriveState.PLANNING,
     (DriveState.CONTROLLING, DriveEvent.CONTROLLER_PATIENCE): DriveState.CLEARING,
