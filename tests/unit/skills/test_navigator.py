@@ -130,7 +130,7 @@ def test_somebody_stands_in_the_door_for_a_while() -> None:
 
 
 def test_something_stands_on_a_goal() -> None:
-    quick = NavigatorParameters(recovery=RecoveryParameters(planner_patience=0.5, rotate_angle=0.5))
+    quick = NavigatorParameters(recovery=RecoveryParameters(goal_patience=0.5, rotate_angle=0.5))
     trip = Trip(Pose2(0.6, 2.4, 0.0), boxes=(*WALLS, (3.2, 2.3, 3.4, 2.5)), parameters=quick)
     result = trip.go(Pose2(3.3, 2.4, 0.0))
     assert (result.code, result.server_code) == ("goal_occupied", 206)

@@ -184,10 +184,12 @@ class Drive:
 
     def _without_plan(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         feedback = self._feedback(state, math.nan, f"waiting: {self._trouble[1]}")
-        if self._trouble[0] == "goal_occupied" and not self._looked:
+        occupied = self._trouble[0] == "goal_occupied"
+        if occupied and not self._looked:
             self._look_at_goal(state)
             return STANDSTILL, feedback, None
-        if state.now - self._last_plan > self._p.recovery.planner_patience:
+        use = self._p.recovery
+        if state.now - self._last_plan > (use.goal_patience if occupied else use.planner_patience):
             return STANDSTILL, feedback, self._recover(state, DriveEvent.PLANNER_PATIENCE)
         return STANDSTILL, feedback, None
 

@@ -37,7 +37,7 @@ class DriveEvent(enum.Enum):
     BACKED_OFF = "backed off"
     REACHED = "the goal is reached"
     HOPELESS = "no way on the map itself, or the third touch"
-    OCCUPIED = "something stands at the goal for planner_patience"
+    OCCUPIED = "something stands at the goal for goal_patience"
     TIME_OVER = "give_up_time without progress"
 
 
