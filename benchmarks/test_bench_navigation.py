@@ -1,7 +1,6 @@
 """Planning, inflation and control beside what others have for it, in processor time and in one run.
 
-The planner against ``MCP_Geometric`` of scikit-image, which ``pip install scikit-image`` brings; without it
-that part is left out.
+The planner against ``MCP_Geometric`` of scikit-image.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import time
 import cv2
 import numpy as np
 import pytest
+from skimage.graph import MCP_Geometric
 
 from benchmarks.measure import seconds_per_call
 from florence_bt.core.geometry import Pose2, Twist2
@@ -50,7 +50,6 @@ def scattered(side: int) -> np.ndarray:
 @pytest.mark.parametrize("side", [400, 2000, 4000])
 @pytest.mark.parametrize("make", [rooms, scattered])
 def test_planner(benchmark, figures, side, make):
-    graph = pytest.importorskip("skimage.graph")
     costmap = Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), make(side)))
     master = costmap.master
     free = np.argwhere(master < INSCRIBED)
@@ -63,7 +62,7 @@ def test_planner(benchmark, figures, side, make):
         return plan_path(costmap, start, goal, PlannerParameters())
 
     def theirs():
-        return graph.MCP_Geometric(crossing).find_costs([begin], [end])
+        return MCP_Geometric(crossing).find_costs([begin], [end])
 
     assert isinstance(ours(), Plan)
     took = []

@@ -57,7 +57,7 @@ class Sensors(FlorenceNode):
         self.laser = self.create_publisher(LaserScanMsg, "scan", SENSOR)
         self.picture = self.create_publisher(Image, "camera/depth/image", SENSOR)
         self.info = self.create_publisher(CameraInfo, "camera/depth/camera_info", SENSOR)
-        for topic in ("scan_combined", "filtered_scan", *KINECT_SCANS):
+        for topic in ("scan_combined", "filtered_scan", "filtered_laser_scan", *KINECT_SCANS):
             self.listen_to(topic)
 
     def listen_to(self, topic: str) -> None:
@@ -101,9 +101,9 @@ def test_from_depth_picture_and_scan_to_filtered_scan(ros: Any) -> None:
         # Until the first picture has become a scan, and when it is late, the laser goes alone.
         made = [sensors.heard.get(topic) for topic in ("scan_combined", "filtered_scan")]
         walls = [scan is not None and bool((scan.ranges[ahead(scan)] < 3.0).all()) for scan in made]
-        return all(walls) and set(sensors.heard) >= KINECT_SCANS
+        return all(walls) and set(sensors.heard) >= {"filtered_laser_scan", *KINECT_SCANS}
 
-    ros.spin_until(all_heard, what="the five scans")
+    ros.spin_until(all_heard, what="the six scans")
     combined = sensors.heard["scan_combined"]
     # The Kinect's wall, 2 m before it, stands 0.144 m nearer to the laser.
     wall = (2.0 - 0.1444) / np.cos(combined.angles()[ahead(combined)])
@@ -115,6 +115,10 @@ def test_from_depth_picture_and_scan_to_filtered_scan(ros: Any) -> None:
     assert filtered.ranges[20] == np.float32(5.5999)
     assert filtered.ranges[ahead(filtered)] == pytest.approx(wall, abs=0.03)
 
+    laser = sensors.heard["filtered_laser_scan"]
+    assert laser.ranges[ahead(laser)] == pytest.approx(5.5999), (
+        "the Kinect's wall is not in the laser's own scan"
+    )
     kinect = sensors.heard["filtered_kinect_scan"]
     assert kinect.frame_id == "camera_depth_frame"
     seen = ~np.isnan(kinect.ranges)

@@ -39,6 +39,7 @@ from florence_bt.skills.filters.velocity_filter.velocity_filter import (
 )
 from florence_bt.skills.navigation.localisation.localiser import Localiser
 from florence_bt.skills.navigation.localisation.parameters import LocaliserParameters
+from florence_bt.skills.navigation.navigate.navigator import FEET
 
 LASER_FRAME, KINECT_SCAN_FRAME = "base_laser_round_link", "camera_depth_frame"
 CAMERA_FRAME = "camera_depth_optical_frame"
@@ -203,6 +204,7 @@ class RigRobot:
         self._localiser.update(scan, self._laser_in_base, self.odometry.pose)
         self._last_map_from_odom = self.map_from_odom or self._last_map_from_odom
         self._combinator.update_laser(scan, now)
+        self._on_scan(FEET, self._laser_filter.filter(scan))
 
     def _look(self) -> None:
         looking = self._looking()

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
+from florence_bt.core.sensing import LaserScan
 from florence_bt.skills.navigation.localisation.laser_odometry import LaserOdometry
 from tests.unit.skills.navigation_world import UPSIDE_DOWN_LASER, WALLS, Box, World
 from tests.unit.skills.test_localise_accuracy import raw
@@ -15,9 +16,14 @@ FURNITURE: tuple[Box, ...] = ((0.2, 2.9, 0.9, 3.3), (2.2, 0.2, 2.6, 0.6))
 CORRIDOR: tuple[Box, ...] = ((-50.0, 1.0, 50.0, 1.1), (-50.0, -1.1, 50.0, -1.0))
 
 
-def points_of(world: World) -> NDArray[np.float64]:
-    """Beam ends in the base frame, shape (n, 2)."""
+def update(odometry: LaserOdometry, world: World, odom: Pose2) -> None:
+    """Let it take the scan of this moment."""
     scan = raw(world.scan())
+    odometry.update(points_of(scan), odom, len(scan.ranges))
+
+
+def points_of(scan: LaserScan) -> NDArray[np.float64]:
+    """Beam ends in the base frame, shape (n, 2)."""
     used = np.isfinite(scan.ranges)
     ranges, angles = scan.ranges[used].astype(float), scan.angles()[used]
     ends = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(ranges))], axis=1)
@@ -28,11 +34,11 @@ def drive(
     world: World, odometry: LaserOdometry, motion: Pose2, told: Pose2, scans: int
 ) -> tuple[float, float]:
     """Metres and radians by which the odometry is off after some equal motions."""
-    odometry.update(points_of(world), world.odom)
+    update(odometry, world, world.odom)
     start, began = world.pose, odometry.pose
     for _ in range(scans):
         world.pose, world.odom = world.pose @ motion, world.odom @ told
-        odometry.update(points_of(world), world.odom)
+        update(odometry, world, world.odom)
     error = (start.inverse() @ world.pose).inverse() @ (began.inverse() @ odometry.pose)
     return error.distance_to(Pose2()), abs(normalize_angle(error.yaw))
 
@@ -61,15 +67,27 @@ def test_along_a_bare_corridor_the_wheels_are_believed() -> None:
     assert radians < 0.02
 
 
+def test_somebody_who_walks_through_an_empty_hall_does_not_take_the_robot_along() -> None:
+    column = (2.0, 3.0, 2.3, 3.3)
+    world, odometry = World(Pose2(), boxes=[column], seed=2), LaserOdometry()
+    for step in range(40):
+        x = -1.0 + 0.05 * step
+        world.boxes = [column, (x, 0.7, x + 0.4, 1.0)]
+        update(odometry, world, world.odom)
+        world.pose, world.odom = world.pose @ Pose2(0.02), world.odom @ Pose2(0.02)
+    assert odometry.pose.distance_to(Pose2(0.78)) < 0.02
+    assert not odometry.broken
+
+
 def test_a_robot_that_is_carried_notices_it() -> None:
     world = World(Pose2(1.0, 1.0, 0.4), boxes=[*WALLS, *FURNITURE], seed=2)
     odometry = LaserOdometry()
     drive(world, odometry, Pose2(0.05), Pose2(0.05), 5)
     assert not odometry.broken
     world.pose = Pose2(6.5, 3.5, -2.0)
-    odometry.update(points_of(world), world.odom @ Pose2(0.05))
+    update(odometry, world, world.odom @ Pose2(0.05))
     assert odometry.broken
-    odometry.update(points_of(world), world.odom @ Pose2(0.05))
+    update(odometry, world, world.odom @ Pose2(0.05))
     assert not odometry.broken
     # And follows from there on.
     world.odom = world.odom @ Pose2(0.05)

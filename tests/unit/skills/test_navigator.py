@@ -144,11 +144,19 @@ def test_somebody_stands_in_the_door_for_a_while() -> None:
 
 
 def test_something_stands_on_a_goal() -> None:
-    quick = NavigatorParameters(recovery=RecoveryParameters(planner_patience=0.5, rotate_angle=0.5))
+    quick = NavigatorParameters(recovery=RecoveryParameters(goal_patience=0.5, rotate_angle=0.5))
     trip = Trip(Pose2(0.6, 2.4, 0.0), boxes=(*WALLS, (3.2, 2.3, 3.4, 2.5)), parameters=quick)
     result = trip.go(Pose2(3.3, 2.4, 0.0))
     assert (result.code, result.server_code) == ("goal_occupied", 206)
     assert trip.world.hits == 0
+
+
+def test_what_was_seen_at_a_goal_is_looked_at_before_the_drive_ends() -> None:
+    trip = Trip(Pose2(2.0, 2.4, 1.6), boxes=(*WALLS, (0.7, 2.3, 0.9, 2.5)))
+    goal = Pose2(0.8, 2.4, 0.0)
+    assert trip.go(goal).code == "goal_occupied"
+    assert abs(trip.world.pose.bearing_to(goal.x, goal.y)) < 0.1
+    assert trip.world.pose.distance_to(Pose2(2.0, 2.4)) < 0.02
 
 
 @pytest.mark.parametrize(

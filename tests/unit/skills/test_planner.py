@@ -16,6 +16,7 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.skills.navigation.navigate._cell_kernels import INSCRIBED
 from florence_bt.skills.navigation.navigate._wave_kernels import NEUTRAL, OBSTACLE, UNVISITED, spread_wave
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, PlannerParameters, plan_path
@@ -36,7 +37,7 @@ def planned(start: Pose2, goal: Pose2, **options: float) -> Plan:
 
 def test_potentials_on_open_ground_are_nearly_round() -> None:
     side = 63
-    costs = np.full((side, side), NEUTRAL, np.int32)
+    costs = np.full((side, side), NEUTRAL, np.uint8)
     costs[[0, -1], :] = costs[:, [0, -1]] = OBSTACLE
     middle = side // 2
     start = np.array([middle * side + middle])
@@ -57,6 +58,28 @@ def test_the_path_goes_through_the_middle_of_the_door() -> None:
     assert plan.goal == Pose2(7.0, 1.0, 2.0)
     shortest = math.hypot(3.0, 1.4) * 2
     assert shortest < plan.length < 1.1 * shortest
+
+
+@pytest.mark.parametrize("part", [0.02, 0.15])
+def test_a_search_directed_to_the_goal_finds_a_way_as_short(part: float) -> None:
+    random = np.random.default_rng(5)
+    cells = np.where(random.random((160, 120)) < 0.1 * part, 100, 0).astype(np.int8)
+    ground = Costmap(CostmapParameters(), OccupancyGrid(0.05, Pose2(), cells))
+    free = np.argwhere(ground.master < INSCRIBED)
+    found = 0
+    for _ in range(40):
+        (v, u), (y, x) = free[random.integers(len(free), size=2)]
+        ends = Pose2((u + 0.5) * 0.05, (v + 0.5) * 0.05), Pose2((x + 0.5) * 0.05, (y + 0.5) * 0.05)
+        plans = [plan_path(ground, *ends, PlannerParameters(use_astar=use)) for use in (True, False)]
+        if isinstance(plans[1], Plan):
+            assert isinstance(plans[0], Plan)
+            assert plans[0].length < 1.02 * plans[1].length + 0.03
+            directed, other = ((ground.costs_at(plan.points) < INSCRIBED).all() for plan in plans)
+            assert directed or not other
+            found += 1
+        else:
+            assert plans[0] == plans[1]
+    assert found > 20
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -39,6 +39,13 @@ def test_a_drive_in_the_flat_is_the_same_each_time() -> None:
     assert first.shortest * 0.97 < first.driven < first.shortest * 1.5
 
 
+def test_the_acceleration_is_that_of_the_filter_wherever_its_steps_lie_between_the_samples() -> None:
+    for start in (0.0, 2.2, 3.4):
+        trip = Round(load_flat(), None, people=0, seed=4)
+        trip._rig.clock.advance(start)
+        assert 0.95 < trip.drive().acceleration < 1.02
+
+
 def test_what_is_no_home_ends_with_the_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(tmp_path / "none.yaml")]) == 1
     assert "none.yaml" in capsys.readouterr().err

@@ -27,7 +27,7 @@ class LaserFilterTopics:
         input_topic: The scan to filter (the document remaps ``scan`` to ``scan_combined``).
         filter_kinect: Whether ``kinect_scan``, ``kinect_low_scan`` and ``kinect_overhang_scan`` are filtered
             too, for costmap layers of their own in which the laser's far beams do not clear what only the
-            Kinect sees.
+            Kinect sees; and ``scan``, the laser's alone, which tells what of that has left.
     """
 
     input_topic: str = "scan_combined"
@@ -49,6 +49,7 @@ class LaserFilterNode(FlorenceNode):
         topics = self.read_parameters(LaserFilterTopics)
         self._connect(topics.input_topic, "filtered_scan")
         if topics.filter_kinect:
+            self._connect("scan", "filtered_laser_scan")
             self._connect("kinect_scan", "filtered_kinect_scan")
             self._connect("kinect_low_scan", "filtered_kinect_low_scan")
             self._connect("kinect_overhang_scan", "filtered_kinect_overhang_scan")

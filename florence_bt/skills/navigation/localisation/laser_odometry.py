@@ -34,6 +34,9 @@ _LONGEST_M, _LARGEST_RAD = 0.6, 0.6
 _SIGMA_M, _FIT_BEAMS, _INDEPENDENT_BEAMS = 0.04, 180, 40.0
 _BROKEN_BELOW = 0.5
 """When less of a scan fits, the wheels are believed: somebody stands around the robot, or has carried it."""
+_ENOUGH = 0.4
+"""When a smaller part of the beams has met anything, the wheels are believed, too: in the middle of a hall
+somebody who walks by is most of what is seen, and would take the robot along."""
 _SLIP = 0.2
 """This part of a motion is doubted of the best of wheels: they slip."""
 _LEAST_ERROR, _LEARNT = (0.01, 0.01), 0.02
@@ -80,15 +83,20 @@ class LaserOdometry:
         self._submaps: list[_Submap] = []
         self._error_d, self._error_a = _LEAST_ERROR
 
-    def update(self, points: NDArray[np.float64], odom_pose: Pose2) -> None:
+    def update(self, points: NDArray[np.float64], odom_pose: Pose2, beams: int) -> None:
         """Take a scan.
 
         Args:
             points: Shape (n, 2), beam ends in the base frame, metres, in the order of the beams.
             odom_pose: base_footprint by the wheels' odometry.
+            beams: How many the scan has, with those that met nothing.
         """
         if self._odom is not None:
-            self._follow(points, self._odom.inverse() @ odom_pose)
+            wheels = self._odom.inverse() @ odom_pose
+            if len(points) < _ENOUGH * beams:
+                self.pose, self.broken = self.pose @ wheels, False
+            else:
+                self._follow(points, wheels)
         self._odom = odom_pose
         if self.broken or not self._submaps:
             self._submaps = [_Submap(self.pose)]

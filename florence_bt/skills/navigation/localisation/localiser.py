@@ -159,7 +159,7 @@ class Localiser:
         points = self._beam_ends(scan, laser_in_base)
         if len(points) < _MIN_POINTS:
             return None
-        self._laser.update(points, odom_pose)
+        self._laser.update(points, odom_pose, len(scan.ranges))
         if self._laser.broken:
             self._relocaliser.unconfirm()
         motion = (self._counted or self._laser.pose).inverse() @ self._laser.pose

@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 
 Cells = NDArray[np.uint8]
 LETHAL, INSCRIBED, UNKNOWN_COST = 254, 253, 255
+STANDS = 250
+"""In the marks of a camera: what is above something that the laser sees. So much less as laser scans in a row
+have seen nothing there."""
+_LEFT_AFTER = 5
 
 
 @njit(cache=True)
@@ -74,6 +78,78 @@ def mark_points(marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool
             u, v = math.floor(ends[k, 0]), math.floor(ends[k, 1])
             if 0 <= v < rows and 0 <= u < columns:
                 marks[v, u] = LETHAL
+
+
+@njit(cache=True)
+def mark_above(
+    marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool_], feet: NDArray[np.float64], near: float
+) -> None:
+    """Mark the cells of the wanted points, in place: :data:`STANDS` where the laser sees feet, else lethal.
+
+    What was marked before without feet stays lethal: somebody stands beside a table.
+
+    Args:
+        marks: Shape (rows, columns).
+        ends: Shape (n, 2): column and row of the points, in cells with fractions.
+        wanted: Shape (n,).
+        feet: Shape (m, 2): where the beams of the laser end, in cells with fractions.
+        near: Feet are so near to what is above them, in cells.
+    """
+    rows, columns = marks.shape
+    for k in range(len(ends)):
+        u, v = math.floor(ends[k, 0]), math.floor(ends[k, 1])
+        if not (wanted[k] and 0 <= v < rows and 0 <= u < columns) or marks[v, u] == LETHAL:
+            continue
+        marks[v, u] = LETHAL
+        for i in range(len(feet)):
+            if math.hypot(feet[i, 0] - ends[k, 0], feet[i, 1] - ends[k, 1]) < near:
+                marks[v, u] = STANDS
+                break
+
+
+@njit(cache=True)
+def forget_what_left(
+    marks: Cells, origin_u: float, origin_v: float, feet: NDArray[np.float64], near: float, reach: float
+) -> None:
+    """Free the cells above feet that have gone: the laser looks through there in several scans, in place.
+
+    Args:
+        marks: Shape (rows, columns).
+        origin_u: The laser's column, in cells with fractions.
+        origin_v: The laser's row.
+        feet: Shape (m, 2): where its beams end now.
+        near: As for :func:`mark_above`.
+        reach: Cells farther from the laser are left as they are.
+    """
+    rows, columns = marks.shape
+    for v in range(max(0, math.floor(origin_v - reach)), min(rows, math.ceil(origin_v + reach))):
+        for u in range(max(0, math.floor(origin_u - reach)), min(columns, math.ceil(origin_u + reach))):
+            if not 0 < marks[v, u] <= STANDS:
+                continue
+            seen = _what_laser_sees(u + 0.5, v + 0.5, origin_u, origin_v, feet, near)
+            if seen > 0:
+                marks[v, u] = STANDS
+            elif seen < 0:
+                marks[v, u] = marks[v, u] - 1 if marks[v, u] > STANDS - _LEFT_AFTER + 1 else 0
+
+
+@njit(cache=True)
+def _what_laser_sees(
+    u: float, v: float, origin_u: float, origin_v: float, feet: NDArray[np.float64], near: float
+) -> int:
+    """1: feet near a place; -1: nothing there, and it looks through; 0: it does not see the place."""
+    du, dv = u - origin_u, v - origin_v
+    through, hidden = False, False
+    for i in range(len(feet)):
+        if math.hypot(feet[i, 0] - u, feet[i, 1] - v) < near:
+            return 1
+        fu, fv = feet[i, 0] - origin_u, feet[i, 1] - origin_v
+        length = math.hypot(fu, fv)
+        along = du * fu + dv * fv
+        if along > 0.0 and abs(du * fv - dv * fu) <= length:
+            through |= length * length > along
+            hidden |= length * length <= along
+    return -1 if through and not hidden else 0
 
 
 @njit(cache=True)

@@ -15,16 +15,51 @@ from numpy.typing import NDArray
 OBSTACLE = 254
 NEUTRAL = 50
 UNVISITED = 1e10
+_SHORTEST = 0.99
+"""The steps of a wave make ways up to half a percent shorter than they are."""
+
+
+@njit(cache=True)
+def _update(potential: NDArray[np.float32], cell: int, columns: int, cost: np.float32) -> np.float32:
+    """The potential of a cell by those of its neighbours: an eikonal step, so that ways are not bound to
+    eight directions. In single precision, which is a third faster.
+    """
+    low = min(potential[cell - 1], potential[cell + 1])
+    other = min(potential[cell - columns], potential[cell + columns])
+    if other < low:
+        low, other = other, low
+    difference = other - low
+    if difference >= cost:
+        return low + cost
+    part = difference / cost
+    return low + cost * (np.float32(-0.2301) * part * part + np.float32(0.5307) * part + np.float32(0.7040))
+
+
+@njit(cache=True)
+def _left(cell: int, target: int, columns: int, cheapest: float) -> float:
+    """What the way from a cell to the target costs at least."""
+    if cheapest == 0.0:
+        return 0.0
+    # Multiplied, not divided: this is done for each cell.
+    row = int((cell + 0.5) * (1.0 / columns))
+    target_row = target // columns
+    du, dv = cell - row * columns - (target - target_row * columns), row - target_row
+    return cheapest * math.sqrt(du * du + dv * dv)
 
 
 @njit(cache=True)
 def spread_wave(
-    costs: NDArray[np.int32], columns: int, starts: NDArray[np.int64], target: int, step: float
-) -> NDArray[np.float64]:
+    costs: NDArray[np.uint8],
+    columns: int,
+    starts: NDArray[np.int64],
+    target: int,
+    step: float,
+    cheapest: float = 0.0,
+) -> NDArray[np.float32]:
     """The potential of every cell the wave reaches: the cost of the cheapest way from the starts.
 
-    The wave is a front that moves slower where cells cost more (eikonal update), so that ways are not bound
-    to eight directions.
+    The wave is a front that moves slower where cells cost more. Towards a target it may be directed (A*):
+    cells come the later the more the way over them costs at least.
 
     Args:
         costs: Shape (rows * columns,): cost of crossing a cell, :data:`OBSTACLE` and more for walls; the
@@ -33,23 +68,28 @@ def spread_wave(
         starts: Cells where the wave begins, with potential zero.
         target: The wave may stop behind this cell; -1 lets it run to the end.
         step: Potentials are served in slices of this height.
+        cheapest: No cell costs less; directs the wave. 0 lets it run to all sides alike.
 
     Returns:
-        Shape (rows * columns,), :data:`UNVISITED` where no way leads.
+        Shape (rows * columns,), :data:`UNVISITED` where no way leads, and where a wave that stopped has not
+        come.
 
     Source:
-        REFERENCE 7.5 (navfn).
+        REFERENCE 7.5 (navfn); Hart, Nilsson and Raphael, 1968.
     """
     size = len(costs)
-    potential = np.full(size, UNVISITED)
+    potential = np.full(size, UNVISITED, np.float32)
     waiting = np.zeros(size, np.bool_)
-    current = np.empty(size, np.int64)
-    following = np.empty(size, np.int64)
-    later = np.empty(size, np.int64)
+    current = np.empty(size, np.int32)
+    following = np.empty(size, np.int32)
+    later = np.empty(size, np.int32)
     around = np.array([-1, 1, -columns, columns])
     n_current, n_following, n_later = 0, 0, 0
+    cheapest *= _SHORTEST if target >= 0 else 0.0
+    threshold = math.inf
     for start in starts:
         potential[start] = 0.0
+        threshold = min(threshold, step + _left(start, target, columns, cheapest))
     for start in starts:
         for offset in around:
             cell = start + offset
@@ -57,8 +97,7 @@ def spread_wave(
                 waiting[cell] = True
                 current[n_current] = cell
                 n_current += 1
-    threshold = step
-    for _ in range(max(size // 20, size // columns + columns) * 20):
+    while True:
         if n_current == 0:
             if n_later == 0 or (target >= 0 and potential[target] < threshold):
                 break
@@ -69,29 +108,27 @@ def spread_wave(
             waiting[current[k]] = False
         for k in range(n_current):
             cell = current[k]
-            cost = costs[cell]
-            low = min(potential[cell - 1], potential[cell + 1])
-            other = min(potential[cell - columns], potential[cell + columns])
-            if other < low:
-                low, other = other, low
-            difference = other - low
-            if difference >= cost:
-                value = low + cost
-            else:
-                part = difference / cost
-                value = low + cost * (-0.2301 * part * part + 0.5307 * part + 0.7040)
+            value = _update(potential, cell, columns, np.float32(costs[cell]))
             if value >= potential[cell]:
+                continue
+            ahead = value + _left(cell, target, columns, cheapest)
+            if cheapest > 0.0 and ahead >= threshold + step:
+                if not waiting[cell]:
+                    waiting[cell] = True
+                    later[n_later] = cell
+                    n_later += 1
                 continue
             potential[cell] = value
             for offset in around:
                 near = cell + offset
+                cost = costs[near]
                 if (
-                    costs[near] < OBSTACLE
+                    cost < OBSTACLE
                     and not waiting[near]
-                    and potential[near] > value + 0.7071 * costs[near]
+                    and potential[near] > value + np.float32(0.7071) * np.float32(cost)
                 ):
                     waiting[near] = True
-                    if value < threshold:
+                    if ahead < threshold:
                         following[n_following] = near
                         n_following += 1
                     else:
@@ -104,7 +141,7 @@ def spread_wave(
 
 @njit(cache=True)
 def descend(
-    potential: NDArray[np.float64], columns: int, start: int, steps: int, stride: float
+    potential: NDArray[np.float32], columns: int, start: int, steps: int, stride: float
 ) -> tuple[NDArray[np.float64], bool]:
     """Walk from a cell down the potential.
 
@@ -162,7 +199,7 @@ def descend(
 
 
 @njit(cache=True)
-def _gradient(potential: NDArray[np.float64], columns: int, x: float, y: float) -> tuple[float, float, bool]:
+def _gradient(potential: NDArray[np.float32], columns: int, x: float, y: float) -> tuple[float, float, bool]:
     u, v = math.floor(x), math.floor(y)
     fu, fv = x - u, y - v
     gx, gy = 0.0, 0.0

@@ -413,7 +413,7 @@ class Controller:
         a slanted way is not rated 1.4 times as long.
         """
         master = costmap.master
-        crossing = np.full((master.shape[0] + 2, master.shape[1] + 2), OBSTACLE, np.int32)
+        crossing = np.full((master.shape[0] + 2, master.shape[1] + 2), OBSTACLE, np.uint8)
         crossing[1:-1, 1:-1] = np.where(master < INSCRIBED, NEUTRAL, OBSTACLE)
         own = costmap.cell_of(pose.x, pose.y)
         if own is not None:
@@ -438,5 +438,5 @@ class Controller:
         grids = []
         for starts in (np.unique(index), index[-1:]):
             wave = spread_wave(flat, columns, starts, -1, 2.0 * NEUTRAL)
-            grids.append(wave.reshape(crossing.shape)[1:-1, 1:-1] / NEUTRAL)
+            grids.append(wave.reshape(crossing.shape)[1:-1, 1:-1].astype(float) / NEUTRAL)
         return np.ascontiguousarray(grids[0]), np.ascontiguousarray(grids[1])

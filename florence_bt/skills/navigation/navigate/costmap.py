@@ -111,6 +111,8 @@ class Rays:
 
 _FAR_M = 1e-3
 """The laser filter lets a far beam end so little before the range of its sensor."""
+ABOVE_FEET, _FEET_M = ("depth", "overhangs"), 0.35
+"""Sources of what stands on what the laser sees, when that is so near: body and arms of a person."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -169,6 +171,7 @@ class Costmap:
         self._master: Cells | None = None
         self._last_contact = -math.inf
         self._people = np.empty((0, 4))
+        self._feet: NDArray[np.float64] | None = None
         if static is None:
             self.resolution = parameters.local_resolution
             side = math.ceil(parameters.local_size / self.resolution)
@@ -207,7 +210,7 @@ class Costmap:
         if self._master is None:
             master = self._static.copy()
             for marks in self._layers.values():
-                master[marks == LETHAL] = LETHAL
+                master[marks > 0] = LETHAL
             _cells.inflate(master, self._reach, self._table)
             use, frame = self._parameters, (self.origin_x, self.origin_y, self.resolution)
             add_proxemics(
@@ -266,8 +269,32 @@ class Costmap:
                 rays.nearest / self.resolution,
                 self._parameters.raytrace_range / self.resolution,
             )
-        _cells.mark_points(marks, ends, rays.ranges < min(self._parameters.obstacle_range, rays.farthest))
+        wanted = rays.ranges < min(self._parameters.obstacle_range, rays.farthest)
+        if self._feet is None or source not in ABOVE_FEET:
+            _cells.mark_points(marks, ends, wanted)
+        else:
+            feet = (self._feet - offset) / self.resolution
+            _cells.mark_above(marks, ends, wanted, feet, _FEET_M / self.resolution)
         self.clear_footprint(robot)
+
+    def saw_feet(self, laser: Rays) -> None:
+        """Take a scan of the laser alone: what the camera saw above feet that have gone has gone, too.
+
+        So the marks of people who walked by do not stay where the camera does not look any more. A table top
+        stays over its legs, and what hangs on a wall stays, too.
+
+        Args:
+            laser: The scan, in the frame of this costmap; what is out of range reads as a far hit.
+        """
+        self._feet = laser.ends
+        offset = np.array([self.origin_x, self.origin_y])
+        feet = np.ascontiguousarray((laser.ends - offset) / self.resolution)
+        origin_u, origin_v = (np.array([laser.x, laser.y]) - offset) / self.resolution
+        near, reach = _FEET_M / self.resolution, self._parameters.raytrace_range / self.resolution
+        for source in ABOVE_FEET:
+            if source in self._layers:
+                _cells.forget_what_left(self._layers[source], origin_u, origin_v, feet, near, reach)
+                self._master = None
 
     def clear_footprint(self, robot: Pose2) -> None:
         """Set what the sensors marked under the robot to free, but for what it touches: it stands there."""

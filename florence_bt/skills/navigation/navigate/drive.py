@@ -32,7 +32,10 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, Rob
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
 _REMEDY_TIME_S = 12.0
-_NEAR_GOAL_M = 1.0
+_LOOK_FROM_M = 1.6
+"""From so far away the robot looks at what seems to stand at its goal: nearer the camera does not see what
+hangs over."""
+_LOOKING = "looking at the goal"
 TYPICAL_SPEED, TYPICAL_TURN_SPEED = 0.35, 0.5
 """m/s and rad/s, for the time that is left."""
 
@@ -65,6 +68,7 @@ class Drive:
         self._untried = list(REMEDIES)
         self._remedy: Spin | BackUp | None = None
         self._remedy_text = ""
+        self._came_near = self._looked = False
         turn = parameters.turn
         speed = max(turn.spin_min_speed, parameters.recovery.rotate_speed)
         self._rotation = replace(turn, spin_max_speed=speed)
@@ -144,6 +148,11 @@ class Drive:
             elif plan.code == "goal_occupied":
                 self._trouble = (plan.code, "something that is not in the map stands at the goal")
             return None
+        if plan.goal is not self._goal:
+            there = plan.goal
+            plan = replace(
+                plan, goal=replace(there, yaw=there.yaw + there.bearing_to(self._goal.x, self._goal.y))
+            )
         self._take(plan)
         self._last_plan = state.now
         return None
@@ -168,15 +177,19 @@ class Drive:
         self._controller.set_plan(plan.points, plan.goal)
 
     def _tolerance(self, here: Pose2) -> float:
-        """How far from an occupied goal the path may end: what is seen from afar may be gone on arrival."""
+        """How far from an occupied goal the path may end: what was seen there once may be gone by now."""
         cost = self._costmaps.global_costmap.cost_at(self._goal.x, self._goal.y)
-        occupied = INSCRIBED <= cost < UNKNOWN_COST
-        far = here.distance_to(self._goal) > self._p.cycle.goal_search_radius + _NEAR_GOAL_M
-        return self._p.cycle.goal_search_radius if occupied and far else 0.0
+        near = self._came_near or self._looked or here.distance_to(self._goal) <= _LOOK_FROM_M
+        return 0.0 if near or not INSCRIBED <= cost < UNKNOWN_COST else self._p.cycle.goal_search_radius
 
     def _without_plan(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         feedback = self._feedback(state, math.nan, f"waiting: {self._trouble[1]}")
-        if state.now - self._last_plan > self._p.recovery.planner_patience:
+        occupied = self._trouble[0] == "goal_occupied"
+        if occupied and not self._looked:
+            self._look_at_goal(state)
+            return STANDSTILL, feedback, None
+        use = self._p.recovery
+        if state.now - self._last_plan > (use.goal_patience if occupied else use.planner_patience):
             return STANDSTILL, feedback, self._recover(state, DriveEvent.PLANNER_PATIENCE)
         return STANDSTILL, feedback, None
 
@@ -203,6 +216,7 @@ class Drive:
             self._on(DriveEvent.REACHED)
             return success()
         # This was the nearest free place to an occupied goal, or the place to line up for a narrow one.
+        self._came_near = self._stage is None
         self._next_plan = 0.0
         return None
 
@@ -225,7 +239,7 @@ class Drive:
     def _recover(self, state: RobotState, event: DriveEvent) -> Result | None:
         """Begin the next remedy; a failure when none could help."""
         if self._trouble[0] == "goal_occupied":
-            # What stands at a goal is in sight by now, and nothing but waiting makes it go away.
+            # It was looked at, and nothing but waiting makes it go away.
             self._on(DriveEvent.OCCUPIED)
             return self._give_up()
         if not self._untried:
@@ -244,6 +258,13 @@ class Drive:
         else:
             self._remedy = BackUp(state, p, _REMEDY_TIME_S)
         return None
+
+    def _look_at_goal(self, state: RobotState) -> None:
+        """Turn to what stands at the goal: it was marked before, and may have gone unseen."""
+        self._on(DriveEvent.UNSEEN)
+        self._looked, self._remedy_text = True, _LOOKING
+        bearing = state.map_pose.bearing_to(self._goal.x, self._goal.y)
+        self._remedy = Spin(bearing, self._rotation, state.now, _REMEDY_TIME_S)
 
     def _give_up(self) -> Result:
         code, reason = self._trouble
@@ -290,7 +311,9 @@ class Drive:
             return command
         self._remedy = None
         self._on(DriveEvent.CLEARED)
-        self._restart(state, self._p.recovery.remedy_time)
+        # What was looked at may still go away.
+        looked = self._remedy_text == _LOOKING
+        self._restart(state, math.inf if looked else self._p.recovery.remedy_time)
         return None
 
     @property

@@ -35,6 +35,8 @@ from florence_bt.skills.navigation.navigate.trails import BODIES, BODY_M, CAMERA
 
 LASER = "scan"
 """The source in whose scans legs are found."""
+FEET = "laser"
+"""The source of scans of the laser alone."""
 _CONTACTS_KEPT_S = 600.0
 """A goal that begins so long after the last contact does not believe in it any more."""
 
@@ -169,7 +171,7 @@ class Navigator:
 
         Args:
             source: ``scan`` for the laser, ``depth`` for the Kinect; each has a layer of its own. What
-                ``people`` shows stays until they have walked away.
+                ``people`` shows stays until they have walked away. ``laser`` only tells what has left.
             scan: The scan; what is out of range must read as a far hit to clear (REFERENCE 6.4).
             sensor_in_base: The sensor's frame in base_footprint.
             odom_pose: base_footprint in the odometry frame at the time of the scan.
@@ -187,7 +189,11 @@ class Navigator:
             (self.local_costmap, odom_pose),
             (self.global_costmap, None if map_from_odom is None else map_from_odom @ odom_pose),
         ):
-            if robot is not None:
+            if robot is None:
+                continue
+            if source == FEET:
+                costmap.saw_feet(moved_rays(in_base, robot))
+            else:
                 costmap.add_rays(source, moved_rays(in_base, robot), robot, clear=source != BODIES)
 
     def _clear_where_people_were(self, map_from_odom: Pose2 | None) -> None:

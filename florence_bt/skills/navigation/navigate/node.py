@@ -62,7 +62,7 @@ from florence_bt.skills.navigation.navigate.actions.node import (
 from florence_bt.skills.navigation.navigate.costmap import Costmap
 from florence_bt.skills.navigation.navigate.declaration import SPEED_LIMIT
 from florence_bt.skills.navigation.navigate.legs import Place
-from florence_bt.skills.navigation.navigate.navigator import Navigator, problem_with_quaternion
+from florence_bt.skills.navigation.navigate.navigator import FEET, Navigator, problem_with_quaternion
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan
 from florence_bt.skills.navigation.navigate.results import PLAN_SERVER_CODES, BaseStop
@@ -147,6 +147,7 @@ class NavigationNode(FlorenceNode):
             ("filtered_kinect_low_scan", "low"),
             ("filtered_kinect_overhang_scan", "overhangs"),
             ("people_scan", BODIES),
+            ("filtered_laser_scan", FEET),
         ):
             self.create_subscription(
                 LaserScanMsg, topic, self._scan_callback(source), SENSOR, newest_only=True

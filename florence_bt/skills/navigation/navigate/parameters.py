@@ -21,6 +21,7 @@ class RecoveryParameters:
 
     Attributes:
         planner_patience: Seconds without a plan before recovering.
+        goal_patience: Seconds that what stands at the goal has to go away, once the robot has looked at it.
         controller_patience: Seconds without a velocity before recovering.
         conservative_reset_dist: Side of the window around the robot whose obstacles are kept, in metres.
         remedy_time: How long the costmaps may take to fill again after a remedy, before the next one, in
@@ -43,6 +44,7 @@ class RecoveryParameters:
     """
 
     planner_patience: Positive = 5.0
+    goal_patience: Positive = 10.0
     controller_patience: Positive = 3.0
     conservative_reset_dist: Positive = 3.0
     remedy_time: NotNegative = 0.5

@@ -34,6 +34,7 @@ class PlannerParameters:
         cost_factor: How much a costmap value adds.
         start_clearance: Around the robot, cells too near to an obstacle may be crossed up to this
             distance in metres, so that it can leave a place where it should not stand.
+        use_astar: Whether the search is directed to a goal that is free; the way is the same.
 
     Source:
         REFERENCE 7.5.
@@ -43,6 +44,7 @@ class PlannerParameters:
     neutral_cost: Annotated[int, Limits(1, OBSTACLE - 2)] = NEUTRAL
     cost_factor: NotNegative = 3.0
     start_clearance: NotNegative = 0.35
+    use_astar: bool = True
 
     def __post_init__(self) -> None:
         check_limits(self)
@@ -109,6 +111,8 @@ def plan_path(
     wanted = (goal_cell[0] + 1) * columns + goal_cell[1] + 1
     crossing.flat[start_index] = NEUTRAL
     blocked = bool(crossing.flat[wanted] >= OBSTACLE)
+    target = -1 if blocked else wanted
+    cheapest = float(min(NEUTRAL, parameters.neutral_cost)) if parameters.use_astar else 0.0
     if blocked and tolerance <= 0.0:
         return _occupied(goal)
     # Who stands well keeps away from walls; the way out of a corner is opened when there is no other.
@@ -117,7 +121,7 @@ def plan_path(
         if opened:
             _open_start(crossing, start_cell, parameters.start_clearance / costmap.resolution)
         potential = spread_wave(
-            crossing.ravel(), columns, np.array([start_index]), -1 if blocked else wanted, 2.0 * NEUTRAL
+            crossing.ravel(), columns, np.array([start_index]), target, 2.0 * NEUTRAL, cheapest
         )
         grid = potential.reshape(crossing.shape)
         end_cell = _reachable_cell(grid, goal_cell, tolerance / costmap.resolution)
@@ -143,20 +147,20 @@ def _occupied(goal: Pose2) -> Result:
     )
 
 
-def _crossing_costs(cells: Cells, parameters: PlannerParameters) -> NDArray[np.int32]:
+def _crossing_costs(cells: Cells, parameters: PlannerParameters) -> NDArray[np.uint8]:
     """Costs of crossing each cell, with a border of obstacles, shape (rows + 2, columns + 2)."""
     values = np.arange(256)
-    table = np.minimum(parameters.neutral_cost + parameters.cost_factor * values, INSCRIBED).astype(np.int32)
+    table = np.minimum(parameters.neutral_cost + parameters.cost_factor * values, INSCRIBED).astype(np.uint8)
     table[INSCRIBED:] = OBSTACLE
     # What is a lethal cell stays apart from what is only too near to one: see _open_start.
     table[LETHAL] = OBSTACLE + 1
     table[UNKNOWN_COST] = INSCRIBED if parameters.allow_unknown else OBSTACLE
-    crossing = np.full((cells.shape[0] + 2, cells.shape[1] + 2), OBSTACLE, np.int32)
+    crossing = np.full((cells.shape[0] + 2, cells.shape[1] + 2), OBSTACLE, np.uint8)
     crossing[1:-1, 1:-1] = table[cells]
     return crossing
 
 
-def _open_start(crossing: NDArray[np.int32], start: tuple[int, int], clearance: float) -> None:
+def _open_start(crossing: NDArray[np.uint8], start: tuple[int, int], clearance: float) -> None:
     """Let the way lead through cells near the robot that are only too near to an obstacle."""
     row, column = start[0] + 1, start[1] + 1
     reach = math.ceil(clearance)
@@ -169,7 +173,7 @@ def _open_start(crossing: NDArray[np.int32], start: tuple[int, int], clearance: 
 
 
 def _reachable_cell(
-    potential: NDArray[np.float64], goal: tuple[int, int], tolerance: float
+    potential: NDArray[np.float32], goal: tuple[int, int], tolerance: float
 ) -> tuple[int, int] | None:
     """The cell nearest to the goal that the wave has reached, None when there is none near enough."""
     row, column = goal
@@ -185,7 +189,7 @@ def _reachable_cell(
 
 
 def _path_points(
-    potential: NDArray[np.float64], columns: int, end: tuple[int, int], costmap: Costmap
+    potential: NDArray[np.float32], columns: int, end: tuple[int, int], costmap: Costmap
 ) -> NDArray[np.float64] | None:
     """The way from the robot to a cell in metres, shape (n, 2)."""
     index = (end[0] + 1) * columns + end[1] + 1

@@ -31,12 +31,13 @@ class DriveEvent(enum.Enum):
     PLANNER_PATIENCE = "no plan for planner_patience, and a remedy is left"
     CONTROLLER_PATIENCE = "no velocity for controller_patience, and a remedy is left"
     NO_PROGRESS = "not moved or not nearer for the time allowed, and a remedy is left"
+    UNSEEN = "something was seen at the goal, not from near"
     CLEARED = "the remedy is over"
     TOUCHED = "a bumper or cliff sensor, or wheels that slip"
     BACKED_OFF = "backed off"
     REACHED = "the goal is reached"
     HOPELESS = "no way on the map itself, or the third touch"
-    OCCUPIED = "something stands at the goal for planner_patience"
+    OCCUPIED = "something stands at the goal for goal_patience"
     TIME_OVER = "give_up_time without progress"
 
 
@@ -46,6 +47,7 @@ TRANSITIONS: dict[tuple[DriveState, DriveEvent], DriveState] = {
     (DriveState.PLANNING, DriveEvent.PLAN_FOUND): DriveState.CONTROLLING,
     (DriveState.PLANNING, DriveEvent.PLANNER_PATIENCE): DriveState.CLEARING,
     (DriveState.PLANNING, DriveEvent.HOPELESS): DriveState.ABORTED,
+    (DriveState.PLANNING, DriveEvent.UNSEEN): DriveState.CLEARING,
     (DriveState.CONTROLLING, DriveEvent.REACHED): DriveState.SUCCEEDED,
     (DriveState.CONTROLLING, DriveEvent.PLAN_LOST): DriveState.PLANNING,
     (DriveState.CONTROLLING, DriveEvent.CONTROLLER_PATIENCE): DriveState.CLEARING,

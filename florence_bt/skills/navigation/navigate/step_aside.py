@@ -37,7 +37,7 @@ def place_to_step_aside(costmaps: Costmaps, robot: Pose2, person: Place, apart: 
     costs, resolution = costmap.master, costmap.resolution
     rows, columns = costs.shape
     from_person, from_robot = costmap.distances_to(*person), costmap.distances_to(robot.x, robot.y)
-    floor = np.full((rows + 2, columns + 2), OBSTACLE, np.int32)
+    floor = np.full((rows + 2, columns + 2), OBSTACLE, np.uint8)
     # The robot can leave where it stands, but not towards the person.
     free = (costs < INSCRIBED) | (from_robot < 2.0 * resolution)
     floor[1:-1, 1:-1][free & ((from_person > _BODY_M) | (from_person > from_robot))] = NEUTRAL

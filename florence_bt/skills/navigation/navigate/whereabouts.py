@@ -56,7 +56,7 @@ class Whereabouts:
         costmap = self._costmap = costmaps.global_costmap
         self._walls = costmaps.static == LETHAL
         rows, columns = costmap.shape
-        self._floor = np.full((rows + 2, columns + 2), OBSTACLE, np.int32)
+        self._floor = np.full((rows + 2, columns + 2), OBSTACLE, np.uint8)
         self._floor[1:-1, 1:-1][costmaps.static < INSCRIBED] = NEUTRAL
         self._x = costmap.origin_x + (np.arange(columns) + 0.5) * costmap.resolution
         self._y = costmap.origin_y + (np.arange(rows) + 0.5) * costmap.resolution
@@ -136,7 +136,7 @@ class Whereabouts:
         first = np.array([(rows[start] + 1) * width + columns[start] + 1])
         potential = spread_wave(self._floor.ravel(), width, first, -1, 2.0 * NEUTRAL)
         potential = potential.reshape(self._floor.shape)[1:-1, 1:-1]
-        ways: NDArray[np.float64] = potential * (self._costmap.resolution / NEUTRAL)
+        ways: NDArray[np.float64] = potential.astype(np.float64) * (self._costmap.resolution / NEUTRAL)
         ways[potential >= UNVISITED] = math.inf
         return ways
 
