@@ -10,7 +10,7 @@ import math
 import statistics
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -64,7 +64,7 @@ class Trial:
         room: Where the person was, or where the robot was sent to when nobody was there.
         person: What the people did, the one that the rest is about first.
         best_case: What a perfect robot could do; None without a person. Of several people this and ``end``
-            are about the one to whom the robot stood nearest in the end.
+            are about the one before whom the robot stood politely in the end, or else the nearest one.
         status: How the mission ended.
         reason: Why it did not succeed.
         end: How the robot really stood to the person in the end; None without a person.
@@ -94,9 +94,7 @@ class Trial:
         """The mission succeeded, and the robot stands at the polite distance and looks at the person."""
         if self.status is not RunStatus.SUCCEEDED or self.end is None:
             return False
-        nearest = self.best_case.distance if self.best_case is not None else None
-        # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
-        return self.end.polite_at(POLITE_DISTANCE_M if nearest is None else nearest)
+        return _is_polite(self.end, self.best_case)
 
     @property
     def good(self) -> bool:
@@ -151,8 +149,9 @@ def run_trial(
     assert run.started is not None and run.ended is not None
     if all(spec.posture != "walking" for spec in people):
         rig.clock.advance(1.0)
-    people.sort(key=lambda spec: rig.world.robot_pose.distance_to(rig.world.person_pose(spec.name)))
-    met = people[0].name if people else ""
+    ends = {spec.name: closeness(rig.world.robot_pose, rig.world.person_pose(spec.name)) for spec in people}
+    met = _met(ends, best_cases)
+    people.sort(key=lambda spec: (spec.name != met, ends[spec.name].distance))
     best = best_cases.get(met)
     speed = navigator_parameters(load_config()).controller.max_vel_x
     return Trial(
@@ -163,7 +162,7 @@ def run_trial(
         best_case=best,
         status=run.status,
         reason=run.reason,
-        end=closeness(rig.world.robot_pose, rig.world.person_pose(met)) if met else None,
+        end=ends.get(met),
         false_find=any(_is_false(found, people) for found in rig.found),
         contacts=tuple(contact.name for contact in rig.world.contacts),
         simulated=run.ended - run.started,
@@ -177,6 +176,22 @@ def _people_in(situation: str, flat: Flat, rng: np.random.Generator) -> list[Per
     if situation == "nobody":
         return []
     return company_in(flat, rng) if situation == "company" else [person_in(situation, flat, rng)]
+
+
+def _is_polite(end: Closeness, best: BestCase | None) -> bool:
+    """Whether the robot stands before a person as it should, as near as can be."""
+    nearest = best.distance if best is not None else None
+    # Where the truth knows no way, the robot may have found one: it needs less room than a disc.
+    return end.polite_at(POLITE_DISTANCE_M if nearest is None else nearest)
+
+
+def _met(ends: Mapping[str, Closeness], best_cases: Mapping[str, BestCase]) -> str:
+    """Before whom the robot stands, empty without people: somebody else may have come nearer meanwhile."""
+    return min(
+        ends,
+        key=lambda name: (not _is_polite(ends[name], best_cases[name]), ends[name].distance),
+        default="",
+    )
 
 
 def _description(spec: PersonSpec) -> str:
@@ -219,7 +234,8 @@ hand-made flat with the person where they are easy to find.
   the robot gets to (of somebody who walks: at the beginning). Who cannot be seen cannot be found.
 - *approached politely*: the mission succeeded, and the robot stands 0.5 m ± 0.1 m from the middle of the
   person and looks at them within 15 degrees. Of somebody who sits on furniture or in a wheelchair, or lies,
-  the distance is at most 0.1 m more than the smallest that a robot with room to turn gets to.
+  or stands where no robot gets to 0.5 m (behind an armchair that was moved), the distance is at most 0.1 m
+  more than the smallest that a robot with room to turn gets to, and sees them from ("of" in the tables).
 - *contacts*: how often the robot touched anything.
 - *false finds*: runs in which a look found somebody further than 0.8 m from every place where the person was.
 - *median time*: of the politely approached; *to ideal*: in relation to the shortest way at full speed and one

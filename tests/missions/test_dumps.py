@@ -15,20 +15,21 @@ RUNNING = """\
         [>] sequence
             [+] get view
             [>] find the user (selector)
-                [x] when $place == 1
-                    [x] watch out on the way (finally)
-                        [x] parallel
-                            [x] fail after navigate to -- navigate to succeeded, which counts as failure here
-                                [+] navigate to
-                            [-] sequence
-                                [+] start tracker
-                                [-] retry up to 1000 times
-                                    [-] look for user
-                        [+] stop tracker
+                [x] watch out on the way (finally)
+                    [x] parallel
+                        [x] fail after selector -- selector succeeded, which counts as failure here
+                            [+] selector
+                                [+] go there
+                                [ ] face it from nearby (sequence)
+                                    [ ] get robot pose
+                                    [ ] propose approach pose
+                                    [ ] navigate to
+                        [-] sequence
+                            [+] start tracker
+                            [-] retry up to 1000 times
+                                [-] look for user
+                    [+] stop tracker
                 [>] look round (sequence)
-                    [+] unless $place == 1 -- skipped: $place == 1 holds (place is 1)
-                        [ ] try navigate to
-                            [ ] navigate to
                     [+] set view -- view = 2
                     [>] run detect_user
                         [>] sequence
@@ -56,119 +57,63 @@ RUNNING = """\
                     [ ] sequence
                         [ ] set user, id
                         [ ] start tracker
-                        [ ] retry up to 3 times
+                        [ ] retry up to 4 times
                             [ ] sequence
                                 [ ] if $attempt == 1
-                                    [ ] approach who stays where they are (sequence)
-                                        [ ] when $distance > 1.6 m
-                                            [ ] make sure from nearby
-                                                [ ] sequence
-                                                    [ ] set aim, aim_id
-                                                    [ ] try run approach_user
-                                                        [ ] run approach_user
-                                                            [ ] within $limit
-                                                                [ ] parallel
-                                                                    [ ] approach the person (sequence)
-                                                                        [ ] get robot pose
-                                                                        [ ] retry up to 6 times
-                                                                            [ ] propose and drive (sequence)
-                                                                                [ ] propose approach pose
-                                                                                [ ] within 25 s
-                                                                                    [ ] navigate to
-                                                                    [ ] when $user_id > 0
-                                                                        [ ] watch whether they walk on
-                                                                            [ ] repeat 200 times
-                                                                                [ ] sequence
-                                                                                    [ ] look for user
-                                                                                    [ ] distance($now, $user) < 0.6 m
-                                                    [ ] look from nearby
-                                                        [ ] look for user
-                                                    [ ] if distance($user, $aim) >= 1 m and $id != $aim_id
-                                                        [ ] fail
-                                                    [ ] distance($user, $aim) < 1 m
-                                        [ ] try set user position
-                                            [ ] set user position
-                                        [ ] run approach_user
-                                            [ ] within $limit
-                                                [ ] parallel
-                                                    [ ] approach the person (sequence)
-                                                        [ ] get robot pose
-                                                        [ ] retry up to 6 times
-                                                            [ ] propose and drive (sequence)
-                                                                [ ] propose approach pose
-                                                                [ ] within 25 s
-                                                                    [ ] navigate to
-                                                    [ ] when $user_id > 0
-                                                        [ ] watch whether they walk on
-                                                            [ ] repeat 200 times
-                                                                [ ] sequence
-                                                                    [ ] look for user
-                                                                    [ ] distance($now, $user) < 0.6 m
-                                    [ ] go after who moves on (sequence)
-                                        [ ] set near
-                                        [ ] when $posture == "sitting"
-                                            [ ] set near
-                                        [ ] within 90 s
-                                            [ ] parallel
-                                                [ ] follow user
-                                                [ ] until the robot stands before them
-                                                    [ ] sequence
-                                                        [ ] where it was
-                                                        [ ] look for user
-                                                        [ ] when $posture == "sitting"
-                                                            [ ] set near
-                                                        [ ] where it is
-                                                        [ ] near enough
-                                        [ ] when $posture == "sitting" (2)
-                                            [ ] come near beside them
-                                                [ ] within $limit
-                                                    [ ] parallel
-                                                        [ ] approach the person (sequence)
-                                                            [ ] get robot pose
-                                                            [ ] retry up to 6 times
-                                                                [ ] propose and drive (sequence)
-                                                                    [ ] propose approach pose
-                                                                    [ ] within 25 s
-                                                                        [ ] navigate to
-                                                        [ ] when $user_id > 0
-                                                            [ ] watch whether they walk on
-                                                                [ ] repeat 200 times
-                                                                    [ ] sequence
-                                                                        [ ] look for user
-                                                                        [ ] distance($now, $user) < 0.6 m
-                                [ ] when $attempt == 1 or $posture == "sitting"
-                                    [ ] where they are now (sequence)
-                                        [ ] set now, now_id
-                                        [ ] look for who has walked on
-                                            [ ] look for user
-                                        [ ] when $now_id == 0 and $attempt > 1
-                                            [ ] look round for who has walked on (sequence)
-                                                [ ] try run detect_user
-                                                    [ ] run detect_user
-                                                        [ ] sequence
-                                                            [ ] set way, turned
-                                                            [ ] search in a circle (finally)
-                                                                [ ] retry up to $looks times
-                                                                    [ ] turn and look (sequence)
-                                                                        [ ] stop tracker
-                                                                        [ ] unless $look_first and $look == 1
-                                                                            [ ] turn on (sequence)
-                                                                                [ ] retry up to 2 times
-                                                                                    [ ] sequence
-                                                                                        [ ] set angle
-                                                                                        [ ] when $side == 2 and $way == $step
-                                                                                            [ ] set angle, way
-                                                                                        [ ] turn
-                                                                                [ ] set turned
-                                                                        [ ] settle
-                                                                        [ ] start tracker
-                                                                        [ ] repeat a look without pictures
+                                    [ ] when $distance > 1.6 m
+                                        [ ] make sure from nearby (sequence)
+                                            [ ] try run approach_user
+                                                [ ] run approach_user
+                                                    [ ] within $limit
+                                                        [ ] parallel
+                                                            [ ] approach the person (sequence)
+                                                                [ ] get robot pose
+                                                                [ ] retry up to 6 times
+                                                                    [ ] propose and drive (sequence)
+                                                                        [ ] propose approach pose
+                                                                        [ ] within 25 s
+                                                                            [ ] navigate to
+                                                            [ ] when $user_id > 0
+                                                                [ ] watch whether they walk on
+                                                                    [ ] repeat 200 times
+                                                                        [ ] sequence
                                                                             [ ] look for user
-                                                                [ ] stop tracker
-                                                [ ] start tracker
-                                                [ ] unless $now_id == $id
-                                                    [ ] turn back to them
-                                        [ ] distance($now, $user) < 0.5 m or $now_id != $id
+                                                                            [ ] distance($now, $user) < 0.6 m
+                                            [ ] look from nearby
+                                                [ ] look for user
+                                            [ ] distance($user, $seen_at) < 1 m
+                                    [ ] go after who moves on
+                                        [ ] parallel
+                                            [ ] follow user
+                                            [ ] until they stand and the robot is near
+                                                [ ] sequence
+                                                    [ ] set before
+                                                    [ ] look for user
+                                                    [ ] get robot pose
+                                                    [ ] distance($user, $pose) < max(0.9 m, $safe_distance) + 0.3 m and distance($user, $before) < 0.2 m
+                                [ ] try set user position
+                                    [ ] set user position
+                                [ ] stop before them
+                                    [ ] within $limit
+                                        [ ] parallel
+                                            [ ] approach the person (sequence)
+                                                [ ] get robot pose
+                                                [ ] retry up to 6 times
+                                                    [ ] propose and drive (sequence)
+                                                        [ ] propose approach pose
+                                                        [ ] within 25 s
+                                                            [ ] navigate to
+                                            [ ] when $user_id > 0
+                                                [ ] watch whether they walk on
+                                                    [ ] repeat 200 times
+                                                        [ ] sequence
+                                                            [ ] look for user
+                                                            [ ] distance($now, $user) < 0.6 m
+                                [ ] see whether they have moved on (sequence)
+                                    [ ] set now
+                                    [ ] try look for user
+                                        [ ] look for user
+                                    [ ] distance($now, $user) < 0.5 m
                     [ ] stop tracker"""  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""
 
@@ -191,7 +136,7 @@ def test_a_search_from_nearby(robot):
     play = robot.start("goto_user")
     robot.run_until("look from nearby/look_for_user")
     assert "[+] find the user (selector)\n" in play.tree
-    assert "[+] distance($user, $aim)" not in play.tree
+    assert "[+] distance($user, $seen_at)" not in play.tree
     assert "[-] watch whether they walk on\n" in play.tree
 
 
@@ -245,7 +190,7 @@ def test_a_failure_of_any_skill_names_it_and_leaves_the_tracker_off(robot, skill
 @pytest.mark.parametrize("skill", ["navigate_to", "look_for_user", "get_robot_pose", "propose_approach_pose"])
 def test_a_failure_in_the_approach_names_the_skill_there(robot, skill):
     robot.mock("look_for_user", f"running 1 s, then SUCCESS (user={USER}, distance=1 m, user_id=7)")
-    robot.mock(f"run approach_user/**/{skill}", 'running 1 s, then FAILURE server_lost "nobody answers"')
+    robot.mock(f"stop before them/**/{skill}", 'running 1 s, then FAILURE server_lost "nobody answers"')
     play = robot.run("goto_user").assert_failed("server_lost", reason="nobody answers")
     assert "/approach_user/" in play.leaf and play.leaf.endswith(skill)
     assert play.order[-1] == "stop_tracker"

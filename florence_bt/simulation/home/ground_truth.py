@@ -36,8 +36,9 @@ class BestCase:
 
     Attributes:
         visible: Whether trunk or head are in sight from somewhere the robot gets to.
-        distance: The polite distance between the middles, metres: 0.5, or for somebody who sits or lies as
-            near as the robot gets where they see each other; None when it gets nowhere near.
+        distance: The polite distance between the middles, metres: 0.5; or for somebody who sits or lies, or
+            stands where the robot does not get to 0.5 m, as near as it gets where they see each other. None
+            when it gets nowhere near, and for somebody who walks, when it does not get to 0.5 m.
         way: The shortest way from the start to that distance, metres; None as above.
     """
 
@@ -62,9 +63,11 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
     apart = np.hypot(x[None, :] - spec.pose.x, y[:, None] - spec.pose.y)
     distance = POLITE_DISTANCE_M
     sight = _Sight(world, spec, space)
-    if spec.posture in ("seated", "lying") or spec.aid == "wheelchair":
+    goals = _at(distance, ways, apart)
+    shut_in = spec.posture != "walking" and not goals.any()
+    if shut_in or spec.posture in ("seated", "lying") or spec.aid == "wheelchair":
         distance = max(distance, sight.nearest(ways, apart))
-    goals = ways & (np.abs(apart - distance) <= DISTANCE_TOLERANCE_M)
+        goals = _at(distance, ways, apart)
     from_afar = np.zeros_like(ways)
     from_afar[::_EVERY_CELLS, ::_EVERY_CELLS] = True
     from_afar &= ways & (apart >= _SEEN_FROM_M[0]) & (apart <= _SEEN_FROM_M[1])
@@ -74,6 +77,11 @@ def best_case(flat: Flat, world: SimulatedWorld, spec: PersonSpec, start: Pose2)
     way = space.shortest_way((start.x, start.y), goals, FOOTPRINT_RADIUS_M)
     length = sum(math.dist(a, b) for a, b in itertools.pairwise(way)) if way else None
     return BestCase(visible, distance, length)
+
+
+def _at(distance: float, ways: BoolGrid, apart: NDArray[np.float64]) -> BoolGrid:
+    """Where the robot gets to at that distance, or about there."""
+    return ways & (np.abs(apart - distance) <= DISTANCE_TOLERANCE_M)
 
 
 class _Sight:

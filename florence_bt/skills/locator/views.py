@@ -21,6 +21,9 @@ RANGE_M = 3.5
 """How far people are found well. Source: REFERENCE 12.2 says 4 m; docs/people.md."""
 FREE_M = 0.32
 """Free metres around a view: the circumscribed radius of the footprint (REFERENCE 7.4) and a cell."""
+ROOMY_M = 0.6
+"""With less free around it, a view is worth less, in proportion: a chair that was moved, or a bag, may stand
+in a corner of which the map shows just enough, and the robot does not get in, or not out again."""
 WORTH_M2 = 0.6
 """What a view must show that no view before it does: about what one person covers."""
 MAX_VIEWS = 5
@@ -67,11 +70,12 @@ def views(hotspot: Pose2, in_room: Callable[[float, float], bool], grid: Occupan
     candidates = _some(candidates, MOST_CANDIDATES)
     hidden = ~_seen(np.array([hotspot.x, hotspot.y]), points, open_floor, grid)
     shown = [_seen(candidate, points, open_floor, grid) for candidate in candidates]
+    roomy = np.minimum(clearance[_cells_of(candidates, grid)] / ROOMY_M, 1.0)
     for _ in range(MAX_VIEWS - 1):
-        gains = [int((each & hidden).sum()) for each in shown]
-        best = int(np.argmax(gains)) if gains else 0
-        if not gains or gains[best] * area < WORTH_M2 * len(points):
+        gains = np.array([(each & hidden).sum() for each in shown])
+        if not (gains * area >= WORTH_M2 * len(points)).any():
             return
+        best = int(np.argmax(gains * roomy))
         x, y = candidates[best].tolist()
         to_x, to_y = points[shown[best] & hidden].mean(axis=0).tolist()
         yield Pose2(x, y, math.atan2(to_y - y, to_x - x))

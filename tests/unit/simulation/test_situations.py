@@ -9,7 +9,7 @@ import pytest
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.simulation.home.flat import load_flat
+from florence_bt.simulation.home.flat import Solid, load_flat
 from florence_bt.simulation.home.free_space import free_space_of
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.ground_truth import best_case
@@ -246,6 +246,29 @@ def test_to_who_sits_deep_it_gets_as_near_as_the_legs_let_it(small):
     sofa = PersonSpec("user", Pose2(1.5, 7.4, -math.pi / 2), "seated", surface=0.42)
     found = best(small, sofa)
     assert found.visible and 0.7 < found.distance < 1.2 and found.way > 5.0
+
+
+@pytest.mark.parametrize(("posture", "nearest"), [("standing", 0.9), ("walking", None)])
+def test_to_who_stands_behind_something_low_it_gets_as_near_as_that_lets_it(small, posture, nearest):
+    ring = [
+        Solid(
+            "box",
+            6.0 + 0.6 * math.cos(turn),
+            2.95 + 0.6 * math.sin(turn),
+            turn,
+            (0.05, 0.6),
+            0.0,
+            0.0,
+            0.3,
+            (90, 90, 90),
+        )
+        for turn in (0.0, math.pi / 2, math.pi, -math.pi / 2)
+    ]
+    flat = replace(small, solids=(*small.solids, *ring))
+    route = ((5.8, 2.95),) if posture == "walking" else ()
+    found = best(flat, PersonSpec("user", Pose2(6.0, 2.95), posture, route))
+    assert found.visible
+    assert found.distance == (pytest.approx(nearest, abs=0.06) if nearest else None)
 
 
 def test_who_is_shut_in_can_be_neither_seen_nor_reached(flats):

@@ -13,7 +13,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import Locator
-from florence_bt.skills.locator.views import FREE_M, MAX_VIEWS, REACH_M, STEP_M, views
+from florence_bt.skills.locator.views import FREE_M, MAX_VIEWS, REACH_M, ROOMY_M, STEP_M, views
 
 Box = tuple[tuple[float, float], tuple[float, float]]
 WALLS: list[Box] = [
@@ -56,6 +56,16 @@ def test_the_robot_fits_at_every_view() -> None:
     for view in itertools.islice(views(HOTSPOT, in_room, room(SCREEN)), 1, None):
         assert FREE_M <= view.x <= 5.9 - FREE_M and FREE_M <= view.y <= 3.9 - FREE_M
         assert not (2.0 - FREE_M < view.x < 2.1 + FREE_M and view.y > 1.0)
+
+
+def test_a_corner_that_shows_a_little_more_is_no_better_than_a_place_with_room_around() -> None:
+    _, second = views(HOTSPOT, in_room, room(SCREEN))
+    assert min(second.x - 0.1, second.y - 0.1) >= ROOMY_M - STEP_M / 2
+
+
+def test_where_there_is_little_room_a_view_is_there_all_the_same() -> None:
+    narrow: Box = ((0.1, 1.2), (0.1, 3.9))
+    assert len(list(views(HOTSPOT, in_room, room(SCREEN, narrow)))) == 2
 
 
 def test_a_place_that_the_robot_does_not_get_to_is_no_view() -> None:

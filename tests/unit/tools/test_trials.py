@@ -9,7 +9,7 @@ from florence_bt.runtime.run import RunStatus
 from florence_bt.simulation.home.closeness import Closeness
 from florence_bt.simulation.home.ground_truth import BestCase
 from florence_bt.simulation.home.person import PersonSpec
-from tools.trials import Trial, _is_false, main, page, run_trial
+from tools.trials import Trial, _is_false, _met, main, page, run_trial
 
 STANDS = PersonSpec("user", Pose2(1.0, 1.0))
 WALKS = PersonSpec("other", Pose2(1.0, 1.0), "walking", ((9.0, 1.0),))
@@ -92,6 +92,19 @@ def test_of_many_runs_those_that_were_not_good_are_listed():
 )
 def test_a_find_is_false_where_nobody_has_ever_been(found, people, false):
     assert _is_false(found, people) is false
+
+
+@pytest.mark.parametrize(
+    ("ends", "met"),
+    [
+        ({"user": Closeness(0.62, 0.0), "visitor": Closeness(0.61, 1.6)}, "user"),
+        ({"user": Closeness(1.5, 0.0), "visitor": Closeness(0.61, 1.6)}, "visitor"),
+        ({}, ""),
+    ],
+)
+def test_who_came_up_to_the_robot_is_not_whom_it_met(ends, met):
+    best_cases = {"user": BestCase(True, 0.6, 4.5), "visitor": BestCase(True, 0.5, 4.5)}
+    assert _met(ends, best_cases) == met
 
 
 def test_of_a_company_the_run_tells_of_whom_the_robot_met():
