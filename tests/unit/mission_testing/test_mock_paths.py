@@ -48,10 +48,10 @@ def goto_user():
         ("turn and look/*_tracker", 4),
         ("search in a circle/stop_tracker", 2),
         ("goto_user/*", 1),
-        ("**/**/turn", 2),
+        ("**/**/turn", 5),
         ("*tracker", 11),
-        ("approach_user/**", 12),
-        ("make sure from nearby/**", 5),
+        ("approach_user/**", 21),
+        ("make sure from nearby/**", 8),
         ("get_user_rom", 0),
     ],
 )
