@@ -146,6 +146,13 @@ def distance(start: Any, end: Any) -> float:
     return _finite(start.distance_to(end))
 
 
+def bearing(start: Any, end: Any) -> float:
+    """How far a robot at one pose turns to look at another, radians in (-pi, pi], counter-clockwise."""
+    if not isinstance(start, Pose2) or not isinstance(end, Pose2):
+        raise TypeError("two poses are needed")
+    return _finite(start.bearing_to(end.x, end.y))
+
+
 def equal(left: Any, right: Any) -> bool:
     """Whether two values of one kind are the same, numbers up to a billionth."""
     if isinstance(left, (bool, str, Pose2)) or isinstance(right, (bool, str, Pose2)):
@@ -191,6 +198,7 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "min": _numeric(min),
     "max": _numeric(max),
     "distance": distance,
+    "bearing": bearing,
 }
 """Operator or function -> what computes it."""
 

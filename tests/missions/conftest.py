@@ -24,6 +24,7 @@ def robot(florence):
         get_hotspot="SUCCESS (pose=(4 m, 5 m, 30 deg))",
         navigate_to="accepted after 100 ms, cancel takes 500 ms, running 10 s, then SUCCESS",
         turn="accepted after 100 ms, cancel takes 200 ms, running 2 s, then SUCCESS",
+        drive_straight="SUCCESS",
         start_tracker="accepted after 50 ms, running 100 ms, then SUCCESS",
         stop_tracker="accepted after 50 ms, running 100 ms, then SUCCESS",
         look_for_user=f"running 1 s, then SUCCESS (user={USER}, distance=2 m, user_id=7)",

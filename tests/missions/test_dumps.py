@@ -67,12 +67,23 @@ RUNNING = """\
                                                     [ ] within $limit
                                                         [ ] parallel
                                                             [ ] approach the person (sequence)
+                                                                [ ] set now
                                                                 [ ] get robot pose
                                                                 [ ] retry up to 6 times
                                                                     [ ] propose and drive (sequence)
                                                                         [ ] propose approach pose
                                                                         [ ] within 25 s
                                                                             [ ] navigate to
+                                                                [ ] when $user_id > 0
+                                                                    [ ] stand well before them (sequence)
+                                                                        [ ] get robot pose
+                                                                        [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                                            [ ] face the person
+                                                                                [ ] turn
+                                                                        [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                                            [ ] come up to the distance
+                                                                                [ ] retry up to 3 times
+                                                                                    [ ] drive straight
                                                             [ ] when $user_id > 0
                                                                 [ ] watch whether they walk on
                                                                     [ ] repeat 200 times
@@ -97,12 +108,23 @@ RUNNING = """\
                                     [ ] within $limit
                                         [ ] parallel
                                             [ ] approach the person (sequence)
+                                                [ ] set now
                                                 [ ] get robot pose
                                                 [ ] retry up to 6 times
                                                     [ ] propose and drive (sequence)
                                                         [ ] propose approach pose
                                                         [ ] within 25 s
                                                             [ ] navigate to
+                                                [ ] when $user_id > 0
+                                                    [ ] stand well before them (sequence)
+                                                        [ ] get robot pose
+                                                        [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                            [ ] face the person
+                                                                [ ] turn
+                                                        [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                            [ ] come up to the distance
+                                                                [ ] retry up to 3 times
+                                                                    [ ] drive straight
                                             [ ] when $user_id > 0
                                                 [ ] watch whether they walk on
                                                     [ ] repeat 200 times

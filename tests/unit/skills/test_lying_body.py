@@ -78,10 +78,24 @@ def test_who_is_seen_near_where_somebody_lies_is_they_and_further_away_it_is_som
     first = places.near(lying(2.0))
     first.take(lying(2.0))
     assert places.near(lying(2.45)) is first
-    other = places.near(lying(2.0, y=0.6))
-    other.take(lying(2.0, y=0.6))
-    assert other is not first and other.place == pytest.approx((2.0, 0.6))
+    beside = lying(2.0, y=1.4, shown=outline(0.6, 2.2))
+    other = places.near(beside)
+    other.take(beside)
+    assert other is not first and other.place == pytest.approx((2.0, 1.4))
     assert places.near(lying(2.0)) is first
+
+
+def test_a_part_of_somebody_is_not_somebody_else_whatever_middle_it_says() -> None:
+    places = LyingBodies()
+    first = places.near(lying(2.0, height=ON_THE_FLOOR))
+    for _ in range(2):
+        first.take(lying(2.0, height=ON_THE_FLOOR))
+    head = lying(2.0, 0.6, outline(0.3, 0.8, cut_at=0.3), ON_THE_FLOOR)
+    for _ in range(9):
+        part = places.near(head)
+        part.take(head)
+    assert part is first and part.place == pytest.approx((2.0, 0.0), abs=0.05)
+    assert places.near(lying(2.0, 0.6, shown=None)) is not first
 
 
 def test_a_body_with_two_middles_is_where_the_whole_was_seen() -> None:

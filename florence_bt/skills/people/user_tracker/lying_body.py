@@ -20,7 +20,10 @@ FLOOR_HEIGHT = 0.5
 _WHOLE_SIGMA, _CUT_SIGMA = 0.07, 0.3
 """Standard deviation of the middle in a picture of the whole body, and of a part of it, metres."""
 _MOVED_M = 0.5
-"""Who is seen so far away from where they lay lies somewhere else now, or is somebody else."""
+"""Who is seen so far away from where they lay lies somewhere else now, or is somebody else, unless what is
+seen is a part of the same body."""
+_KNOWN_SHARE = 0.5
+"""What has that much of its outline where somebody is known to lie is they, whatever its middle."""
 _MOST = 20
 _CELL_M, _SIGHTINGS = 0.05, 2
 """A place of this size belongs to a body that so many pictures show there."""
@@ -63,6 +66,18 @@ class LyingBody:
             self._inside.update(_cells(outline.points[~outline.at_edge]))
             self._at_edge |= _cells(outline.points[outline.at_edge])
 
+    def shows(self, detection: Detection) -> bool:
+        """Whether what a picture shows is where this body is known to be, or its middle is near this one."""
+        if self.place is not None and math.dist(self.place, (detection.x, detection.y)) <= _MOVED_M:
+            return True
+        if detection.outline is None:
+            return False
+        known = [
+            any((column + i, row + j) in self._inside for i in (-1, 0, 1) for j in (-1, 0, 1))
+            for column, row in _cells(detection.outline.points)
+        ]
+        return sum(known) > _KNOWN_SHARE * len(known)
+
     def _middle_of_body(self) -> tuple[float, float] | None:
         """Half way between both ends; None as long as they are not both known."""
         cells = [cell for cell, count in self._inside.items() if count >= _SIGHTINGS]
@@ -88,10 +103,9 @@ class LyingBodies:
         self._places: list[LyingBody] = []
 
     def near(self, detection: Detection) -> LyingBody:
-        """The place where somebody was seen lying so near, or a new one."""
-        seen = detection.x, detection.y
+        """The place where somebody was seen lying who may be meant, or a new one."""
         for each in self._places:
-            if each.place is not None and math.dist(each.place, seen) <= _MOVED_M:
+            if each.shows(detection):
                 return each
         self._places = [*self._places[1 - _MOST :], LyingBody()]
         return self._places[-1]

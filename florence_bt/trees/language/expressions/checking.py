@@ -16,6 +16,9 @@ from florence_bt.trees.language.quantities import NUMERIC_KINDS, UNITS, example_
 PLAIN = (Kind.INTEGER, Kind.NUMBER)
 """Numbers without a unit."""
 
+_OF_POSES = {"distance": Kind.LENGTH, "bearing": Kind.ANGLE}
+"""Function of poses -> the kind of its value."""
+
 _PRODUCTS: dict[frozenset[Kind], Kind] = {frozenset((Kind.SPEED, Kind.DURATION)): Kind.LENGTH}
 _QUOTIENTS: dict[tuple[Kind, Kind], Kind] = {
     (Kind.LENGTH, Kind.DURATION): Kind.SPEED,
@@ -152,10 +155,10 @@ class _Checker:
         return None
 
     def _function(self, term: syntax.Function) -> Kind | None:
-        if term.name == "distance":
+        if term.name in _OF_POSES:
             for argument in term.arguments:
-                self._need(argument, Kind.POSE, "distance")
-            return Kind.LENGTH
+                self._need(argument, Kind.POSE, term.name)
+            return _OF_POSES[term.name]
         if term.name == "abs":
             return self._number(term.arguments[0], "abs")
         return self._alike(term, *term.arguments)

@@ -211,7 +211,7 @@ MAX_NESTING = 32
 
 COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")
 POSE_PARTS = ("x", "y", "yaw")
-FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "distance": 2}
+FUNCTIONS = {"abs": 1, "min": 2, "max": 2, "distance": 2, "bearing": 2}
 """Function -> how many values it needs."""
 _WORDS = ("and", "or", "not", "true", "false")
 _OTHER_WORDS = {"is": "==", "equals": "==", "eq": "==", "isnt": "!=", "ne": "!=", "lt": "<", "gt": ">"}

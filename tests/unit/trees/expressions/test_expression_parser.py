@@ -91,7 +91,7 @@ and $a                | 1 | a value is needed before 'and' | $key, true
 nt $a                 | 1 | neither a key nor text | $nt, "nt", not
 1e999                 | 1 | too large | 2.5
 $a + [1]              | 6 | no place in an expression | ( and )
-__import__('os')      | 1 | no function '__import__' | abs(...), distance(...), max(...), min(...)
+__import__('os')    | 1 | no function '__import__' | abs(...), bearing(...), distance(...), max(...), min(...)
 $a; $b                | 3 | no place in an expression |
 """
 
