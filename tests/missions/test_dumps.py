@@ -69,7 +69,7 @@ RUNNING = """\
                                                             [ ] within $limit
                                                                 [ ] parallel
                                                                     [ ] approach the person (sequence)
-                                                                        [ ] set now
+                                                                        [ ] set place
                                                                         [ ] get robot pose
                                                                         [ ] retry up to 6 times
                                                                             [ ] propose and drive (sequence)
@@ -79,10 +79,10 @@ RUNNING = """\
                                                                         [ ] when $user_id > 0
                                                                             [ ] stand well before them (sequence)
                                                                                 [ ] get robot pose
-                                                                                [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                                                [ ] unless abs(bearing($here, $place)) < 6 deg
                                                                                     [ ] face the person
                                                                                         [ ] turn
-                                                                                [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                                                [ ] when distance($here, $place) > $safe_distance + 4 cm
                                                                                     [ ] come up to the distance
                                                                                         [ ] retry up to 3 times
                                                                                             [ ] drive straight
@@ -92,6 +92,8 @@ RUNNING = """\
                                                                                 [ ] sequence
                                                                                     [ ] look for user
                                                                                     [ ] distance($now, $user) < 0.6 m
+                                                                                    [ ] when $posture == "lying"
+                                                                                        [ ] set place
                                                     [ ] look from nearby
                                                         [ ] look for user
                                                     [ ] if distance($user, $aim) >= 1 m and $id != $aim_id
@@ -103,7 +105,7 @@ RUNNING = """\
                                             [ ] within $limit
                                                 [ ] parallel
                                                     [ ] approach the person (sequence)
-                                                        [ ] set now
+                                                        [ ] set place
                                                         [ ] get robot pose
                                                         [ ] retry up to 6 times
                                                             [ ] propose and drive (sequence)
@@ -113,10 +115,10 @@ RUNNING = """\
                                                         [ ] when $user_id > 0
                                                             [ ] stand well before them (sequence)
                                                                 [ ] get robot pose
-                                                                [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                                [ ] unless abs(bearing($here, $place)) < 6 deg
                                                                     [ ] face the person
                                                                         [ ] turn
-                                                                [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                                [ ] when distance($here, $place) > $safe_distance + 4 cm
                                                                     [ ] come up to the distance
                                                                         [ ] retry up to 3 times
                                                                             [ ] drive straight
@@ -126,6 +128,8 @@ RUNNING = """\
                                                                 [ ] sequence
                                                                     [ ] look for user
                                                                     [ ] distance($now, $user) < 0.6 m
+                                                                    [ ] when $posture == "lying"
+                                                                        [ ] set place
                                     [ ] go after who moves on (sequence)
                                         [ ] set near
                                         [ ] when $posture == "sitting"
@@ -146,7 +150,7 @@ RUNNING = """\
                                                 [ ] within $limit
                                                     [ ] parallel
                                                         [ ] approach the person (sequence)
-                                                            [ ] set now
+                                                            [ ] set place
                                                             [ ] get robot pose
                                                             [ ] retry up to 6 times
                                                                 [ ] propose and drive (sequence)
@@ -156,10 +160,10 @@ RUNNING = """\
                                                             [ ] when $user_id > 0
                                                                 [ ] stand well before them (sequence)
                                                                     [ ] get robot pose
-                                                                    [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                                    [ ] unless abs(bearing($here, $place)) < 6 deg
                                                                         [ ] face the person
                                                                             [ ] turn
-                                                                    [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                                    [ ] when distance($here, $place) > $safe_distance + 4 cm
                                                                         [ ] come up to the distance
                                                                             [ ] retry up to 3 times
                                                                                 [ ] drive straight
@@ -169,6 +173,8 @@ RUNNING = """\
                                                                     [ ] sequence
                                                                         [ ] look for user
                                                                         [ ] distance($now, $user) < 0.6 m
+                                                                        [ ] when $posture == "lying"
+                                                                            [ ] set place
                                 [ ] when $attempt == 1 or $posture == "sitting"
                                     [ ] where they are now (sequence)
                                         [ ] set now, now_id
