@@ -19,7 +19,7 @@ from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.state import CycleResult
+from florence_bt.skills.navigation.navigate.state import CycleResult, RobotState
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
@@ -236,13 +236,57 @@ def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
     assert walk.trip.world.hits == 0
 
 
+def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_once() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(0.9, 1.4), (0.9, 2.4)], 0.3))
+    assert walk.go(8.0) is None
+    assert "giving way" in walk.trip.texts
+    assert "stepping aside" not in walk.trip.texts
+
+
+def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_round(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def may(self: follow.Follow, state: RobotState, command: Twist2) -> bool:
+        return command.linear != 0.0 or abs(state.map_pose.yaw + 0.1 * np.sign(command.angular)) < 0.8
+
+    monkeypatch.setattr(follow.Follow, "_may", may)
+    monkeypatch.setattr(Whereabouts, "best_view", lambda self, robot: (3.0, 1.0))
+    monkeypatch.setattr(Whereabouts, "best_place", lambda self, robot: (3.3, 1.0))
+    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0))
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    assert walk.go(30.0) is None
+    assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
+
+
+@pytest.mark.parametrize("somebody_else", [False, True])
+def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they_are_of_somebody_else(
+    monkeypatch: pytest.MonkeyPatch, somebody_else: bool
+) -> None:
+    monkeypatch.setattr(follow, "go_on_with_legs", lambda *arguments: None)
+    walk = Walk(Pose2(0.6, 2.4), along([(1.6, 2.4), (2.2, 2.4), (2.2, 4.6)], 0.3))
+    see = walk.sees
+
+    def sees(person: Point) -> bool:
+        if walk.trip.world.now < 1.8:
+            return see(person)
+        if somebody_else:
+            in_odom = walk.trip.world.odom @ walk.trip.world.pose.inverse() @ Pose2(*person)
+            walk.trip.navigator.saw_person(walk.trip.world.now, LEADER + 1, in_odom.x, in_odom.y)
+        return False
+
+    walk.sees = sees  # type: ignore[method-assign]
+    assert walk.go(6.0) is None
+    goes_on = any(text.startswith("following") for text in walk.trip.texts[28:33])
+    assert goes_on is not somebody_else
+
+
 def test_after_stepping_aside_it_looks_where_the_person_stood() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
     see, texts = walk.sees, walk.trip.texts
     walk.sees = lambda person: "stepping aside" not in texts and see(person)  # type: ignore[method-assign]
     assert walk.go(25.0) is None
     order = [text for text, _ in itertools.groupby(texts)]
-    assert order[order.index("stepping aside") + 1] == "looking for the person"
+    assert order[order.index("stepping aside") + 1] == "turning after the person"
 
 
 def test_it_goes_round_what_stands_between() -> None:
@@ -391,7 +435,7 @@ def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.Mo
     walk = Walk(Pose2(1.2, 2.4), lambda seconds: (1.68, 2.4))
     kept = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))
     walk.trip.navigator = Navigator(make_map(), kept)
-    assert walk.go(6.0) is None
+    assert walk.go(8.0) is None
     assert "stepping aside" in walk.trip.texts
     assert min(walk.distances) > 0.45
 

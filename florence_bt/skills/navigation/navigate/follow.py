@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ from florence_bt.skills.navigation.navigate.legs import (
     all_legs,
     go_on_with_legs,
 )
-from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
+from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
@@ -33,6 +34,7 @@ from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
 from florence_bt.skills.navigation.navigate.trails import CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _BODY_M = 0.6
@@ -46,11 +48,16 @@ _DETOUR_M = 0.8
 _FACING_RAD = 0.3
 _BEFORE_RAD = 1.0
 """Who is further to the side does not come towards the robot: they walk past it."""
+_TOWARDS, _CAME_S = 0.7, 1.0
+"""Somebody comes towards the robot who walks no further beside it than this cosine, up to so long ago."""
 _ASTRAY_RAD = 1.0
 """A way that begins further to the side leads away from the person."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
 _DOUBT_S = 1.5
+_WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
+"""So long after the camera saw the person the robot goes on with legs that walk, hidden for so long at most,
+and so much further away from where they should be each second."""
 _LOOK_RADPS = 0.6
 """How fast the robot turns at last while it looks for who vanished."""
 _WORTH_LOOKING = 0.03, 0.06, 0.12
@@ -63,13 +70,16 @@ _TRAIL_STEP_M, _TRAIL_POINTS = 0.1, 50
 """The way the robot came, to back off on."""
 _BACK_TO_M = 0.3
 """It steers towards a point of that way so far behind its middle."""
-_BACK_AHEAD_S = 0.4
-"""A motion back must be free for so many seconds: slow, and where the robot has just been."""
+_BACK_MPS = 0.2
+"""How fast it backs out."""
+_BACK_AHEAD_S = 0.4, 1.0
+"""A motion back must be free for so many seconds: slow, and where the robot has just been; or for as many as
+it takes to get out of something that it touches in the costmap."""
 _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
 _WAITS_S = 6.0
-"""Who came towards the robot and stands before it for so long waits for it to let them pass."""
+"""Who stands before the robot for so long waits for it to let them pass."""
 _STUCK_S, _BACK_OUT_S = 1.0, 3.0
 """When no wanted motion is free for so long, the robot backs out for so long at most."""
 _MAKE_ROOM_S = 1.0
@@ -93,6 +103,16 @@ _SHARES = 1.0, 0.5
 """Parts of the speed to try along the person's own way, the best first."""
 _OWN_PLACE_M = 0.2
 """A way is looked at from here on; the robot itself stands on what lies before."""
+_SEEN_ERROR_M = 0.15
+_ROUND_IT = np.array(
+    [(0.0, 0.0)]
+    + [
+        (part * _SEEN_ERROR_M * math.cos(angle), part * _SEEN_ERROR_M * math.sin(angle))
+        for part in (0.5, 1.0)
+        for angle in np.linspace(0.0, math.tau, 8, endpoint=False)
+    ]
+)
+"""The tracker tells the places of the person with such an error: what to try round each, nearest first."""
 _WALKING_MPS = 0.1
 """Slower, the direction in which somebody walks means nothing."""
 _BLOCKED_S = 20.0
@@ -149,6 +169,7 @@ class Follow:
         self._target = MovingTarget(self._use.follow_velocity_time)
         self._footsteps = Footsteps()
         self._things = StandingThings()
+        self._walking = WalkingLegs()
         self._started = self._free_since = now
         self._next_plan = now
         self._trail: deque[Place] = deque(maxlen=_TRAIL_POINTS)
@@ -161,11 +182,13 @@ class Follow:
         self._made_room = False
         self._heading: float | None = None
         self._turning = 0.0
+        self._blocked_turns: set[bool] = set()
         self._goal_place: Place | None = None
         self._looks, self._looked_from = 0, Pose2()
         self._next_choice = self._moved = now
         self._cornered_since: float | None = None
         self._gave_way_at: float | None = None
+        self._came_at = -math.inf
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
         self._no_way_since: float | None = None
@@ -179,19 +202,44 @@ class Follow:
         self._target.recognise(stamp, x, y)
         self._note_step()
 
-    def saw_scan(self, stamp: float, unknown: NDArray[np.float64], robot: Pose2) -> None:
+    def saw_scan(
+        self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Place] = ()
+    ) -> None:
         """Go on with the legs in a scan while the camera does not see the person.
 
         Args:
             stamp: Seconds.
             unknown: Where beams end at nothing of the map, shape (n, 2), in the odometry frame, metres.
             robot: The robot in the odometry frame at that time.
+            others: Where other people are, in the odometry frame, metres.
         """
         self._unknown = unknown
+        legs = all_legs(unknown)
+        self._walking.saw(stamp, legs)
         go_on_with_legs(self._target, stamp, unknown, robot, self._use.follow_coast)
+        if self._target.seen != stamp:
+            self._go_on_with_walking_legs(stamp, others)
         self._note_step()
         if self._target.seen == stamp or self._target.is_recognised(stamp):
-            self._things.saw(stamp, all_legs(unknown), self._target.at(stamp, 0.0))
+            self._things.saw(stamp, legs, self._target.at(stamp, 0.0))
+
+    def _go_on_with_walking_legs(self, stamp: float, others: Sequence[Place]) -> None:
+        """Take the nearest legs that walk for those of the person who turned a corner or was hidden."""
+        target = self._target
+        if target.seen is None or target.recognised is None or stamp - target.recognised > _WALKING_LEGS_S:
+            return
+        unseen = stamp - target.seen
+        if not CAMERA_GAP_S <= unseen <= _HIDDEN_S:
+            return
+        expected = target.at(stamp, self._use.follow_coast)
+        near = [
+            place
+            for place in self._walking.places(stamp)
+            if math.dist(place, expected) <= REACH_M + _TURNED_MPS * unseen
+            and all(math.dist(place, who) > REACH_M for who in others)
+        ]
+        if near:
+            target.saw(stamp, *min(near, key=lambda place: math.dist(place, expected)))
 
     def _note_step(self) -> None:
         if self._target.seen is not None:
@@ -260,7 +308,10 @@ class Follow:
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
         self._check_camera(state.now, distance, bearing)
-        comes = self._away(state.pose, bearing) < -_WALKING_MPS
+        away, speed = self._away(state.pose, bearing), math.hypot(*self._target.velocity)
+        comes = speed >= _WALKING_MPS and away < -_TOWARDS * speed
+        if comes:
+            self._came_at = state.now
         if distance < self._goal.distance - (0.0 if comes else self._use.follow_give_way):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             if abs(bearing) < _BEFORE_RAD:
@@ -310,21 +361,24 @@ class Follow:
 
     def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
-        command = self._back_off(state, bearing)
+        too_near = self._goal.distance - math.dist(person, (state.pose.x, state.pose.y))
+        comes = max(0.0, -self._away(state.pose, bearing))
+        command = self._back_off(state, bearing, comes + self._use.follow_linear_gain * too_near)
         self._note_way_back(state, person, backing=command.linear != 0.0)
         return self._turn_towards(state, bearing) if command.is_zero() else command
 
-    def _back_off(self, state: RobotState, bearing: float = 0.0) -> Twist2:
+    def _back_off(self, state: RobotState, bearing: float = 0.0, speed: float = _BACK_MPS) -> Twist2:
         """Back on the way the robot came, or straight; standstill where there is no room.
 
         Args:
             state: Of this moment.
             bearing: Of the person who is given way to; the robot does not turn its back on them.
+            speed: m/s, limited by ``follow_back_speed``.
         """
         trail, pose = self._trail, state.pose
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
             trail.pop()
-        back = -self._use.follow_back_speed
+        back = -min(speed, self._use.follow_back_speed)
         if back == 0.0:
             return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
@@ -332,13 +386,14 @@ class Follow:
         if not on_trail:
             left = 0.0
         turn = self._limited(self._use.follow_angular_gain * left)
-        speed = back if abs(left) < _FACING_RAD else 0.0
+        straight = back if abs(left) < _FACING_RAD else 0.0
         # Where it has come, nothing stands that the map may know.
         come = Clearance(self._costmaps.local_costmap, pose, None, None) if on_trail else state.clearance
-        ways = (Twist2(speed, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
+        ways = (Twist2(straight, turn), come), (Twist2(0.0, turn), come), (Twist2(back, 0.0), state.clearance)
         for command, clearance in ways:
-            ahead = command.linear * _BACK_AHEAD_S, command.angular * _BACK_AHEAD_S
-            if not command.is_zero() and clearance.is_free(*ahead):
+            if not command.is_zero() and any(
+                clearance.is_free(command.linear * ahead, command.angular * ahead) for ahead in _BACK_AHEAD_S
+            ):
                 return command
         return STANDSTILL
 
@@ -346,7 +401,9 @@ class Follow:
         """Look for a place to step aside to when there is no way back for long."""
         if backing or self._cornered_since is None:
             self._cornered_since = None if backing else state.now
-        elif state.now - self._cornered_since > _ASIDE_AFTER_S:
+            return
+        came = self._came_at > self._cornered_since - _CAME_S
+        if state.now - self._cornered_since > (_ASIDE_AFTER_S if came else _WAITS_S):
             self._cornered_since = state.now
             self._begin_to_step_aside(state, state.map_from_odom.apply(*person))
 
@@ -364,12 +421,6 @@ class Follow:
         passed = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
         if passed or state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
             self._aside, self.path, self._next_plan = None, None, state.now
-            if not self._target.is_recognised(state.now):
-                # They have passed meanwhile, and are not where they were seen last.
-                self._target.doubt()
-                place = self._target.at(state.now, 0.0)
-                self._begin_search(state, place)
-                self._heading = state.map_pose.yaw + state.pose.bearing_to(*place)
             return STANDSTILL
         return command
 
@@ -386,6 +437,7 @@ class Follow:
         if not in_view or target.recognised == target.seen:
             self._unclear_since = now
         elif now - self._unclear_since > _DOUBT_S:
+            self._walking.reject(target.at(now, 0.0))
             target.doubt()
             self._footsteps.forget_since(target.seen or now)
 
@@ -430,11 +482,16 @@ class Follow:
             person: Where they are now, or were last: the end of the way.
             keep: How far to stay behind, metres.
         """
-        pose, walks = state.pose, math.hypot(*self._target.velocity)
+        pose = state.pose
         distance = math.dist(person, (pose.x, pose.y))
         # Who is in sight is as far away as they look; else they are as far as the robot has to drive.
         seen = self._has_in_sight(state, person)
-        steps = self._footsteps.ahead((pose.x, pose.y), person)
+        walks = self._away(pose, pose.bearing_to(*person)) if seen else math.hypot(*self._target.velocity)
+        steps = [
+            (self._freest(place), walked)
+            for place, walked in self._footsteps.ahead((pose.x, pose.y), person)
+            if math.dist(place, (pose.x, pose.y)) > _OWN_PLACE_M
+        ]
         if seen and distance <= keep + self._use.follow_give_way:
             # Who is near and in sight is not turned away from.
             ahead = pose.bearing_to(*person)
@@ -446,8 +503,7 @@ class Follow:
         # Where they walked nothing stands that the map may know: it was moved.
         seen_free = Clearance(self._costmaps.local_costmap, pose, None, None)
         # Where it is narrow, the robot stays on the way itself.
-        close = [step for step in steps if math.dist(step[0], (pose.x, pose.y)) > _OWN_PLACE_M]
-        close.sort(key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))
+        close = sorted(steps, key=lambda step: abs(math.dist(step[0], (pose.x, pose.y)) - _CLOSE_M))
         points = [
             (place, math.dist(place, (pose.x, pose.y)) + walked)
             for some, least in ((steps, self._narrow), (close, INSCRIBED))
@@ -468,6 +524,14 @@ class Follow:
                 command = self._turn_towards(state, pose.bearing_to(*place), seen_free)
                 return None if command.is_zero() else command, left
         return None, math.inf
+
+    def _freest(self, place: Place) -> Place:
+        """Where it is narrow: where the robot fits best within the error of a place of the person."""
+        costs = self._costmaps.local_costmap.costs_at(place + _ROUND_IT)
+        if costs[0] < self._narrow:
+            return place
+        x, y = place + _ROUND_IT[int(np.argmin(costs))]
+        return float(x), float(y)
 
     def _is_free(self, state: RobotState, place: Place, person: Place, least: int = INSCRIBED) -> bool:
         """Whether the straight way to a place is free of such costs; at the person the map alone counts."""
@@ -626,7 +690,7 @@ class Follow:
         before = self._nearby.since
         legs = self._nearby.next(state.now, state.pose, unknown)
         if self._nearby.since != before:
-            self._turning = 0.0
+            self._begin_to_turn()
         if legs is None:
             return None
         bearing = state.pose.bearing_to(*legs)
@@ -680,7 +744,12 @@ class Follow:
             left = normalize_angle(self._heading - robot.yaw)
             if abs(left) > _FACING_RAD / 2.0:
                 fast = abs(left) > 2.0 * _FACING_RAD
-                return self._turn_round(state, left, self._goal.max_angular if fast else _LOOK_RADPS)
+                turn = self._turn_round(state, left, self._goal.max_angular if fast else _LOOK_RADPS)
+                if turn.is_zero():
+                    # From here it cannot be looked at: make room, and drive on.
+                    self._heading, self._looks = None, len(_WORTH_LOOKING)
+                    self._next_choice, self._backs_until = state.now, state.now + _MAKE_ROOM_S
+                return turn
             self._heading = None
         if self._goal_place is None:
             return STANDSTILL
@@ -688,13 +757,27 @@ class Follow:
         return command
 
     def _turn_round(self, state: RobotState, left: float, speed: float) -> Twist2:
-        """Turn in place; where there is no room for it, the other way round."""
+        """Turn in place; where there is no room for it, the other way round.
+
+        Returns:
+            Standstill when something was in the way both ways round since :meth:`_begin_to_turn`.
+        """
         wanted = self._limited(math.copysign(speed, left))
         # What was begun goes on, also when the other way has become shorter.
         ways = (wanted, -wanted) if wanted * self._turning >= 0.0 else (-wanted, wanted)
-        self._turning = next((turn for turn in ways if self._may(state, Twist2(0.0, turn))), 0.0)
-        self._held = self._turning == 0.0
-        return Twist2(0.0, self._turning)
+        for turn in ways:
+            if (turn > 0.0) in self._blocked_turns:
+                continue
+            if self._may(state, Twist2(0.0, turn)):
+                self._turning = turn
+                return Twist2(0.0, turn)
+            self._blocked_turns.add(turn > 0.0)
+        self._held = True
+        return STANDSTILL
+
+    def _begin_to_turn(self) -> None:
+        self._turning = 0.0
+        self._blocked_turns.clear()
 
     def _choose(self, state: RobotState) -> None:
         assert self._whereabouts is not None
@@ -707,7 +790,8 @@ class Follow:
             self._looks, self._looked_from = 0, robot
         worth = _WORTH_LOOKING[self._looks] if self._looks < len(_WORTH_LOOKING) else math.inf
         if place is None or (share >= worth and beside):
-            self._heading, self._goal_place, self._turning = heading, None, 0.0
+            self._heading, self._goal_place = heading, None
+            self._begin_to_turn()
             self._looks += 1
         else:
             self._goal_place, self._next_plan = place, state.now
