@@ -13,6 +13,7 @@ import pytest
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate import follow
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import Rays
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
@@ -278,6 +279,77 @@ def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they
     assert walk.go(6.0) is None
     goes_on = any(text.startswith("following") for text in walk.trip.texts[28:33])
     assert goes_on is not somebody_else
+
+
+def with_somebody_else(walk: Walk, place: Point) -> None:
+    """The camera sees somebody else, too, who stands at a place."""
+    see = walk.sees
+
+    def sees(person: Point) -> bool:
+        in_odom = walk.trip.world.odom @ walk.trip.world.pose.inverse() @ Pose2(*place)
+        walk.trip.navigator.saw_person(walk.trip.world.now, LEADER + 1, in_odom.x, in_odom.y)
+        return see(person)
+
+    walk.sees = sees  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("somebody_behind", [False, True])
+def test_it_does_not_back_off_to_where_somebody_else_was(somebody_behind: bool) -> None:
+    walk = Walk(Pose2(2.0, 2.4), along([(3.0, 2.4), (2.65, 2.4)], 0.3))
+    if somebody_behind:
+        with_somebody_else(walk, (1.4, 2.4))
+    assert walk.go(4.0) is None
+    assert (min(walk.speeds) < 0.0) is not somebody_behind
+
+
+def test_it_makes_room_for_somebody_else_who_stands_in_the_way() -> None:
+    walk = Walk(Pose2(1.0, 2.4), along([(2.0, 2.4), (3.4, 2.4)], 0.3))
+    with_somebody_else(walk, (1.5, 2.55))
+    assert walk.go(6.0) is None
+    assert "backing out" in walk.trip.texts
+    assert min(walk.speeds) < 0.0
+
+
+def test_where_they_vanished_the_marks_of_their_body_are_cleared() -> None:
+    on = along([(1.6, 2.4), (2.2, 2.4)], 0.3)
+    walk = Walk(Pose2(0.6, 2.4), lambda seconds: on(seconds) if seconds < 2.0 else (7.0, 2.4))
+    costmap, world, see, costs = walk.trip.navigator.local_costmap, walk.trip.world, walk.sees, []
+
+    def mark_the_last_place(person: Point) -> bool:
+        place = np.array([(world.odom @ world.pose.inverse()).apply(2.1, 2.4)])
+        if world.now >= 2.0:
+            if not costs:
+                rays = Rays(world.odom.x, world.odom.y, place, np.array([1.0]), 0.1, 4.0)
+                costmap.add_rays("overhangs", rays, world.odom)
+            costs.append(costmap.cost_at(*place[0]))
+        return see(person)
+
+    walk.sees = mark_the_last_place  # type: ignore[method-assign]
+    assert walk.go(5.0) is None
+    assert costs[0] == LETHAL
+    assert costs[-1] < LETHAL
+
+
+def test_it_steps_aside_when_the_leader_and_somebody_beside_the_robot_wait() -> None:
+    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.0, 2.4))
+    with_somebody_else(walk, (1.3, 2.9))
+    assert walk.go(8.0) is None
+    assert "stepping aside" in walk.trip.texts[60:]
+    assert "stepping aside" not in walk.trip.texts[:60]
+
+
+def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_know_them() -> None:
+    wrong = along([(0.5, 3.7), (3.5, 3.7), (0.5, 3.7)], 0.25)
+
+    def place(seconds: float) -> Point:
+        if seconds < 8.0:
+            return (2.6, 2.4) if seconds < 1.0 else (7.0, 4.0)
+        return wrong(seconds - 8.0)
+
+    walk = Walk(Pose2(1.6, 2.4), place)
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    assert walk.go(26.0) is None
+    assert 10 < walk.trip.texts.count("looking at who walks") < 80
 
 
 def test_after_stepping_aside_it_looks_where_the_person_stood() -> None:

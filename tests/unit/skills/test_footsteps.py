@@ -22,8 +22,13 @@ def test_the_way_ahead_begins_at_the_robot_and_its_end_comes_first() -> None:
         ((1.0, 0.5), 0.0),
         ((1.0, 0.4), pytest.approx(0.1)),
         ((1.0, 0.0), pytest.approx(0.5)),
-        ((0.5, 0.0), pytest.approx(1.0)),
     ]
+    assert steps.ahead((-0.3, 0.0), (1.0, 0.5))[-1] == ((0.0, 0.0), pytest.approx(1.5)), "not there yet"
+
+
+def test_the_last_places_are_those_round_the_last_one() -> None:
+    assert walked((0.0, 0.0), (0.5, 0.0), (1.0, 0.0)).last(0.6) == [(0.5, 0.0), (1.0, 0.0)]
+    assert Footsteps().last(0.6) == []
 
 
 def test_who_sways_makes_no_steps() -> None:

@@ -23,6 +23,13 @@ def test_what_sways_stands() -> None:
         assert legs.places(0.2 * k) == []
 
 
+def test_what_jumps_once_stands() -> None:
+    legs = WalkingLegs()
+    for k in range(10):
+        legs.saw(0.2 * k, [(2.0 if k < 4 else 2.28, 1.0)])
+        assert legs.places(0.2 * k) == []
+
+
 def test_who_stops_stands_again() -> None:
     legs = WalkingLegs()
     for k in range(16):

@@ -33,7 +33,7 @@ from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 from florence_bt.skills.navigation.navigate.step_aside import place_to_step_aside
-from florence_bt.skills.navigation.navigate.trails import CAMERA_SOURCES
+from florence_bt.skills.navigation.navigate.trails import BODY_M, CAMERA_SOURCES
 from florence_bt.skills.navigation.navigate.walking_legs import WalkingLegs
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
@@ -78,13 +78,16 @@ it takes to get out of something that it touches in the costmap."""
 _ASIDE_AFTER_S, _ASIDE_S, _ASIDE_MORE_M = 2.0, 15.0, 0.3
 """Without a way back for so long, the robot drives to where it can be passed: for how long at most, and how
 much further away than it follows."""
-_WAITS_S = 6.0
-"""Who stands before the robot for so long waits for it to let them pass."""
+_WAITS_S, _NEAR_OTHER_M = 6.0, 0.8
+"""Who stands before the robot for so long, or anywhere while somebody else is so near to the robot, waits for
+it to let them pass."""
 _STUCK_S, _BACK_OUT_S = 1.0, 3.0
 """When no wanted motion is free for so long, the robot backs out for so long at most."""
 _MAKE_ROOM_S = 1.0
-"""In a search it backs out for so long only, as they may be behind it, where it is blind; once in a search
-also from who is too near to be seen."""
+"""In a search it backs out for so long only, as they may be behind it, where it is blind, and from somebody
+else who is in the way, who may wait for the robot; once in a search also from who is too near to be seen."""
+_PASSED_S, _BEHIND_M, _CLOSE_BEHIND_M = 10.0, 0.4, 0.6
+"""It does not back off when somebody else was seen up to so long ago so near to a point behind it."""
 _NEARLY_M = 0.2
 """What keeps the robot so much further away than wanted is no trouble: a shoe, or a pillow."""
 _NO_WAY_S = 15.0
@@ -170,12 +173,15 @@ class Follow:
         self._footsteps = Footsteps()
         self._things = StandingThings()
         self._walking = WalkingLegs()
+        self._others: list[tuple[float, Place]] = []
+        self._scanned = -math.inf
+        self._looks_at_since: float | None = None
         self._started = self._free_since = now
         self._next_plan = now
         self._trail: deque[Place] = deque(maxlen=_TRAIL_POINTS)
         self._unknown = np.empty((0, 2))
         self._trouble = ""
-        self._faced = False
+        self._faced = self._vanished = False
         self._whereabouts: Whereabouts | None = None
         self._way_left, self._nearer_at, self._tried = math.inf, now, False
         self._nearby: NearbyLegs | None = None
@@ -189,6 +195,7 @@ class Follow:
         self._cornered_since: float | None = None
         self._gave_way_at: float | None = None
         self._came_at = -math.inf
+        self._between_since = now
         self._aside: tuple[Place, float] | None = None
         self._unclear_since = now
         self._no_way_since: float | None = None
@@ -213,10 +220,13 @@ class Follow:
             robot: The robot in the odometry frame at that time.
             others: Where other people are, in the odometry frame, metres.
         """
-        self._unknown = unknown
+        self._unknown, self._scanned = unknown, stamp
+        self._others = [each for each in self._others if stamp - each[0] <= _PASSED_S]
+        self._others += [(stamp, place) for place in others]
         legs = all_legs(unknown)
         self._walking.saw(stamp, legs)
-        go_on_with_legs(self._target, stamp, unknown, robot, self._use.follow_coast)
+        moving = self._things.without(unknown)
+        go_on_with_legs(self._target, stamp, moving, robot, self._use.follow_coast)
         if self._target.seen != stamp:
             self._go_on_with_walking_legs(stamp, others)
         self._note_step()
@@ -265,8 +275,11 @@ class Follow:
                 return command, self._feedback("backing out"), None
             self._backs_until = -math.inf
         self._held = False
-        command, feedback, result = self._follow(state)
-        command = state.people.slowed(state.pose, self._off_the_person(state, command))
+        wanted, feedback, result = self._follow(state)
+        wanted = self._off_the_person(state, wanted)
+        command = state.people.slowed(state.pose, wanted)
+        for_somebody = command.is_zero() and not wanted.is_zero()
+        self._held = self._held or for_somebody
         if not command.is_zero():
             self._moved = state.now
         if not self._held or not command.is_zero():
@@ -275,7 +288,8 @@ class Follow:
             self._stuck_since = state.now
         elif state.now - self._stuck_since > _STUCK_S:
             self._stuck_since = None
-            self._backs_until = state.now + (_BACK_OUT_S if self._whereabouts is None else _MAKE_ROOM_S)
+            little = for_somebody or self._whereabouts is not None
+            self._backs_until = state.now + (_MAKE_ROOM_S if little else _BACK_OUT_S)
         return command, feedback, result
 
     def _off_the_person(self, state: RobotState, command: Twist2) -> Twist2:
@@ -304,6 +318,7 @@ class Follow:
 
     def _keep_distance(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         self._faced, self._whereabouts, self._nearby, self._made_room = False, None, None, False
+        self._vanished = False
         self._way_left, self._nearer_at, self._tried = math.inf, state.now, False
         x, y = self._target.at(state.now, self._use.follow_coast)
         distance, bearing = math.hypot(x - state.pose.x, y - state.pose.y), state.pose.bearing_to(x, y)
@@ -353,11 +368,23 @@ class Follow:
 
     def _let_pass(self, state: RobotState, person: Place, distance: float) -> None:
         """Step aside for somebody who came towards the robot and waits before it for long."""
+        if math.hypot(*self._target.velocity) >= _WALKING_MPS or not self._is_near_somebody_else(state):
+            self._between_since = state.now
+        elif state.now - self._between_since > _WAITS_S:
+            # The two wait for each other, and one of them for the robot.
+            self._between_since = state.now
+            self._begin_to_step_aside(state, state.map_from_odom.apply(*person))
         if distance >= self._goal.distance:
             self._gave_way_at = None
         elif self._gave_way_at is not None and state.now - self._gave_way_at > _WAITS_S:
             self._gave_way_at = state.now
             self._begin_to_step_aside(state, state.map_from_odom.apply(*person))
+
+    def _is_near_somebody_else(self, state: RobotState) -> bool:
+        others = state.people.rows
+        return bool(
+            (np.hypot(others[:, 0] - state.pose.x, others[:, 1] - state.pose.y) < _NEAR_OTHER_M).any()
+        )
 
     def _give_way(self, state: RobotState, person: Place, bearing: float) -> Twist2:
         """Back off as far as there is room, else face the person. Who stands there for long wants to pass."""
@@ -379,7 +406,7 @@ class Follow:
         while trail and math.dist(trail[-1], (pose.x, pose.y)) < _BACK_TO_M:
             trail.pop()
         back = -min(speed, self._use.follow_back_speed)
-        if back == 0.0:
+        if back == 0.0 or self._is_somebody_behind(state):
             return STANDSTILL
         left = normalize_angle(pose.bearing_to(*trail[-1]) + math.pi) if trail else 0.0
         on_trail = bool(trail) and abs(normalize_angle(bearing - left)) <= _BEFORE_RAD
@@ -397,10 +424,19 @@ class Follow:
                 return command
         return STANDSTILL
 
+    def _is_somebody_behind(self, state: RobotState) -> bool:
+        """Whether somebody else was behind the robot a moment ago, where it is blind."""
+        behind = state.pose.apply(-_BEHIND_M, 0.0)
+        return any(
+            state.now - stamp <= _PASSED_S and math.dist(place, behind) <= _CLOSE_BEHIND_M
+            for stamp, place in self._others
+        )
+
     def _note_way_back(self, state: RobotState, person: Place, *, backing: bool) -> None:
         """Look for a place to step aside to when there is no way back for long."""
-        if backing or self._cornered_since is None:
-            self._cornered_since = None if backing else state.now
+        walks_past = math.hypot(*self._target.velocity) >= _WALKING_MPS and self._came_at < state.now
+        if backing or walks_past or self._cornered_since is None:
+            self._cornered_since = None if backing or walks_past else state.now
             return
         came = self._came_at > self._cornered_since - _CAME_S
         if state.now - self._cornered_since > (_ASIDE_AFTER_S if came else _WAITS_S):
@@ -418,7 +454,9 @@ class Follow:
         there = state.map_from_odom.inverse().apply(*place)
         command, remaining = self._along_path(state, there)
         person = self._target.at(state.now, self._use.follow_coast)
-        passed = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
+        far = math.dist(person, (state.pose.x, state.pose.y)) > self._goal.distance + _ASIDE_MORE_M
+        known = self._target.seen is not None and state.now - self._target.seen <= self._use.follow_coast
+        passed = far or (known and self._away(state.pose, state.pose.bearing_to(*person)) > _WALKING_MPS)
         if passed or state.now > deadline or remaining <= _TRAIL_STEP_M or self.path is None:
             self._aside, self.path, self._next_plan = None, None, state.now
             return STANDSTILL
@@ -520,7 +558,8 @@ class Follow:
                     return Twist2(speed, turn), left
         for place, left in points:
             moves = self._speed(walks, (distance if seen else left) - keep) > 0.0
-            if moves and self._may_after_turning(pose, place):
+            astray = abs(normalize_angle(pose.bearing_to(*place) - pose.bearing_to(*person))) > _ASTRAY_RAD
+            if moves and not (seen and astray) and self._may_after_turning(pose, place):
                 command = self._turn_towards(state, pose.bearing_to(*place), seen_free)
                 return None if command.is_zero() else command, left
         return None, math.inf
@@ -644,6 +683,9 @@ class Follow:
     def _go_where_they_vanished(
         self, state: RobotState, unseen: float
     ) -> tuple[Twist2, Feedback, Result | None]:
+        if not self._vanished:
+            self._vanished = True
+            self._clear_where_they_were(state)
         place = self._target.at(state.now, self._use.follow_coast)
         bearing = state.pose.bearing_to(*place)
         self._cornered_since = None
@@ -671,6 +713,9 @@ class Follow:
                 self._backs_until = state.now + _BACK_OUT_S
                 return STANDSTILL, self._feedback("backing out"), None
             self._begin_search(state, place)
+        look = self._look_at_who_walks(state)
+        if look is not None:
+            return look, self._feedback("looking at who walks"), None
         if self._heading is None and (self._looks > 0 or self._goal_place is not None):
             # They are most likely ahead; but they may be right beside the robot, too.
             look = self._look_at_legs(state)
@@ -679,6 +724,40 @@ class Follow:
         command = self._look_for_them(state)
         over = state.now - self._moved > _NO_WAY_S
         return command, self._feedback("looking for the person"), _lost_after(unseen) if over else None
+
+    def _clear_where_they_were(self, state: RobotState) -> None:
+        """What the camera has marked where they walked last was they; if they still stand there, the laser
+        sees their legs.
+        """
+        for place in self._footsteps.last(_BODY_M):
+            self._costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
+            self._costmaps.global_costmap.clear_disc(
+                CAMERA_SOURCES, state.map_from_odom.apply(*place), BODY_M
+            )
+
+    def _look_at_who_walks(self, state: RobotState) -> Twist2 | None:
+        """Turn to the nearest legs that walk, until the camera sees who it is; None when there are none."""
+        x, y, others = state.pose.x, state.pose.y, state.people.rows[:, :2]
+        walking = [
+            each
+            for each in self._walking.places(self._scanned)
+            if math.dist(each, (x, y)) < _VIEW_M[1] and all(math.dist(each, who) > REACH_M for who in others)
+        ]
+        if not walking or state.now - self._scanned > CAMERA_GAP_S:
+            self._looks_at_since = None
+            return None
+        legs = min(walking, key=lambda each: math.dist(each, (x, y)))
+        bearing = state.pose.bearing_to(*legs)
+        if abs(bearing) < _VIEW_RAD:
+            self._looks_at_since = self._looks_at_since or state.now
+            if state.now - self._looks_at_since > _DOUBT_S:
+                self._walking.reject(legs)
+                self._looks_at_since = None
+        turn = Twist2(0.0, self._limited(self._use.follow_angular_gain * bearing))
+        if self._may_turn(state.clearance, 0.0, turn.angular, bearing):
+            return turn
+        self._walking.reject(legs)
+        return None
 
     def _look_at_legs(self, state: RobotState) -> Twist2 | None:
         """Turn to what may be the person's legs nearby, and back off when they are too near to be seen."""

@@ -28,13 +28,18 @@ class Footsteps:
         if away >= _STEP_M:
             self._steps.append((stamp, place))
 
+    def last(self, length: float) -> list[Place]:
+        """The places not further than so many metres from the last one."""
+        places = [place for _, place in self._steps]
+        return [place for place in places if math.dist(place, places[-1]) <= length]
+
     def forget_since(self, stamp: float) -> None:
         """What was taken for them after a time was somebody or something else."""
         while self._steps and self._steps[-1][0] > stamp:
             self._steps.pop()
 
     def ahead(self, robot: Place, person: Place) -> list[tuple[Place, float]]:
-        """The points of the way from the one nearest to the robot on.
+        """The points of the way after the one nearest to the robot.
 
         Args:
             robot: Where the robot is.
@@ -46,7 +51,8 @@ class Footsteps:
         places = [place for _, place in self._steps]
         if places:
             nearest = min(range(len(places)), key=lambda k: math.dist(places[k], robot))
-            places = places[nearest:]
+            # The robot has come as far as that one, unless the way only begins there.
+            places = places[nearest + 1 if nearest > 0 else 0 :]
         places = [person, *reversed(places)]
         walked = itertools.accumulate((math.dist(a, b) for a, b in itertools.pairwise(places)), initial=0.0)
         return list(zip(places, walked, strict=True))

@@ -12,8 +12,9 @@ _STEP_M = 0.3
 """From one scan to the next, legs go no further."""
 _GONE_S = 0.5
 """What was not seen for so long is not the same any more."""
-_MEMORY_S, _WALKED_M = 1.5, 0.25
-"""What went so far within this time walks; a chair of which more comes into view seems to move less."""
+_MEMORY_S, _WALKED_M, _HALF_M = 1.5, 0.25, 0.1
+"""What went so far within this time walks, if it went on so far in both halves: a chair of which more comes
+into view seems to jump, and then stands."""
 
 
 @dataclass(slots=True)
@@ -27,7 +28,9 @@ class _Legs:
 
     @property
     def walk(self) -> bool:
-        return math.dist(self.way[0][1], self.place) >= _WALKED_M
+        first, middle, last = (self.way[k][1] for k in (0, len(self.way) // 2, -1))
+        halves = math.dist(first, middle), math.dist(middle, last)
+        return math.dist(first, last) >= _WALKED_M and min(halves) >= _HALF_M
 
 
 class WalkingLegs:
