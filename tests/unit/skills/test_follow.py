@@ -166,11 +166,11 @@ def test_it_follows_through_a_door_and_round_the_corner() -> None:
     assert walk.distances[-1] == pytest.approx(1.0, abs=0.3)
 
 
-def test_it_walks_in_their_footsteps_where_the_straight_way_would_cut_a_corner() -> None:
+def test_it_follows_along_their_path_where_the_straight_way_would_cut_a_corner() -> None:
     route = [FIRST_ROOM, (4.05, 2.4), (4.5, 2.4), (4.5, 4.4)]
     walk = Walk(Pose2(1.2, 2.4), along(route, 0.35))
     assert walk.go(18.0) is None
-    assert "following in their footsteps" in walk.trip.texts
+    assert "following along the person's path" in walk.trip.texts
     assert max(walk.distances[20:]) < 1.4
     assert min(walk.distances) > 0.6
     assert walk.trip.world.hits == 0
@@ -182,7 +182,7 @@ def test_what_the_map_knows_and_somebody_walks_through_is_not_there_any_more() -
     assert len(boxes) == len(WALLS) - 1
     walk = Walk(Pose2(0.5, 4.5), along([(1.5, 4.5), (3.5, 4.5)], 0.3), boxes)
     assert walk.go(12.0) is None
-    assert "following in their footsteps" in walk.trip.texts
+    assert "following along the person's path" in walk.trip.texts
     assert walk.distances[-1] == pytest.approx(1.0, abs=0.2)
     assert walk.trip.world.hits == 0
 
@@ -206,7 +206,7 @@ def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
 
 def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Controller, "control", lambda *arguments: Control(Twist2(0.0, 0.3), 2.0))
-    monkeypatch.setattr(follow.Footsteps, "ahead", lambda *arguments: [])
+    monkeypatch.setattr(follow.PersonPath, "ahead", lambda *arguments: [])
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (4.05, 2.4), (4.6, 2.4), (4.6, 0.4)], 0.45))
     see = walk.sees
     walk.sees = lambda person: walk.trip.world.now < 4.0 and see(person)  # type: ignore[method-assign]

@@ -17,7 +17,6 @@ from florence_bt.skills.navigation.navigate.clearance import Clearance
 from florence_bt.skills.navigation.navigate.contact import ContactRecovery
 from florence_bt.skills.navigation.navigate.controller import Controller
 from florence_bt.skills.navigation.navigate.costmap import cost_at_distance, moved_points
-from florence_bt.skills.navigation.navigate.footsteps import Footsteps
 from florence_bt.skills.navigation.navigate.legs import (
     LEGS_ALONE_S,
     REACH_M,
@@ -28,6 +27,7 @@ from florence_bt.skills.navigation.navigate.legs import (
 from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
 from florence_bt.skills.navigation.navigate.nearby_legs import TOO_NEAR_M, NearbyLegs, StandingThings
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
+from florence_bt.skills.navigation.navigate.person_path import PersonPath
 from florence_bt.skills.navigation.navigate.personal_space import NEAREST_M, keep_off
 from florence_bt.skills.navigation.navigate.planner import plan_path
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
@@ -42,7 +42,7 @@ _BODY_M = 0.6
 _NO_NEARER_S = 3.0
 """It goes on to where the person vanished while it comes nearer at least so often; then it searches."""
 _ARRIVED_M, _STOOD_M = 0.4, 0.25
-"""The robot is where the person vanished when it is so near to the place; in their footsteps so near."""
+"""The robot is where the person vanished when it is so near to the place; along their path so near."""
 _DETOUR_M = 0.8
 """A way so much longer than the straight one is a detour, and so much too far away is far."""
 _FACING_RAD = 0.3
@@ -170,7 +170,7 @@ class Follow:
         )
         self._contact = ContactRecovery(costmaps, parameters.recovery)
         self._target = MovingTarget(self._use.follow_velocity_time)
-        self._footsteps = Footsteps()
+        self._person_path = PersonPath()
         self._things = StandingThings()
         self._walking = WalkingLegs()
         self._others: list[tuple[float, Place]] = []
@@ -207,7 +207,7 @@ class Follow:
     def saw(self, stamp: float, x: float, y: float) -> None:
         """The person was seen at a place in the odometry frame, metres; ``stamp`` in seconds."""
         self._target.recognise(stamp, x, y)
-        self._note_step()
+        self._note_place()
 
     def saw_scan(
         self, stamp: float, unknown: NDArray[np.float64], robot: Pose2, others: Sequence[Place] = ()
@@ -229,7 +229,7 @@ class Follow:
         go_on_with_legs(self._target, stamp, moving, robot, self._use.follow_coast)
         if self._target.seen != stamp:
             self._go_on_with_walking_legs(stamp, others)
-        self._note_step()
+        self._note_place()
         if self._target.seen == stamp or self._target.is_recognised(stamp):
             self._things.saw(stamp, legs, self._target.at(stamp, 0.0))
 
@@ -251,9 +251,9 @@ class Follow:
         if near:
             target.saw(stamp, *min(near, key=lambda place: math.dist(place, expected)))
 
-    def _note_step(self) -> None:
+    def _note_place(self) -> None:
         if self._target.seen is not None:
-            self._footsteps.saw(self._target.seen, self._target.at(self._target.seen, 0.0))
+            self._person_path.saw(self._target.seen, self._target.at(self._target.seen, 0.0))
 
     @property
     def person(self) -> Place | None:
@@ -340,10 +340,10 @@ class Follow:
         if self._is_free(state, (x, y), (x, y), self._narrow) and self._may(state, command):
             self.path, self._next_plan, self._free_since = None, state.now, state.now
             return command, self._feedback("following"), None
-        walk, _ = self._in_their_footsteps(state, (x, y), self._goal.distance)
+        walk, _ = self._along_person_path(state, (x, y), self._goal.distance)
         if walk is not None:
             self.path, self._next_plan, self._free_since = None, state.now, state.now
-            return walk, self._feedback("following in their footsteps"), None
+            return walk, self._feedback("following along the person's path"), None
         seen = self._has_in_sight(state, (x, y))
         if seen and distance <= self._goal.distance + self._use.follow_give_way:
             self.path, self._next_plan, self._free_since = None, state.now, state.now
@@ -477,7 +477,7 @@ class Follow:
         elif now - self._unclear_since > _DOUBT_S:
             self._walking.reject(target.at(now, 0.0))
             target.doubt()
-            self._footsteps.forget_since(target.seen or now)
+            self._person_path.forget_since(target.seen or now)
 
     def _law(self, pose: Pose2, distance: float, bearing: float) -> Twist2:
         """Straight towards the person. The signs of the document are those of other axes (REFERENCE 12.6)."""
@@ -507,7 +507,7 @@ class Follow:
                 return 0.0
         return max(0.0, min(self._goal.max_linear, away + use.follow_linear_gain * too_far))
 
-    def _in_their_footsteps(
+    def _along_person_path(
         self, state: RobotState, person: Place, keep: float
     ) -> tuple[Twist2 | None, float]:
         """The velocity along the way that the person walked, None when it cannot be driven; the metres left.
@@ -527,7 +527,7 @@ class Follow:
         walks = self._away(pose, pose.bearing_to(*person)) if seen else math.hypot(*self._target.velocity)
         steps = [
             (self._freest(place), walked)
-            for place, walked in self._footsteps.ahead((pose.x, pose.y), person)
+            for place, walked in self._person_path.ahead((pose.x, pose.y), person)
             if math.dist(place, (pose.x, pose.y)) > _OWN_PLACE_M
         ]
         if seen and distance <= keep + self._use.follow_give_way:
@@ -697,9 +697,9 @@ class Follow:
             return self._turn_towards(state, bearing), self._feedback("turning after the person"), None
         place = self._target.at(state.now, 0.0)
         if self._whereabouts is None and math.dist(place, (state.pose.x, state.pose.y)) > _STOOD_M:
-            walk, left = self._in_their_footsteps(state, place, 0.0)
+            walk, left = self._along_person_path(state, place, 0.0)
             if walk is not None and self._gets_nearer(state.now, left):
-                return walk, self._feedback("going in their footsteps"), None
+                return walk, self._feedback("going along the person's path"), None
         if self._whereabouts is None:
             command, remaining = self._along_path(state, place)
             on_the_way = remaining > _ARRIVED_M and not self._is_there(state, place)
@@ -729,7 +729,7 @@ class Follow:
         """What the camera has marked where they walked last was they; if they still stand there, the laser
         sees their legs.
         """
-        for place in self._footsteps.last(_BODY_M):
+        for place in self._person_path.last(_BODY_M):
             self._costmaps.local_costmap.clear_disc(CAMERA_SOURCES, place, BODY_M)
             self._costmaps.global_costmap.clear_disc(
                 CAMERA_SOURCES, state.map_from_odom.apply(*place), BODY_M
