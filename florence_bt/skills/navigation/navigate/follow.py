@@ -39,8 +39,9 @@ from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 
 _BODY_M = 0.6
 """What the sensors have marked so near to the person is the person."""
-_NO_NEARER_S = 3.0
-"""It goes on to where the person vanished while it comes nearer at least so often; then it searches."""
+_NO_NEARER_S = 5.0
+"""It goes on to where the person vanished while it comes nearer at least so often, a half turn included; then
+it searches."""
 _ARRIVED_M, _STOOD_M = 0.4, 0.25
 """The robot is where the person vanished when it is so near to the place; along their path so near."""
 _DETOUR_M = 0.8
