@@ -13,13 +13,14 @@ import pytest
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
 from florence_bt.core.outcome import Outcome, Result
 from florence_bt.skills.navigation.navigate import follow
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.controller import Control, Controller
 from florence_bt.skills.navigation.navigate.costmap import Rays
 from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
 from florence_bt.skills.navigation.navigate.navigator import Navigator
 from florence_bt.skills.navigation.navigate.parameters import FollowParameters, NavigatorParameters
 from florence_bt.skills.navigation.navigate.results import BaseStop
-from florence_bt.skills.navigation.navigate.state import CycleResult
+from florence_bt.skills.navigation.navigate.state import CycleResult, RobotState
 from florence_bt.skills.navigation.navigate.whereabouts import Whereabouts
 from tests.unit.skills.navigation_world import WALLS, Box, Trip, cast, make_map
 
@@ -165,11 +166,11 @@ def test_it_follows_through_a_door_and_round_the_corner() -> None:
     assert walk.distances[-1] == pytest.approx(1.0, abs=0.3)
 
 
-def test_it_walks_in_their_footsteps_where_the_straight_way_would_cut_a_corner() -> None:
+def test_it_follows_along_their_path_where_the_straight_way_would_cut_a_corner() -> None:
     route = [FIRST_ROOM, (4.05, 2.4), (4.5, 2.4), (4.5, 4.4)]
     walk = Walk(Pose2(1.2, 2.4), along(route, 0.35))
     assert walk.go(18.0) is None
-    assert "following in their footsteps" in walk.trip.texts
+    assert "following along the person's path" in walk.trip.texts
     assert max(walk.distances[20:]) < 1.4
     assert min(walk.distances) > 0.6
     assert walk.trip.world.hits == 0
@@ -181,7 +182,7 @@ def test_what_the_map_knows_and_somebody_walks_through_is_not_there_any_more() -
     assert len(boxes) == len(WALLS) - 1
     walk = Walk(Pose2(0.5, 4.5), along([(1.5, 4.5), (3.5, 4.5)], 0.3), boxes)
     assert walk.go(12.0) is None
-    assert "following in their footsteps" in walk.trip.texts
+    assert "following along the person's path" in walk.trip.texts
     assert walk.distances[-1] == pytest.approx(1.0, abs=0.2)
     assert walk.trip.world.hits == 0
 
@@ -205,7 +206,7 @@ def test_it_keeps_up_with_who_walks_as_fast_as_it_may_drive() -> None:
 
 def test_when_it_comes_no_nearer_to_where_they_vanished_it_searches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Controller, "control", lambda *arguments: Control(Twist2(0.0, 0.3), 2.0))
-    monkeypatch.setattr(follow.Footsteps, "ahead", lambda *arguments: [])
+    monkeypatch.setattr(follow.PersonPath, "ahead", lambda *arguments: [])
     walk = Walk(Pose2(1.2, 2.4), along([FIRST_ROOM, (4.05, 2.4), (4.6, 2.4), (4.6, 0.4)], 0.45))
     see = walk.sees
     walk.sees = lambda person: walk.trip.world.now < 4.0 and see(person)  # type: ignore[method-assign]
@@ -236,13 +237,128 @@ def test_who_came_and_waits_before_the_robot_is_let_past() -> None:
     assert walk.trip.world.hits == 0
 
 
+def test_who_only_passes_and_then_stands_before_it_is_not_stepped_aside_for_at_once() -> None:
+    walk = Walk(Pose2(0.3, 2.4), along([(0.9, 1.4), (0.9, 2.4)], 0.3))
+    assert walk.go(8.0) is None
+    assert "giving way" in walk.trip.texts
+    assert "stepping aside" not in walk.trip.texts
+
+
+def test_a_search_drives_on_when_something_is_in_the_way_of_a_turn_both_ways_round(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def may(self: follow.Follow, state: RobotState, command: Twist2) -> bool:
+        return command.linear != 0.0 or abs(state.map_pose.yaw + 0.1 * np.sign(command.angular)) < 0.8
+
+    monkeypatch.setattr(follow.Follow, "_may", may)
+    monkeypatch.setattr(Whereabouts, "best_view", lambda self, robot: (3.0, 1.0))
+    monkeypatch.setattr(Whereabouts, "best_place", lambda self, robot: (3.3, 1.0))
+    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.1, 2.4) if seconds < 1.0 else (7.0, 4.0))
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    assert walk.go(30.0) is None
+    assert math.dist((walk.trip.world.pose.x, walk.trip.world.pose.y), (1.0, 2.4)) > 1.0
+
+
+@pytest.mark.parametrize("somebody_else", [False, True])
+def test_legs_that_walk_are_gone_on_with_where_they_are_not_expected_unless_they_are_of_somebody_else(
+    monkeypatch: pytest.MonkeyPatch, somebody_else: bool
+) -> None:
+    monkeypatch.setattr(follow, "go_on_with_legs", lambda *arguments: None)
+    walk = Walk(Pose2(0.6, 2.4), along([(1.6, 2.4), (2.2, 2.4), (2.2, 4.6)], 0.3))
+    see = walk.sees
+
+    def sees(person: Point) -> bool:
+        if walk.trip.world.now < 1.8:
+            return see(person)
+        if somebody_else:
+            in_odom = walk.trip.world.odom @ walk.trip.world.pose.inverse() @ Pose2(*person)
+            walk.trip.navigator.saw_person(walk.trip.world.now, LEADER + 1, in_odom.x, in_odom.y)
+        return False
+
+    walk.sees = sees  # type: ignore[method-assign]
+    assert walk.go(6.0) is None
+    goes_on = any(text.startswith("following") for text in walk.trip.texts[28:33])
+    assert goes_on is not somebody_else
+
+
+def with_somebody_else(walk: Walk, place: Point) -> None:
+    """The camera sees somebody else, too, who stands at a place."""
+    see = walk.sees
+
+    def sees(person: Point) -> bool:
+        in_odom = walk.trip.world.odom @ walk.trip.world.pose.inverse() @ Pose2(*place)
+        walk.trip.navigator.saw_person(walk.trip.world.now, LEADER + 1, in_odom.x, in_odom.y)
+        return see(person)
+
+    walk.sees = sees  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("somebody_behind", [False, True])
+def test_it_does_not_back_off_to_where_somebody_else_was(somebody_behind: bool) -> None:
+    walk = Walk(Pose2(2.0, 2.4), along([(3.0, 2.4), (2.65, 2.4)], 0.3))
+    if somebody_behind:
+        with_somebody_else(walk, (1.4, 2.4))
+    assert walk.go(4.0) is None
+    assert (min(walk.speeds) < 0.0) is not somebody_behind
+
+
+def test_it_makes_room_for_somebody_else_who_stands_in_the_way() -> None:
+    walk = Walk(Pose2(1.0, 2.4), along([(2.0, 2.4), (3.4, 2.4)], 0.3))
+    with_somebody_else(walk, (1.5, 2.55))
+    assert walk.go(6.0) is None
+    assert "backing out" in walk.trip.texts
+    assert min(walk.speeds) < 0.0
+
+
+def test_where_they_vanished_the_marks_of_their_body_are_cleared() -> None:
+    on = along([(1.6, 2.4), (2.2, 2.4)], 0.3)
+    walk = Walk(Pose2(0.6, 2.4), lambda seconds: on(seconds) if seconds < 2.0 else (7.0, 2.4))
+    costmap, world, see, costs = walk.trip.navigator.local_costmap, walk.trip.world, walk.sees, []
+
+    def mark_the_last_place(person: Point) -> bool:
+        place = np.array([(world.odom @ world.pose.inverse()).apply(2.1, 2.4)])
+        if world.now >= 2.0:
+            if not costs:
+                rays = Rays(world.odom.x, world.odom.y, place, np.array([1.0]), 0.1, 4.0)
+                costmap.add_rays("overhangs", rays, world.odom)
+            costs.append(costmap.cost_at(*place[0]))
+        return see(person)
+
+    walk.sees = mark_the_last_place  # type: ignore[method-assign]
+    assert walk.go(5.0) is None
+    assert costs[0] == LETHAL
+    assert costs[-1] < LETHAL
+
+
+def test_it_steps_aside_when_the_leader_and_somebody_beside_the_robot_wait() -> None:
+    walk = Walk(Pose2(1.0, 2.4), lambda seconds: (2.0, 2.4))
+    with_somebody_else(walk, (1.3, 2.9))
+    assert walk.go(8.0) is None
+    assert "stepping aside" in walk.trip.texts[60:]
+    assert "stepping aside" not in walk.trip.texts[:60]
+
+
+def test_a_search_turns_to_who_walks_and_leaves_them_when_the_camera_does_not_know_them() -> None:
+    wrong = along([(0.5, 3.7), (3.5, 3.7), (0.5, 3.7)], 0.25)
+
+    def place(seconds: float) -> Point:
+        if seconds < 8.0:
+            return (2.6, 2.4) if seconds < 1.0 else (7.0, 4.0)
+        return wrong(seconds - 8.0)
+
+    walk = Walk(Pose2(1.6, 2.4), place)
+    walk.sees = lambda person: walk.trip.world.now < 1.0  # type: ignore[method-assign]
+    assert walk.go(26.0) is None
+    assert 10 < walk.trip.texts.count("looking at who walks") < 80
+
+
 def test_after_stepping_aside_it_looks_where_the_person_stood() -> None:
     walk = Walk(Pose2(0.3, 2.4), along([(1.6, 2.4), (0.9, 2.4)], 0.3))
     see, texts = walk.sees, walk.trip.texts
     walk.sees = lambda person: "stepping aside" not in texts and see(person)  # type: ignore[method-assign]
     assert walk.go(25.0) is None
     order = [text for text, _ in itertools.groupby(texts)]
-    assert order[order.index("stepping aside") + 1] == "looking for the person"
+    assert order[order.index("stepping aside") + 1] == "turning after the person"
 
 
 def test_it_goes_round_what_stands_between() -> None:
@@ -391,7 +507,7 @@ def test_it_never_drives_towards_somebody_who_is_too_near(monkeypatch: pytest.Mo
     walk = Walk(Pose2(1.2, 2.4), lambda seconds: (1.68, 2.4))
     kept = NavigatorParameters(follow=FollowParameters(follow_back_speed=0.0))
     walk.trip.navigator = Navigator(make_map(), kept)
-    assert walk.go(6.0) is None
+    assert walk.go(8.0) is None
     assert "stepping aside" in walk.trip.texts
     assert min(walk.distances) > 0.45
 

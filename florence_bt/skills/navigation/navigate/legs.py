@@ -9,7 +9,7 @@ from scipy.ndimage import binary_dilation
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
 from florence_bt.skills.navigation.navigate.costmap import Costmap, moved_points
-from florence_bt.skills.navigation.navigate.moving_target import MovingTarget
+from florence_bt.skills.navigation.navigate.moving_target import CAMERA_GAP_S, MovingTarget
 from florence_bt.skills.navigation.navigate.state import Costmaps
 
 REACH_M = 0.4
@@ -22,8 +22,6 @@ _BODY_M = 0.06
 _GAP_M = 0.15
 """Points of a scan that are further apart belong to different things."""
 _MAP_MARGIN_CELLS = 2
-_CAMERA_GAP_S = 0.3
-"""When the camera has not seen somebody for so long, the laser goes on."""
 LEGS_ALONE_S = 6.0
 """And no longer than this."""
 
@@ -93,7 +91,7 @@ def go_on_with_legs(
         robot: The robot in that frame at that time.
         coast: Who was not seen for so many seconds may be anywhere.
     """
-    if target.seen is None or target.recognised is None or stamp - target.recognised < _CAMERA_GAP_S:
+    if target.seen is None or target.recognised is None or stamp - target.recognised < CAMERA_GAP_S:
         return
     if stamp - target.recognised > LEGS_ALONE_S or stamp - target.seen > coast:
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_CAMERA_GAP_S = 0.3
+CAMERA_GAP_S = 0.3
 """When the camera has not seen the person for so long, the laser goes on."""
 
 
@@ -35,7 +35,7 @@ class MovingTarget:
 
     def is_recognised(self, now: float) -> bool:
         """Whether the camera has seen the person just now."""
-        return self.recognised is not None and now - self.recognised < _CAMERA_GAP_S
+        return self.recognised is not None and now - self.recognised < CAMERA_GAP_S
 
     def doubt(self) -> None:
         """What the laser has followed since the camera saw them is somebody or something else."""

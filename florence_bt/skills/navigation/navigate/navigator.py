@@ -217,7 +217,9 @@ class Navigator:
         for sight in self._people.sights():
             self._left += self._trails.saw(*sight)
         if isinstance(self._goal, Follow):
-            self._goal.saw_scan(stamp, unknown, odom_pose)
+            followed = self._goal.user_id
+            others = [place for _, who, place in self._people.sights() if who != followed]
+            self._goal.saw_scan(stamp, unknown, odom_pose, others)
 
     def clear(self) -> None:
         """Forget everything the sensors have marked."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate.legs import Place
 
@@ -20,6 +23,9 @@ _LOOK_S, _TRY_S = 1.0, 5.0
 """... within this time. What the robot cannot look at for so long is left."""
 _APART_M, _STANDS_M, _STOOD_S, _KEPT_S = 0.6, 0.15, 1.0, 60.0
 """Something so far from the person that stays at its place for so long is a thing; for how long it is one."""
+
+_THING_M = 0.2
+"""Points so near to the middle of a thing are of the thing."""
 
 
 @dataclass(slots=True)
@@ -50,6 +56,13 @@ class StandingThings:
     def places(self) -> list[Place]:
         """Where things stand, metres."""
         return [thing.place for thing in self._things if thing.last - thing.first >= _STOOD_S]
+
+    def without(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The points, shape (n, 2), metres, that are not of these things."""
+        kept = np.ones(len(points), bool)
+        for x, y in self.places():
+            kept &= np.hypot(points[:, 0] - x, points[:, 1] - y) > _THING_M
+        return points[kept]
 
 
 class NearbyLegs:

@@ -103,7 +103,7 @@ class FollowParameters:
         follow_distance: How far to stay behind, between the middles, in metres.
         follow_max_lin_speed: m/s; along a planned path never more than what the controller allows.
         follow_max_ang_speed: rad/s.
-        follow_back_speed: Who comes too near is given way to at this speed, in m/s; 0 stands still
+        follow_back_speed: Who comes too near is given way to at this speed at most, in m/s; 0 stands still
             instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.
         follow_give_way: How much nearer than wanted that is, in metres; to who comes towards the robot it
             gives way as soon as they are nearer than wanted.
@@ -126,7 +126,7 @@ class FollowParameters:
     follow_distance: Positive = 1.0
     follow_max_lin_speed: Positive = 0.5
     follow_max_ang_speed: Positive = 1.0
-    follow_back_speed: NotNegative = 0.2
+    follow_back_speed: NotNegative = 0.3
     follow_give_way: NotNegative = 0.25
     follow_linear_gain: Positive = 0.8
     follow_angular_gain: Positive = 1.5

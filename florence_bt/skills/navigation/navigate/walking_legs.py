@@ -1,0 +1,74 @@
+"""Which of the things like legs in the laser's scans walk: who left the camera's picture is one of them."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+from florence_bt.skills.navigation.navigate.legs import Place
+
+_STEP_M = 0.3
+"""From one scan to the next, legs go no further."""
+_GONE_S = 0.5
+"""What was not seen for so long is not the same any more."""
+_MEMORY_S, _WALKED_M, _HALF_M = 1.5, 0.25, 0.1
+"""What went so far within this time walks, if it went on so far in both halves: a chair of which more comes
+into view seems to jump, and then stands."""
+
+
+@dataclass(slots=True)
+class _Legs:
+    way: deque[tuple[float, Place]] = field(default_factory=deque)
+    rejected: bool = False
+
+    @property
+    def place(self) -> Place:
+        return self.way[-1][1]
+
+    @property
+    def walk(self) -> bool:
+        first, middle, last = (self.way[k][1] for k in (0, len(self.way) // 2, -1))
+        halves = math.dist(first, middle), math.dist(middle, last)
+        return math.dist(first, last) >= _WALKED_M and min(halves) >= _HALF_M
+
+
+class WalkingLegs:
+    """Follows everything like legs from scan to scan. All places are in one frame that does not jump."""
+
+    def __init__(self) -> None:
+        self._all: list[_Legs] = []
+
+    def saw(self, stamp: float, legs: list[Place]) -> None:
+        """Something like legs is at these places (metres); ``stamp`` in seconds."""
+        known = [each for each in self._all if stamp - each.way[-1][0] <= _GONE_S]
+        pairs = sorted(
+            (math.dist(known[old].place, legs[new]), old, new)
+            for old in range(len(known))
+            for new in range(len(legs))
+            if math.dist(known[old].place, legs[new]) <= _STEP_M
+        )
+        taken: set[int] = set()
+        found: set[int] = set()
+        for _, old, new in pairs:
+            if old not in taken and new not in found:
+                taken.add(old)
+                found.add(new)
+                known[old].way.append((stamp, legs[new]))
+        known += [_Legs(deque([(stamp, legs[new])])) for new in range(len(legs)) if new not in found]
+        for each in known:
+            while stamp - each.way[0][0] > _MEMORY_S:
+                each.way.popleft()
+        self._all = known
+
+    def places(self, stamp: float) -> list[Place]:
+        """Where legs are that walk and are in the scan of that time, but for rejected ones."""
+        return [
+            each.place for each in self._all if each.way[-1][0] == stamp and each.walk and not each.rejected
+        ]
+
+    def reject(self, place: Place) -> None:
+        """The legs at a place are those of somebody or something else."""
+        for each in self._all:
+            if math.dist(each.place, place) <= _STEP_M:
+                each.rejected = True
