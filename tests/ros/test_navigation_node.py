@@ -540,6 +540,13 @@ def test_plans_and_costmaps_by_service(scene: Scene) -> None:
         assert marked(which) <= around
         ask(ClearEntireCostmap, f"{which}_costmap/clear_entirely_{which}_costmap")
         assert not marked(which)
+    costmap = scene.navigation._costmap("global")
+    costmap._static[:] = 255
+    ask(Empty, "navigate/clear_unknown_space")
+    free = np.argwhere(costmap._static == 0)
+    half = 2.0 * costmap.footprint.circumscribed_radius / costmap.resolution
+    robot = costmap.cell_of(START.x, START.y)
+    assert len(free) and np.abs(free - robot).max() <= half + 1
 
 
 def test_a_goal_in_another_frame_and_a_cancel(scene: Scene) -> None:

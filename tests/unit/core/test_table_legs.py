@@ -13,6 +13,10 @@ from florence_bt.core.table_legs import with_tables
 from florence_bt.simulation.home.build_map import laser_map
 from florence_bt.simulation.home.flat import Solid
 from florence_bt.simulation.home.generate import choose_flat
+from florence_bt.skills.navigation.navigate._cell_kernels import LETHAL
+from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
+from florence_bt.skills.navigation.navigate.navigator import Navigator
+from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 
 TABLE = Pose2(3.0, 2.0, 0.0)
 
@@ -99,3 +103,10 @@ def test_the_glass_tables_of_generated_homes_are_found(seed: int) -> None:
 
 def _is_glass_top(solid: Solid) -> bool:
     return solid.name.startswith("glass_table") and solid.surface == "glass"
+
+
+def test_navigation_fills_tables_unless_it_is_told_not_to() -> None:
+    grid = room((TABLE, 0.84, 0.54))
+    for fill in (True, False):
+        settings = NavigatorParameters(costmap=CostmapParameters(fill_tables=fill))
+        assert (Navigator(grid, settings).cost_at(TABLE.x, TABLE.y) == LETHAL) == fill

@@ -62,6 +62,17 @@ def test_it_drives_along_a_straight_path() -> None:
     assert answer.remaining == pytest.approx(2.0, abs=0.05)
 
 
+def test_the_dynamic_window_is_what_can_be_reached_within_its_period() -> None:
+    parameters = ControllerParameters(dwa=True, sim_period=0.2)
+    controller = Controller(parameters, COSTMAP)
+    controller.set_plan(path_to(Pose2(2.0, 0.0)), Pose2(2.0, 0.0))
+    costmap, speed = local(), 0.2
+    clearance = Clearance(costmap, Pose2(), None, None)
+    answer = controller.control(Pose2(), Twist2(speed, 0.0), costmap, Pose2(), clearance, People())
+    assert answer.command.linear == pytest.approx(speed + 0.2 * parameters.acc_lim_x)
+    assert control(Pose2(2.0, 0.0), twist=Twist2(speed, 0.0)).command.linear > answer.command.linear
+
+
 def test_it_turns_first_when_the_path_leads_off_sharply() -> None:
     for goal, sign in ((Pose2(0.0, 2.0), 1.0), (Pose2(0.0, -2.0), -1.0), (Pose2(-2.0, 0.1), 1.0)):
         answer = control(goal)

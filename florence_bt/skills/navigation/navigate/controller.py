@@ -35,6 +35,9 @@ class ControllerParameters:
         acc_lim_x: m/s^2.
         acc_lim_th: rad/s^2; the velocity filter behind the controller holds it to 1.0.
         sim_time: How far ahead commands are simulated, in seconds.
+        dwa: Whether the commands that are tried are those that can be reached within ``sim_period`` (dynamic
+            window), and not within ``sim_time`` (trajectory rollout).
+        sim_period: Seconds; that of the controller, or a little longer.
         sim_granularity: Metres between two looks at the costmap.
         angular_sim_granularity: Radians between two looks.
         vx_samples: Forward speeds to try.
@@ -63,6 +66,8 @@ class ControllerParameters:
     acc_lim_x: Positive = 0.5
     acc_lim_th: Positive = 1.0
     sim_time: Positive = 1.5
+    dwa: bool = False
+    sim_period: Positive = 0.2
     sim_granularity: Positive = 0.025
     angular_sim_granularity: Positive = 0.05
     vx_samples: Annotated[int, Limits(2, 999)] = 6
@@ -356,13 +361,14 @@ class Controller:
         return self._turn(bearing, clearance)
 
     def _samples(self, twist: Twist2, remaining: float) -> NDArray[np.float64]:
-        """The commands to try, shape (n, 2); the window is what can be reached within sim_time."""
+        """The commands to try, shape (n, 2)."""
         p = self._p
         # It must be able to stop at the goal.
         fastest = min(p.max_vel_x, max(p.min_vel_x, math.sqrt(p.acc_lim_x * remaining)))
-        low = max(p.min_vel_x, twist.linear - p.acc_lim_x * p.sim_time)
-        high = max(low, min(fastest, twist.linear + p.acc_lim_x * p.sim_time))
-        reach = p.acc_lim_th * p.sim_time
+        window = p.sim_period if p.dwa else p.sim_time
+        low = max(p.min_vel_x, twist.linear - p.acc_lim_x * window)
+        high = max(low, min(fastest, twist.linear + p.acc_lim_x * window))
+        reach = p.acc_lim_th * window
         slowest_turn = max(-p.max_rotational_vel, twist.angular - reach)
         fastest_turn = min(p.max_rotational_vel, twist.angular + reach)
         turns = np.concatenate([[0.0], np.linspace(slowest_turn, fastest_turn, p.vtheta_samples - 1)])

@@ -35,6 +35,8 @@ class CostmapParameters:
         cost_scaling_factor: How fast they decay, per metre.
         lethal_cost_threshold: Map values from here on are obstacles (0..100).
         track_unknown_space: Whether unknown cells of the map stay unknown; otherwise they count as free.
+        fill_tables: Whether the places between the legs of tables and chairs in the map are obstacles; a
+            noisy map may look as if there were legs.
         local_size: Side of the local costmap in metres.
         local_resolution: Metres per cell of the local costmap.
         proxemic_amplitude: The cost at a person in the global costmap; 0 switches the layer of people off.
@@ -54,6 +56,7 @@ class CostmapParameters:
     cost_scaling_factor: NotNegative = 10.0
     lethal_cost_threshold: Annotated[int, Limits(1, 100)] = 65
     track_unknown_space: bool = True
+    fill_tables: bool = True
     local_size: Positive = 5.0
     local_resolution: Positive = 0.05
     proxemic_amplitude: Annotated[float, Limits(0.0, INSCRIBED - 1)] = 77.0
@@ -386,6 +389,15 @@ class Costmap:
         columns = slice(max(0, self._column(x - half)), max(0, self._column(x + half)))
         for marks in self._layers.values():
             marks[rows, columns] = 0
+        self._master = None
+
+    def clear_unknown(self, x: float, y: float, side: float) -> None:
+        """Take what the map does not know for free inside of a square window (metres) around a point."""
+        half = side / 2.0
+        rows = slice(max(0, self._row(y - half)), max(0, self._row(y + half) + 1))
+        columns = slice(max(0, self._column(x - half)), max(0, self._column(x + half) + 1))
+        window = self._static[rows, columns]
+        window[window == UNKNOWN_COST] = FREE_COST
         self._master = None
 
     def _column(self, x: float) -> int:

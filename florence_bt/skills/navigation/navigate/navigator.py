@@ -120,7 +120,8 @@ class Navigator:
 
     def __init__(self, grid: OccupancyGrid, parameters: NavigatorParameters | None = None) -> None:
         self._p = parameters or NavigatorParameters()
-        self.global_costmap = Costmap(self._p.costmap, with_tables(grid))
+        furnished = with_tables(grid) if self._p.costmap.fill_tables else grid
+        self.global_costmap = Costmap(self._p.costmap, furnished)
         self.local_costmap = Costmap(self._p.costmap)
         static = self.global_costmap.static_master()
         frame = np.array([grid.origin.x, grid.origin.y, grid.resolution])

@@ -168,6 +168,7 @@ class NavigationNode(FlorenceNode):
 
     def _make_services(self) -> None:
         self.create_service(Empty, "~/clear_costmaps", self._on_clear)
+        self.create_service(Empty, "~/clear_unknown_space", self._on_clear_unknown)
         self.create_service(GetPlan, "~/make_plan", self._on_make_plan)
         for which in ("global", "local"):
             for kind, name in (
@@ -288,6 +289,14 @@ class NavigationNode(FlorenceNode):
     def _on_clear(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
         if self._navigator is not None:
             self._navigator.clear()
+        return response
+
+    def _on_clear_unknown(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
+        costmap, robot = self._costmap("global"), self._pose_in("global")
+        if costmap is None or robot is None:
+            self.get_logger().warning(f"the unknown around the robot is not cleared: {NO_POSE}")
+        else:
+            costmap.clear_unknown(robot.x, robot.y, 4.0 * costmap.footprint.circumscribed_radius)
         return response
 
     def _on_clear_one(self, which: str, name: str, request: Any, response: Any) -> Any:
