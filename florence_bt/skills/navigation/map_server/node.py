@@ -17,7 +17,7 @@ from nav_msgs.srv import GetMap
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.ros.conversions import grid_from_ros, grid_to_ros
-from florence_bt.ros.deferred import Deferred, allow_deferred
+from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.navigation.map_server.map_file import load_map, read_cells, read_description
@@ -80,7 +80,7 @@ class MapServerNode(FlorenceNode):
         for name in ("static_map", "~/map"):
             self.create_service(GetMap, name, self._get_map)
         self.create_service(LoadMap, "~/load_map", self._load_map)
-        allow_deferred(self.create_service(SaveMap, "map_saver/save_map", self._save_map))
+        self.create_service(SaveMap, "map_saver/save_map", self._save_map)
 
     def _give_out(self, grid: OccupancyGrid) -> None:
         self.grid = grid
