@@ -336,7 +336,7 @@ class Executor:
 
     # ---- after a crash --------------------------------------------------------------------------------
 
-    def take_up(self, tree: TreeRun) -> None:
+    def resume_recovered(self, tree: TreeRun) -> None:
         """Go on with a paused run of the process before; nothing else may be running."""
         tree.on_tick, tree.on_over = self._after_tick, self._on_over
         tree.move_to(self.environment())

@@ -73,7 +73,9 @@ def test_values_that_are_no_parameters(tmp_path, content, problem):
 
 def test_values_have_the_types_of_yaml(tmp_path):
     file = tmp_path / "robot.yaml"
-    file.write_text("n: {a: yes, b: 0x10, c: '1', d: null, e: 1.0e+3, f: .inf, g: [1, true, x], h: '', i: }\n")
+    file.write_text(
+        "n: {a: yes, b: 0x10, c: '1', d: null, e: 1.0e+3, f: .inf, g: [1, true, x], h: '', i: }\n"
+    )
     assert load_config(file)["n"] == {
         "a": True, "b": 16, "c": "1", "d": None, "e": 1000.0, "f": float("inf"), "g": [1, True, "x"], "h": "",
         "i": None,
