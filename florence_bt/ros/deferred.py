@@ -1,6 +1,6 @@
 """Service answers that come later. Knows the service only by its ``send_response``, not ROS itself.
 
-The events executor of rclpy 7.1 does not await service callbacks that are coroutines; it hands whatever the
+The events executor of rclpy 7.1 does not await service callbacks that are coroutines; it passes whatever the
 callback returns to ``service.send_response``. A callback may therefore return a :class:`Deferred`.
 """
 

@@ -227,7 +227,7 @@ class FlorenceNode(Node):
             executor.create_task(self.run_soon)
 
     def guarded(self, callback: Callable[..., Any]) -> Callable[..., None]:
-        """Wrap a callback that is handed to a future or an action client.
+        """Wrap a callback that is passed to a future or an action client.
 
         The events executor of rclpy 7.1 dies of an exception in such a callback (it runs as a task); wrapped,
         the exception waits in :attr:`failures`.
@@ -278,14 +278,14 @@ class FlorenceNode(Node):
         """Destroy a service that may have just been called.
 
         What the events executor of rclpy 7.1 has noticed but not served yet it serves also when its object
-        was destroyed meanwhile, and that ends the process. So the executor first lets go of it;
+        was destroyed meanwhile, and that ends the process. So the executor first releases it;
         what it has noticed before that is served, and then the service is destroyed.
         """
         forget_service(self, service)
         self._when_let_go(service.destroy)
 
     def _when_let_go(self, destroy: Callable[[], None]) -> None:
-        """Run when the executor has let go of what was taken from the node's lists, and has served the rest.
+        """Run when the executor has released what was taken from the node's lists, and has served the rest.
 
         It works in the order of what comes in. The first task comes after the letting go; what was noticed
         until then stands before the second one.

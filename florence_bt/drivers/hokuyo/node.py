@@ -91,7 +91,7 @@ class HokuyoNode(FlorenceNode):
         self._port.open()
 
     def close(self) -> None:
-        """Switch the laser off and let go of the port."""
+        """Switch the laser off and release the port."""
         self._reports.cancel()
         if not_sent := self._port.close():
             self.get_logger().warning(f"the laser may still be on: {not_sent}")

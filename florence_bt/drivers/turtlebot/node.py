@@ -112,7 +112,7 @@ class TurtlebotNode(FlorenceNode):
         self._port.open()
 
     def close(self) -> None:
-        """Stop the base, then let go of the port."""
+        """Stop the base, then release the port."""
         self._diagnosing.cancel()
         if not_sent := self._port.close():
             self.get_logger().error(f"the base may still be driving: {not_sent}")
