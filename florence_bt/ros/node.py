@@ -21,9 +21,8 @@ from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.ros.answers import send_until_known
+from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
-from florence_bt.ros.deferred import allow_deferred
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
 from florence_bt.ros.rclpy_internals import forget_service
@@ -168,7 +167,7 @@ class FlorenceNode(Node):
 
         The answer to such a request, and to one whose callback fails, has the reason in the field that the
         type has for one (:data:`REASON_FIELDS`). Answers also reach a client that is discovered only later.
-        A callback may return a :class:`~florence_bt.ros.deferred.Deferred` and answer later.
+        A callback may return a :class:`~florence_bt.ros.answers.Deferred` and answer later.
         """
 
         def serve(request: Any, response: Any) -> Any:
@@ -183,12 +182,11 @@ class FlorenceNode(Node):
                 return with_reason(type(response)(), f"the node {self.get_name()} failed: {error!r}")
 
         service = super().create_service(srv_type, srv_name, serve, **options)
-        send_until_known(
+        serve_answers(
             service,
             lambda pause, callback: self.steady.call_at(self.steady.now() + pause, callback),
             lambda words: self.get_logger().warning(words),
         )
-        allow_deferred(service)
         return service
 
     def read_parameters(self, cls: type[T]) -> T:

@@ -23,8 +23,8 @@ from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortPa
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
-from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR

@@ -16,8 +16,8 @@ from nav_msgs.srv import GetMap
 
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import grid_from_ros, grid_to_ros
-from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.navigation.map_server.map_file import load_map, read_cells, read_description
