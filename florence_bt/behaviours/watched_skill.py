@@ -66,7 +66,7 @@ class WatchedSkill(RunSkill):
         self._end_keys: Callable[[], None] | None = None
 
     def ask_again(self) -> None:
-        """Ask with the next tick; the answer of before stands until the new one is there."""
+        """Ask with the next tick; the previous answer stands until the new one is there."""
         self._due = True
 
     def initialise(self) -> None:

@@ -26,7 +26,7 @@ class Why:
     """The cause of a failure.
 
     Attributes:
-        path: The path of the node that failed by itself, names joined with ``/``.
+        path: The path of the node that failed first, names joined with ``/``.
         code: The short name of the failure for programs.
         reason: A sentence for people.
     """
@@ -58,7 +58,7 @@ class PointsToCause(Protocol):
 
     @property
     def cause(self) -> Behaviour | None:
-        """The child, or None when the node failed by itself."""
+        """The child, or None when the node itself failed."""
 
 
 @runtime_checkable

@@ -70,7 +70,7 @@ class DeviceError(FlorenceError):
 
 
 class DeviceLost(DeviceError):
-    """The device went away: its port vanished or was closed by the other side."""
+    """The device went away: its port vanished or was closed by the peer."""
 
 
 class DeviceTimeout(DeviceError, TimeoutError):

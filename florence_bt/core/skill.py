@@ -2,7 +2,7 @@
 skill is a pure component in this process, a ROS action or service, or a mock.
 
 The states of a run are one table (:data:`TRANSITIONS`); :class:`BaseRun` walks it. It is the base of the
-implementations of ``SkillRun``, so a cancel is never lost, also not before the other side has accepted the
+implementations of ``SkillRun``, so a cancel is never lost, even before the server has accepted the
 goal.
 """
 
@@ -61,7 +61,7 @@ class Phase(enum.Enum):
     """Where a run stands between its start and its result."""
 
     PENDING = "pending"
-    """The goal was sent; the other side has not answered."""
+    """The goal was sent; the server has not answered."""
     PENDING_CANCEL = "pending, cancel wanted"
     """As above, and a cancel will follow the acceptance at once."""
     ACTIVE = "active"
@@ -79,7 +79,7 @@ class Event(enum.Enum):
     ACCEPTED = "accepted"
     CANCEL = "cancel"
     FINISHED = "finished"
-    """A result, a rejection, a passed deadline or the loss of the other side."""
+    """A result, a rejection, a passed deadline or the loss of the server."""
 
     __hash__ = object.__hash__
 
@@ -102,7 +102,7 @@ TRANSITIONS: dict[tuple[Phase, Event], tuple[Phase, bool]] = {
     (Phase.DONE, Event.CANCEL): (Phase.DONE, False),
     (Phase.DONE, Event.FINISHED): (Phase.DONE, False),
 }
-"""(phase, event) -> (next phase, whether a cancel must be sent to the other side now)."""
+"""(phase, event) -> (next phase, whether a cancel must be sent to the server now)."""
 
 
 class BaseRun:
@@ -152,7 +152,7 @@ class BaseRun:
             result: The result that comes with ``FINISHED``.
 
         Returns:
-            Whether a cancel must be sent to the other side now.
+            Whether a cancel must be sent to the server now.
 
         Raises:
             ValueError: ``FINISHED`` came without a result.

@@ -1,7 +1,7 @@
 """Tables and chairs in a map that a laser made: only their legs are there.
 
 A robot that is taller than a table does not fit under it, and a glass top is seen by no sensor. Four legs at
-the corners of a rectangle tell where it is.
+the corners of a rectangle show where it is.
 """
 
 from __future__ import annotations

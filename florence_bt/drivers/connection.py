@@ -189,7 +189,7 @@ WAIT_S = 0.1
 
 
 class DeviceReader(Generic[T]):
-    """Reads a device on a thread of its own and hands on what comes.
+    """Reads a device on a thread of its own and passes on what comes.
 
     Both callbacks run on that thread; a node passes them on through ``FlorenceNode.call_soon``.
     """

@@ -117,7 +117,7 @@ class DriverPort:
             self._deadline = self._clock.call_at(when, self._on_deadline)
 
     def close(self) -> str:
-        """Leave the device safe and let go of the port for good.
+        """Leave the device safe and release the port for good.
 
         Returns:
             Why the device may not have received the shutdown command; empty when it has, or without one.

@@ -223,7 +223,7 @@ class TopicRun(RemoteRun):
 
         Args:
             clock: The time of the robot.
-            channel: The way to the other side.
+            channel: The way to the server.
             deadlines: ``accept_s`` limits the search for a subscriber, ``result_s`` the time from the command
                 to the end.
             label: Names the topics in reasons.
@@ -291,7 +291,7 @@ class GoalStop:
     with its deadline leaves no goal behind.
 
     Args:
-        steady: Times the repetitions; the time of this machine, because the other side is a process on it.
+        steady: Times the repetitions; the time of this machine, because the server is a process on it.
         ask: Sends the request.
     """
 

@@ -1,8 +1,11 @@
-"""Service answers that reach also a client that the server has not discovered yet.
+"""Service answers that come later, and that reach also a client that the server has not discovered yet.
 
 A client may discover a server before the server discovers the client. An answer in that moment is
 not sent: Fast DDS looks for the client for 0.1 s, then rclpy warns, and the client would wait forever. Here
 such an answer is sent again until it goes out.
+
+The events executor of rclpy 7.1 does not await service callbacks that are coroutines; it passes whatever the
+callback returns to ``service.send_response``. A callback may therefore return a :class:`Deferred`.
 """
 
 from __future__ import annotations
@@ -17,10 +20,37 @@ PAUSES_S = (0.1, 0.2, 0.4, 0.8, 1.6)
 """Machine time before each further attempt, seconds; each attempt may block the node for 0.1 s."""
 
 
-def send_until_known(
+class Deferred:
+    """An answer that is given later, once."""
+
+    def __init__(self) -> None:
+        self._send: Callable[[Any], None] | None = None
+        self._response: Any = None
+        self._sent = False
+
+    def answer(self, response: Any) -> bool:
+        """Give the answer; False when it was given before."""
+        if self._response is not None:
+            return False
+        self._response = response
+        self._flush()
+        return True
+
+    def send_with(self, send: Callable[[Any], None]) -> None:
+        """Set how the answer is sent; one that is there is sent now."""
+        self._send = send
+        self._flush()
+
+    def _flush(self) -> None:
+        if self._send is not None and self._response is not None and not self._sent:
+            self._sent = True
+            self._send(self._response)
+
+
+def serve_answers(
     service: Any, call_later: Callable[[float, Callable[[], None]], Any], warn: Callable[[str], None]
 ) -> None:
-    """Let a service send an answer again that its client could not get yet.
+    """Let a service send a :class:`Deferred` when it is there, and again what its client could not get yet.
 
     Args:
         service: The service of rclpy; its ``send_response`` is replaced.
@@ -30,6 +60,9 @@ def send_until_known(
     send_once = service.send_response
 
     def send(response: Any, header: Any, pauses: tuple[float, ...] = PAUSES_S) -> None:
+        if isinstance(response, Deferred):
+            response.send_with(lambda answer: send(answer, header))
+            return
         if _sent(send_once, response, header):
             return
         if pauses:

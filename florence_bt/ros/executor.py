@@ -3,7 +3,7 @@
 ``spin()`` of this executor serves nothing in rclpy 7.1, and a wait without a time-out burns a core; so this
 is a loop over ``spin_once``, which handles one event at a time. The executor knows no guard conditions,
 ``wake()`` does not end a wait, and an exception in a task or in a future's callback is fatal to the process:
-tasks wake it instead, and every callback of a :class:`FlorenceNode` hands its exception to
+tasks wake it instead, and every callback of a :class:`FlorenceNode` passes its exception to
 :meth:`SpinLoop.spin_once`.
 """
 

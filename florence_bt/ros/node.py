@@ -21,9 +21,8 @@ from rclpy.timer import Timer as RclTimer
 
 from florence_bt.core.clock import Clock
 from florence_bt.core.errors import ConfigError, closest_first
-from florence_bt.ros.answers import send_until_known
+from florence_bt.ros.answers import serve_answers
 from florence_bt.ros.clock import RosClock, SteadyClock
-from florence_bt.ros.deferred import allow_deferred
 from florence_bt.ros.node_health import NodeHealth
 from florence_bt.ros.parameters import fill_dataclass, to_parameter
 from florence_bt.ros.rclpy_internals import forget_service
@@ -168,7 +167,7 @@ class FlorenceNode(Node):
 
         The answer to such a request, and to one whose callback fails, has the reason in the field that the
         type has for one (:data:`REASON_FIELDS`). Answers also reach a client that is discovered only later.
-        A callback may return a :class:`~florence_bt.ros.deferred.Deferred` and answer later.
+        A callback may return a :class:`~florence_bt.ros.answers.Deferred` and answer later.
         """
 
         def serve(request: Any, response: Any) -> Any:
@@ -183,12 +182,11 @@ class FlorenceNode(Node):
                 return with_reason(type(response)(), f"the node {self.get_name()} failed: {error!r}")
 
         service = super().create_service(srv_type, srv_name, serve, **options)
-        send_until_known(
+        serve_answers(
             service,
             lambda pause, callback: self.steady.call_at(self.steady.now() + pause, callback),
             lambda words: self.get_logger().warning(words),
         )
-        allow_deferred(service)
         return service
 
     def read_parameters(self, cls: type[T]) -> T:
@@ -227,7 +225,7 @@ class FlorenceNode(Node):
             executor.create_task(self.run_soon)
 
     def guarded(self, callback: Callable[..., Any]) -> Callable[..., None]:
-        """Wrap a callback that is handed to a future or an action client.
+        """Wrap a callback that is passed to a future or an action client.
 
         The events executor of rclpy 7.1 dies of an exception in such a callback (it runs as a task); wrapped,
         the exception waits in :attr:`failures`.
@@ -278,14 +276,14 @@ class FlorenceNode(Node):
         """Destroy a service that may have just been called.
 
         What the events executor of rclpy 7.1 has noticed but not served yet it serves also when its object
-        was destroyed meanwhile, and that ends the process. So the executor first lets go of it;
+        was destroyed meanwhile, and that ends the process. So the executor first releases it;
         what it has noticed before that is served, and then the service is destroyed.
         """
         forget_service(self, service)
         self._when_let_go(service.destroy)
 
     def _when_let_go(self, destroy: Callable[[], None]) -> None:
-        """Run when the executor has let go of what was taken from the node's lists, and has served the rest.
+        """Run when the executor has released what was taken from the node's lists, and has served the rest.
 
         It works in the order of what comes in. The first task comes after the letting go; what was noticed
         until then stands before the second one.

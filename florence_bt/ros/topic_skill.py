@@ -36,9 +36,9 @@ class TopicSkill(RemoteSkill):
         """Make a publisher and a subscription.
 
         Args:
-            node: The node that talks to the other side.
+            node: The node that talks to the other node.
             command: Message type and topic of the commands.
-            status: Message type and topic on which the other side reports.
+            status: Message type and topic on which the other node reports.
             to_command: The command from the inputs; raises FlorenceError, KeyError, TypeError or ValueError
                 when they do not fit.
             to_result: The end that a status message reports, None when the run goes on.

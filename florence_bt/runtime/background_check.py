@@ -175,31 +175,31 @@ def _free(parts: list[object]) -> None:
     Args:
         parts: The model; everything that it is made of is added.
     """
-    pace = _Pace()
+    slices = _TimeSlices()
     seen = set()
     for part in parts:
         for inner in gc.get_referents(part):
-            pace.keep()
+            slices.yield_if_over()
             if id(inner) not in seen and _is_model(type(inner)):
                 seen.add(id(inner))
                 parts.append(inner)
     parts.reverse()  # whole before part
     while parts:
         parts.pop()
-        pace.keep()
+        slices.yield_if_over()
 
 
 def _is_model(kind: type) -> bool:
     return kind in (dict, list, tuple) or kind.__module__.startswith("florence_bt.trees.")
 
 
-class _Pace:
+class _TimeSlices:
     """Lets other threads run every :data:`SLICE_S`."""
 
     def __init__(self) -> None:
         self._until = time.perf_counter() + SLICE_S
 
-    def keep(self) -> None:
+    def yield_if_over(self) -> None:
         """Pause when a slice is over."""
         if time.perf_counter() >= self._until:
             time.sleep(SLICE_S)
@@ -207,21 +207,21 @@ class _Pace:
 
 
 class _Slices:
-    """Bytes to unpickle; whoever reads them keeps the pace."""
+    """Bytes to unpickle; reading them lets other threads run."""
 
     def __init__(self, data: bytes) -> None:
         self.position = 0
         self._data = data
-        self._pace = _Pace()
+        self._slices = _TimeSlices()
 
     def read(self, count: int) -> bytes:
         """The next bytes."""
-        self._pace.keep()
+        self._slices.yield_if_over()
         begin, self.position = self.position, self.position + count
         return self._data[begin : self.position]
 
     def readline(self) -> bytes:
         """The next line."""
-        self._pace.keep()
+        self._slices.yield_if_over()
         begin, self.position = self.position, self._data.index(b"\n", self.position) + 1
         return self._data[begin : self.position]

@@ -193,7 +193,7 @@ class Executor:
         run = MissionRun(self._new_id(request.mission), request, inputs)
         run.note = self.note_about(request.mission)
         run.version = self.version_of(request.mission)
-        # A run that has to wait is built once more when its turn comes: what is wrong is said to the caller.
+        # A run that has to wait is built again when its turn comes: what is wrong is said to the caller.
         tree = self._build(run)
         if self.current is None:
             self._begin(tree)
@@ -336,7 +336,7 @@ class Executor:
 
     # ---- after a crash --------------------------------------------------------------------------------
 
-    def take_up(self, tree: TreeRun) -> None:
+    def resume_recovered(self, tree: TreeRun) -> None:
         """Go on with a paused run of the process before; nothing else may be running."""
         tree.on_tick, tree.on_over = self._after_tick, self._on_over
         tree.move_to(self.environment())

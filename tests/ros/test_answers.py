@@ -13,7 +13,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.service import Service
 from std_srvs.srv import Trigger
 
-from florence_bt.ros.answers import PAUSES_S, send_until_known
+from florence_bt.ros.answers import PAUSES_S, Deferred, serve_answers
 from florence_bt.ros.node import FlorenceNode
 
 pytestmark = pytest.mark.ros
@@ -50,13 +50,14 @@ def test_a_client_that_is_discovered_late_gets_its_answer_once(ros: Any, unknown
 
 
 class FakeService:
-    """A service whose client stays unknown, or that fails as told."""
+    """A service whose client stays unknown, or that sends or fails as told."""
 
     srv_name = "ask"
 
     def __init__(self, *then: Any) -> None:
         self.then = list(then)
         self.sends = 0
+        self.sent: list[tuple[Any, Any]] = []
 
     def send_response(self, response: Any, header: Any) -> None:
         self.sends += 1
@@ -65,6 +66,8 @@ class FakeService:
             raise what
         if what == "unknown":
             warnings.warn("failed to send response (timeout): unknown", RuntimeWarning, stacklevel=2)
+        elif what == "sent":
+            self.sent.append((response, header))
         elif what == "other":
             warnings.warn("something else", RuntimeWarning, stacklevel=2)
 
@@ -87,7 +90,7 @@ class Later:
 
 def wrapped(*then: Any) -> tuple[FakeService, Later, list[str]]:
     service, later, told = FakeService(*then), Later(), []
-    send_until_known(service, later, told.append)
+    serve_answers(service, later, told.append)
     return service, later, told
 
 
@@ -114,3 +117,27 @@ def test_other_warnings_and_errors_come_through() -> None:
     with pytest.raises(InvalidHandle):
         service.send_response("answer", "header")
     assert later.waiting == [] and told == []
+
+
+@pytest.mark.parametrize("answer_first", [True, False])
+def test_a_deferred_answer_is_sent_once_when_it_is_there(answer_first: bool) -> None:
+    service, waiting, told = wrapped("sent")
+    later = Deferred()
+    if answer_first:
+        assert later.answer("yes")
+    service.send_response(later, 7)
+    if not answer_first:
+        assert service.sent == []
+        assert later.answer("yes")
+    assert not later.answer("no")
+    assert service.sent == [("yes", 7)] and waiting.waiting == [] and told == []
+
+
+def test_a_deferred_answer_is_sent_again_until_its_client_is_known() -> None:
+    service, later, told = wrapped("unknown", "sent")
+    deferred = Deferred()
+    service.send_response(deferred, 7)
+    deferred.answer("yes")
+    assert service.sends == 1
+    later.run()
+    assert service.sends == 2 and service.sent[-1] == ("yes", 7) and told == []

@@ -35,8 +35,8 @@ from std_srvs.srv import Trigger
 
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OCCUPIED, OccupancyGrid
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import grid_to_ros, pose_stamped_to_ros
-from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformBroadcaster

@@ -12,7 +12,7 @@ from sensor_msgs.msg import LaserScan
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters
-from florence_bt.drivers.turtlebot.report import Pace
+from florence_bt.drivers.turtlebot.report import RateLimiter
 from florence_bt.ros.conversions import stamp_from_ros, stamp_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -216,7 +216,7 @@ def test_a_silent_laser_holds_up_nothing(ros, monkeypatch):
 
 
 def test_the_odometry_keeps_its_rate_while_the_clock_rests():
-    pace, told = Pace(TurtlebotNodeParameters().update_rate), 0
+    limiter, told = RateLimiter(TurtlebotNodeParameters().update_rate), 0
     for frame in range(667):  # ten seconds, a frame every 15 ms, stamped with the newest message on /clock
-        told += pace.is_due(frame * 0.015 // RESTING_CLOCK_PERIOD_S * RESTING_CLOCK_PERIOD_S)
+        told += limiter.is_due(frame * 0.015 // RESTING_CLOCK_PERIOD_S * RESTING_CLOCK_PERIOD_S)
     assert told == pytest.approx(300, abs=2)

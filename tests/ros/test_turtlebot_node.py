@@ -23,7 +23,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from florence_bt.drivers.turtlebot.node import TurtlebotNode
-from florence_bt.drivers.turtlebot.report import Pace
+from florence_bt.drivers.turtlebot.report import RateLimiter
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener
@@ -422,7 +422,7 @@ def test_contact_stops_and_is_told_before_the_next_report_is_due(
     ros: Any, device: Device, tmp_path: Path, fault: dict[str, Any], word: str
 ) -> None:
     node, listener = start(ros, tmp_path)
-    node._state_pace = Pace(1e-3)  # one sensor state in a thousand seconds, unless there is news
+    node._state_limiter = RateLimiter(1e-3)  # one sensor state in a thousand seconds, unless there is news
     ros.spin_until(lambda: [listener.drive(0.2, 0.0), device.wheels == (0.2, 0.2)][1])
     count = len(listener.seen["turtlebot_node/sensor_state"])
     for name, value in fault.items():

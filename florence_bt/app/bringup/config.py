@@ -10,12 +10,10 @@ import yaml
 
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.paths import find_data
-from florence_bt.core.plain_yaml import EmptyFile, parse_yaml
-from florence_bt.core.text_files import read_bytes
+from florence_bt.core.plain_yaml import EmptyFile, YamlMapping, YamlNode, YamlScalar, YamlSequence, read_yaml
+from florence_bt.core.settings_file import SettingsReader
 
 Parameters = dict[str, Any]
-
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load_config(file: Path | None = None) -> dict[str, Parameters]:
@@ -32,35 +30,49 @@ def load_config(file: Path | None = None) -> dict[str, Parameters]:
         ConfigError: The file cannot be read or has another form.
     """
     path = file if file is not None else find_data("config", "robot.yaml")
-    data = read_bytes(path)
     try:
-        # Refuses what could grow without end; the values are typed as YAML types them.
-        parse_yaml(data, path)
-        content = yaml.load(data, Loader=_LOADER)
+        root: YamlNode | None = read_yaml(path)
     except EmptyFile:
-        content = None
-    except (ValueError, OverflowError) as error:  # a date or a number that Python does not have
-        raise ConfigError(
-            f"a value cannot be read: {error}", file=path, valid=["quotes round the value"]
-        ) from error
-    except yaml.YAMLError as error:
-        raise ConfigError(f"not YAML: {str(error).splitlines()[0]}", file=path, line=1, column=1) from error
-    if not isinstance(content, Mapping):
+        root = None
+    if not isinstance(root, YamlMapping):
         raise ConfigError("must map node names to their parameters", file=path, valid=["navigate: {...}"])
-    return {str(node).removeprefix("/"): _parameters(node, value, path) for node, value in content.items()}
+    reader = _ConfigReader(path)
+    return {node.text.removeprefix("/"): reader.node(node.text, value) for node, value in root.entries}
 
 
-def _parameters(node: str, section: object, path: Path) -> Parameters:
-    inner = section.get("ros__parameters") if isinstance(section, Mapping) and len(section) == 1 else None
-    parameters = section if inner is None else inner
-    if not isinstance(parameters, Mapping):
-        raise ConfigError(f"{node} must map parameter names to values", file=path, valid=[f"{node}: {{...}}"])
-    for name, value in parameters.items():
-        parts = value if isinstance(value, list) else [value]
-        if value is not None and not all(isinstance(part, bool | int | float | str) for part in parts):
+class _ConfigReader(SettingsReader):
+    def node(self, name: str, section: YamlNode) -> Parameters:
+        """The parameters of a node."""
+        alone = isinstance(section, YamlMapping) and len(section.entries) == 1
+        inner = section.get("ros__parameters") if isinstance(section, YamlMapping) and alone else None
+        parameters = inner or section
+        if not isinstance(parameters, YamlMapping):
+            problem = f"{name} must map parameter names to values"
+            raise self.error(problem, parameters, [f"{name}: {{...}}"])
+        return {key.text: self._value(name, key.text, value) for key, value in parameters.entries}
+
+    def _value(self, node: str, name: str, source: YamlNode) -> Any:
+        parts = source.items if isinstance(source, YamlSequence) else (source,)
+        values = [self._scalar(part) if isinstance(part, YamlScalar) else () for part in parts]
+        if values == [None] and source is parts[0]:
+            return None
+        if not all(isinstance(value, bool | int | float | str) for value in values):
             problem = f"{node}: the parameter {name!r} is not a number, text, a boolean or a list of them"
-            raise ConfigError(problem, file=path, valid=[f"{node}: {{name: value}}"])
-    return dict(parameters)
+            raise self.error(problem, source, [f"{node}: {{name: value}}"])
+        return values if isinstance(source, YamlSequence) else values[0]
+
+    def _scalar(self, source: YamlScalar) -> Any:
+        """The value as YAML types it."""
+        if source.quoted:
+            return source.text
+        loader = yaml.SafeLoader("")
+        node = yaml.ScalarNode(loader.resolve(yaml.ScalarNode, source.text, (True, False)), source.text)
+        try:
+            return loader.construct_object(node)
+        except (ValueError, OverflowError) as error:  # a date or a number that Python does not have
+            raise self.error(
+                f"a value cannot be read: {error}", source, ["quotes round the value"]
+            ) from error
 
 
 def section(config: Mapping[str, Parameters], node: str, **overrides: Any) -> Parameters:

@@ -283,7 +283,7 @@ class System:
                 self._end()
 
     def _end(self) -> None:
-        """End every process and let go of everything."""
+        """End every process and release everything."""
         for name in self._supervisor.stop():
             self.client.node.get_logger().error(f"the process {name!r} did not end in time and was killed")
         if self.options.in_flat:

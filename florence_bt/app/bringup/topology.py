@@ -254,7 +254,7 @@ def _missions(settings: _Settings) -> list[Factory]:
         runs_folder=str(settings.options.runs),
         mission_folders=settings.options.mission_folders or None,
         # Its predecessor has just died, and the system has been up all the time.
-        take_up_limit=inf if os.environ.get(STARTED_AGAIN) else None,
+        recovery_limit=inf if os.environ.get(STARTED_AGAIN) else None,
     )
     pictures = BackgroundPictures(settings.map_file, settings.hotspots_file)
 

@@ -173,7 +173,7 @@ class MissionClient:
             DeviceTimeout: It does not answer.
         """
         client = self._client(service_type, name)
-        if not self._comes_in_sight(client):
+        if not self._is_discovered(client):
             raise SystemNotThere(
                 f"no server of {name} was found; is the system up? Start it with: florence up --sim"
             )
@@ -189,7 +189,7 @@ class MissionClient:
                 future = client.call_async(request)
         return future.result()
 
-    def _comes_in_sight(self, client: Any) -> bool:
+    def _is_discovered(self, client: Any) -> bool:
         patience = time.monotonic() + ANSWER_BUDGET_S
 
         def settled() -> bool:

@@ -71,7 +71,7 @@ def show_status(run_id: str, console: Console, *, watch: bool) -> bool:
         status = client.status(run_id, durations=True)
         if not watch:
             _print_tree(status.tree, console)
-            for line in _what_waits(status):
+            for line in _waiting_lines(status):
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
             return bool(status.found or not run_id)
         client.tree = status.tree
@@ -85,7 +85,7 @@ def _print_tree(tree: str, console: Console) -> None:
     console.print(styled(tree), soft_wrap=True)
 
 
-def _what_waits(status: Any) -> list[str]:
+def _waiting_lines(status: Any) -> list[str]:
     lines = [f"no mission may start: {status.blocked_by}"] if status.blocked_by else []
     lines += [f"no mission owns the goal of {goal}; florence stop ends it" for goal in status.unowned_goals]
     return [*lines, f"waiting: {', '.join(status.waiting)}"] if status.waiting else lines

@@ -100,7 +100,7 @@ def _one_of(what: str, value: int, valid: tuple[int, ...]) -> int:
     return value
 
 
-def check_sum(text: bytes) -> int:
+def checksum(text: bytes) -> int:
     """The check character of a line, as a byte value. Source: REFERENCE 4.3."""
     return (sum(text) & 0x3F) + 0x30
 
@@ -266,7 +266,7 @@ def _reply_at_end(lines: Sequence[bytes]) -> ScipReply | None:
 
 def _without_sum(line: bytes) -> bytes:
     text = line[:-1]
-    if not text or line[-1] != check_sum(text):
+    if not text or line[-1] != checksum(text):
         raise ChecksumError(f"the checksum of {line!r} does not fit")
     return text
 
@@ -276,7 +276,7 @@ def _information_text(line: bytes) -> bytes:
     text = line[:-2]
     if line[-2:-1] != b";" or not _INFORMATION.fullmatch(text):
         raise FrameError(f"{line!r} does not end with ';' and a checksum")
-    if line[-1] not in (check_sum(text), check_sum(text.partition(_REMARK)[0])):
+    if line[-1] not in (checksum(text), checksum(text.partition(_REMARK)[0])):
         raise ChecksumError(f"the checksum of {line!r} does not fit")
     return text
 

@@ -23,8 +23,8 @@ from florence_bt.drivers.hokuyo.parameters import HokuyoParameters, HokuyoPortPa
 from florence_bt.drivers.hokuyo.self_test import SelfTestResult
 from florence_bt.drivers.serial_port import BytePort, SerialPort
 from florence_bt.drivers.tcp_port import TcpPort
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import echoes_to_ros, scan_to_ros
-from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.diagnostics import diagnostics_to_ros
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import RELIABLE, SENSOR
@@ -91,7 +91,7 @@ class HokuyoNode(FlorenceNode):
         self._port.open()
 
     def close(self) -> None:
-        """Switch the laser off and let go of the port."""
+        """Switch the laser off and release the port."""
         self._reports.cancel()
         if not_sent := self._port.close():
             self.get_logger().warning(f"the laser may still be on: {not_sent}")

@@ -203,7 +203,7 @@ class FreenectLibrary:
             self._check(code, "the Kinect went away")
 
     def close(self) -> None:
-        """Close the device and let go of the library; nothing may be called afterwards."""
+        """Close the device and release the library; nothing may be called afterwards."""
         if self._device:
             self._calls["close_device"](self._device)
         self._calls["shutdown"](self._context)

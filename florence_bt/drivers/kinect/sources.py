@@ -118,5 +118,5 @@ class SocketFrameSource:
         except (OSError, ValueError) as error:  # ValueError: closed meanwhile by another thread
             raise DeviceLost(f"the Kinect frames at {self._path} broke off: {error}") from error
         if data == b"":
-            raise DeviceLost(f"the other side closed {self._path}")
+            raise DeviceLost(f"the peer closed {self._path}")
         return data or b""

@@ -29,7 +29,7 @@ from florence_bt.drivers.turtlebot.hazards import StopReason
 from florence_bt.drivers.turtlebot.odometry import JOINT_NAMES, WheelJoints, covariance
 from florence_bt.drivers.turtlebot.override_file import OverrideFile
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
-from florence_bt.drivers.turtlebot.report import Pace, StateReport
+from florence_bt.drivers.turtlebot.report import RateLimiter, StateReport
 from florence_bt.ros.base_messages import battery_to_ros, gyro_to_ros, joints_to_ros
 from florence_bt.ros.conversions import odometry_to_ros, stamp_to_ros, twist_from_ros
 from florence_bt.ros.diagnostics import diagnostics_to_ros
@@ -90,9 +90,9 @@ class TurtlebotNode(FlorenceNode):
         self._joints = WheelJoints(
             self._settings.wheel_radius, parameters_of_driver.wheels().wheel_separation
         )
-        self._odometry_pace = Pace(self._settings.update_rate)
-        self._state_pace = Pace(self._settings.sensor_state_rate)
-        self._joint_pace = Pace(self._settings.joint_state_rate)
+        self._odometry_limiter = RateLimiter(self._settings.update_rate)
+        self._state_limiter = RateLimiter(self._settings.sensor_state_rate)
+        self._joint_limiter = RateLimiter(self._settings.joint_state_rate)
         self._make_interfaces()
         self._diagnosing = call_every(self.timebase, DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
         baud_rate = self._settings.baud_rate or parameters_of_driver.model.baud_rate
@@ -112,7 +112,7 @@ class TurtlebotNode(FlorenceNode):
         self._port.open()
 
     def close(self) -> None:
-        """Stop the base, then let go of the port."""
+        """Stop the base, then release the port."""
         self._diagnosing.cancel()
         if not_sent := self._port.close():
             self.get_logger().error(f"the base may still be driving: {not_sent}")
@@ -295,11 +295,11 @@ class TurtlebotNode(FlorenceNode):
             if self._stop_reason is not None:
                 self.get_logger().warning(reading.stop_text)
         self._publish_stop("" if reading.stop_reason is None else reading.stop_reason.code, reading.stop_text)
-        if self._odometry_pace.is_due(reading.stamp):
+        if self._odometry_limiter.is_due(reading.stamp):
             self._publish_motion(reading)
-        if self._joint_pace.is_due(reading.stamp):
+        if self._joint_limiter.is_due(reading.stamp):
             self._publish_joints(reading)
-        if self._state_pace.is_due(reading.stamp) or news:
+        if self._state_limiter.is_due(reading.stamp) or news:
             self._state_topic.publish(_state_to_ros(self._state_report.take(reading.state), reading.stamp))
             self._publish_create_2(reading)
         if news:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from florence_bt.drivers.turtlebot.codec.state import SensorState
 
 
-class Pace:
+class RateLimiter:
     """Picks moments at a mean rate out of readings that come more often."""
 
     def __init__(self, rate: float) -> None:

@@ -104,7 +104,7 @@ class ScriptedRun(MockRun):
             self._soon_or_later(step.after, partial(self._finish, step.result))
 
     def cancel(self) -> None:
-        """End the run as soon as the other side would."""
+        """End the run as soon as the server would."""
         self.cancelled = self.cancelled or self.active
         if self.handle(Event.CANCEL):
             self._stop()

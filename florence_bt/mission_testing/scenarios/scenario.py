@@ -37,7 +37,7 @@ class MockEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class ScenarioStep:
     """An event while a mission runs.
 
     Attributes:
@@ -119,7 +119,7 @@ class Scenario:
     position: Position
     trigger: Trigger
     mocks: tuple[MockEntry, ...]
-    when: tuple[Happening, ...]
+    when: tuple[ScenarioStep, ...]
     then: Mapping[str, Expectation]
     library: MissionLibrary
     maps: MissionMaps

@@ -46,10 +46,10 @@ from florence_bt.mission_testing.record import INVALID, RUNNING, STATUSES, read_
 from florence_bt.mission_testing.scenarios.scenario import (
     Check,
     Expectation,
-    Happening,
     MockEntry,
     Scenario,
     ScenarioPlay,
+    ScenarioStep,
     Trigger,
 )
 from florence_bt.mission_testing.stage import Stage
@@ -572,7 +572,7 @@ class WhenReader:
         self._reader = reader
         self._places = places
 
-    def read(self, source: YamlNode | None) -> Iterator[Happening]:
+    def read(self, source: YamlNode | None) -> Iterator[ScenarioStep]:
         """What happens, in order."""
         for item in self._reader.items(source):
             if not isinstance(item, YamlMapping):
@@ -581,7 +581,7 @@ class WhenReader:
             kind = self._kind(item)
             act = self._act(item, kind) if kind is not None else None
             if kind is not None and act is not None:
-                yield Happening(kind, act, item.position)
+                yield ScenarioStep(kind, act, item.position)
 
     def _refuse(self, item: YamlNode) -> None:
         word, _, rest = item.text.strip().partition(" ") if isinstance(item, YamlScalar) else ("", "", "")

@@ -42,7 +42,7 @@ class JournaledRun:
         version: Fingerprint of the mission's text, empty when unknown.
         accepted: Date and time (UTC) of its acceptance, empty when unknown.
         state: Name of a :class:`RunStatus`; of a run that died with its process the last one before.
-        note: What its caller was told in addition.
+        note: What its caller is also told.
         code: The short code of the end, empty before.
         reason: The reason of the end, empty before and after success.
         cause: The path of the node that caused the end.

@@ -9,7 +9,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from florence_bt.core.errors import FlorenceError
-from florence_bt.ros.deferred import Deferred
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.ros.topics import DOCK, MANUAL_OVERRIDE, SWITCH_OVERRIDE

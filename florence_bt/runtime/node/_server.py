@@ -42,7 +42,7 @@ class MissionNodeParameters:
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
         base_frame: The robot's frame whose path is recorded.
         keep_runs: How many runs that ended are kept in the journal, with their folders.
-        take_up_limit: Seconds since the last entry of the journal within which runs that a dead process left
+        recovery_limit: Seconds since the last entry of the journal within which runs that a dead process left
             are resumed, restarted and queued again.
     """
 
@@ -50,7 +50,7 @@ class MissionNodeParameters:
     mission_folders: tuple[str, ...] = ()
     base_frame: str = "base_footprint"
     keep_runs: int = 1000
-    take_up_limit: float = FRESH_S
+    recovery_limit: float = FRESH_S
 
 
 class MissionNode(FlorenceNode):
@@ -148,7 +148,7 @@ class MissionNode(FlorenceNode):
             self.timebase,
             self.get_logger().warning,
             steady=self.steady,
-            fresh_s=self._settings.take_up_limit,
+            fresh_s=self._settings.recovery_limit,
         )
         if safety is None:
             self._recovery.begin()

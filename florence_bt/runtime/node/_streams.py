@@ -2,7 +2,7 @@
 
 A watcher that is killed closes nothing. A stream that nobody listens to is therefore closed after a while.
 
-While streams are open, their listeners are counted now and then. The executor could tell who joins and
+While streams are open, their listeners are counted now and then. The executor could report who joins and
 leaves, but it crashes when a publisher that it watches so is destroyed at such a moment.
 """
 

@@ -224,7 +224,7 @@ class Recovery:
         elif unsafe and self._booting and self._steady.now() < self._boot_until:
             self._stop_robot()
             return
-        self._take_up(unsafe)
+        self._recover_runs(unsafe)
 
     def _given_up(self, past: LeftRun) -> str:
         """Why a run does not go on, whatever becomes of the robot; empty when it may."""
@@ -239,7 +239,7 @@ class Recovery:
             return f"there is no mission {past.row.mission!r} any more"
         return "" if mission.on_restart in ("restart", "resume") else "its on_restart says abort"
 
-    def _take_up(self, unsafe: str) -> None:
+    def _recover_runs(self, unsafe: str) -> None:
         """Decide about each run, the one that had the robot first."""
         self._over = True
         self._executor.block(RECOVERY, None)
@@ -326,7 +326,7 @@ class Recovery:
         if done.over is not None:
             self._executor.close_past(done.tree.run, *done.over)
             return
-        self._executor.take_up(done.tree)
+        self._executor.resume_recovered(done.tree)
         tip = self._executor.tip()
         self._notify(f"{run.run_id} goes on after a crash, {f'at {tip!r}' if tip else 'with its clean-up'}")
 

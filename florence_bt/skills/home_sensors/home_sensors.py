@@ -251,9 +251,7 @@ class HomeSensors:
             "reports that came too late": str(state.late),
         }
         if sensor.kind is SensorKind.MOTION and now - last_report > sensor.stale_after:
-            problem = (
-                f"has not reported for {sensor.stale_after:g} s: it says nothing about the user any more"
-            )
+            problem = f"has not reported for {sensor.stale_after:g} s: it no longer counts"
             return Diagnosis(Severity.WARN, problem, values)
         if self._is_stuck(name, now):
             problem = f"has seen motion for more than {sensor.stuck_after:g} s: not believed until it is over"

@@ -1,4 +1,4 @@
-"""The MQTT client: paho's, on a thread of its own; messages are handed to the owner's thread.
+"""The MQTT client: paho's, on a thread of its own; messages are passed to the owner's thread.
 
 Connecting, keeping alive and connecting again with growing pauses are paho's. What is here: nothing waits
 for the broker, what it sends is bounded, and whatever it sends, the thread goes on.

@@ -49,7 +49,7 @@ class HomeSensor:
         time: The member with the time of the report; empty when there is none.
         on: What it says when it is on, in lower case.
         off: What it says when it is off, in lower case.
-        stale_after: Seconds after which a report says nothing any more.
+        stale_after: Seconds after which a report no longer counts.
         stuck_after: Seconds of motion without a pause after which a motion detector is not trusted.
     """
 

@@ -33,8 +33,8 @@ from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.transforms import TransformUnavailable
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import grid_from_ros, pose_from_ros, stamp_from_ros
-from florence_bt.ros.deferred import Deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED, RELIABLE
 from florence_bt.ros.tf import TransformListener

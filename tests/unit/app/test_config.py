@@ -17,7 +17,7 @@ def test_the_configuration_of_the_package_is_read():
         (b"navigate: {a: 1\nb", r"robot\.yaml:2:\d+: not YAML"),
         (b"- navigate\n", "must map node names"),
         (b"", "must map node names"),
-        (b"navigate: 3\n", "navigate must map parameter names"),
+        (b"navigate: 3\n", r"robot\.yaml:1:11: navigate must map parameter names"),
         (b"navigate:\n", "navigate must map parameter names"),
         (b"navigate: \xff\xfe\n", "not UTF-8"),
         (b"navigate: {a: !!python/object:os.system {}}\n", "the tag .* is not allowed"),
@@ -55,10 +55,12 @@ def test_parameter_files_of_ros_are_read_too(tmp_path, content):
     ("content", "problem"),
     [
         ("navigate: {ros__parameters: 3}", "navigate must map parameter names"),
-        ("navigate: {a: {b: 1}}", "the parameter 'a' is not a number"),
+        ("navigate: {a: {b: 1}}", r":1:15: navigate: the parameter 'a' is not a number"),
+        ("navigate: {a: [1, null]}", "the parameter 'a' is not a number"),
+        ("navigate: {a: [{}]}", "the parameter 'a' is not a number"),
         ("navigate: {ros__parameters: {a: {b: 1}}}", "the parameter 'a' is not a number"),
         ("navigate: {a: 2020-01-01}", "the parameter 'a' is not a number"),
-        ("navigate: {a: 2020-13-99}", "a value cannot be read: month must be"),
+        ("navigate:\n  a: 2020-13-99", ":2:6: a value cannot be read: month must be"),
         (f"navigate: {{a: {'9' * 5000}}}", "a value cannot be read: Exceeds the limit"),
     ],
 )
@@ -67,6 +69,17 @@ def test_values_that_are_no_parameters(tmp_path, content, problem):
     file.write_text(content)
     with pytest.raises(ConfigError, match=problem):
         load_config(file)
+
+
+def test_values_have_the_types_of_yaml(tmp_path):
+    file = tmp_path / "robot.yaml"
+    file.write_text(
+        "n: {a: yes, b: 0x10, c: '1', d: null, e: 1.0e+3, f: .inf, g: [1, true, x], h: '', i: }\n"
+    )
+    assert load_config(file)["n"] == {
+        "a": True, "b": 16, "c": "1", "d": None, "e": 1000.0, "f": float("inf"), "g": [1, True, "x"], "h": "",
+        "i": None,
+    }  # fmt: skip
 
 
 def test_overrides_go_over_the_configuration_and_none_is_no_override():

@@ -14,7 +14,7 @@ from florence_bt.drivers.hokuyo.codec import (
     Measurement,
     ReplyParser,
     ScipReply,
-    check_sum,
+    checksum,
     decode_values,
     parse_frame,
     request,
@@ -33,7 +33,7 @@ STATUSES += ["0A", "0B", "0C", "0D", "0E", "0F", "0G", "0H", "0I"]
     list(zip(STATUSES, "PQRSTUVWQbabcdefghi", strict=True)),
 )
 def test_status_sums(status: str, letter: str) -> None:
-    assert check_sum(status.encode()) == ord(letter)
+    assert checksum(status.encode()) == ord(letter)
 
 
 def test_requests() -> None:
@@ -68,7 +68,7 @@ def test_information_sums_cover_the_text_before_the_semicolon() -> None:
 
 
 def test_an_information_line_whose_sum_is_a_semicolon() -> None:
-    text = next(b"SERI:%d" % n for n in range(2000) if check_sum(b"SERI:%d" % n) == ord(";"))
+    text = next(b"SERI:%d" % n for n in range(2000) if checksum(b"SERI:%d" % n) == ord(";"))
     (reply,) = ReplyParser().feed(b"VV\n00P\n" + text + b";;\n\n")
     assert reply.lines == (text,)
 

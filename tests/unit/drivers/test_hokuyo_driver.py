@@ -7,7 +7,7 @@ import pytest
 from florence_bt.core.diagnosis import Severity
 from florence_bt.core.errors import ConfigError
 from florence_bt.drivers.diagnosis import FrequencyMeter, is_off
-from florence_bt.drivers.hokuyo.codec import check_sum
+from florence_bt.drivers.hokuyo.codec import checksum
 from florence_bt.drivers.hokuyo.diagnosis import diagnose
 from florence_bt.drivers.hokuyo.driver import DriverPhase, HokuyoDriver
 from florence_bt.drivers.hokuyo.geometry import SensorGeometry
@@ -61,8 +61,8 @@ PARAMETERS = {
 def answer(command: str, status: str, fields: dict[str, str] | None = None) -> bytes:
     lines = [f"{tag}:{value}" for tag, value in (fields or {}).items()]
     return "\n".join(
-        [command, status + chr(check_sum(status.encode()))]
-        + [f"{line};{chr(check_sum(line.encode()))}" for line in lines]
+        [command, status + chr(checksum(status.encode()))]
+        + [f"{line};{chr(checksum(line.encode()))}" for line in lines]
         + ["", ""]
     ).encode()
 

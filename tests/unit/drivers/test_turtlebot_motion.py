@@ -25,7 +25,7 @@ from florence_bt.drivers.turtlebot.odometry import (
     covariance,
 )
 from florence_bt.drivers.turtlebot.parameters import TurtlebotNodeParameters, TurtlebotParameters
-from florence_bt.drivers.turtlebot.report import Pace, StateReport
+from florence_bt.drivers.turtlebot.report import RateLimiter, StateReport
 from florence_bt.drivers.turtlebot.wheels import (
     STOPPED,
     WheelParameters,
@@ -320,11 +320,11 @@ def test_wrong_parameters_are_named(wrong: dict[str, float]) -> None:
 
 
 def test_pace_picks_30_of_66() -> None:
-    pace = Pace(30.0)
-    assert sum(pace.is_due(number * 0.015) for number in range(667)) == pytest.approx(300, abs=1)
+    limiter = RateLimiter(30.0)
+    assert sum(limiter.is_due(number * 0.015) for number in range(667)) == pytest.approx(300, abs=1)
     # A gap causes no burst, and a clock that was set back goes on at once.
-    assert [pace.is_due(stamp) for stamp in (60.0, 60.015, 60.03, 60.045)] == [True, False, False, True]
-    assert [pace.is_due(stamp) for stamp in (1.0, 1.015)] == [True, False]
+    assert [limiter.is_due(stamp) for stamp in (60.0, 60.015, 60.03, 60.045)] == [True, False, False, True]
+    assert [limiter.is_due(stamp) for stamp in (1.0, 1.015)] == [True, False]
 
 
 def test_reports_add_up() -> None:
@@ -382,5 +382,5 @@ def test_wrong_node_parameters_are_named(wrong: dict[str, float]) -> None:
 
 
 def test_a_moment_is_told_once():
-    pace = Pace(30.0)
-    assert [pace.is_due(stamp) for stamp in (1.0, 1.0, 1.05, 1.05, 1.10, 1.10)] == [True, False] * 3
+    limiter = RateLimiter(30.0)
+    assert [limiter.is_due(stamp) for stamp in (1.0, 1.0, 1.05, 1.05, 1.10, 1.10)] == [True, False] * 3

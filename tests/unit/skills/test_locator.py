@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.outcome import Result
 from florence_bt.core.sensing import OCCUPIED, UNKNOWN, OccupancyGrid
-from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.skills.locator import declaration
 from florence_bt.skills.locator.hotspots import Hotspot, Hotspots
 from florence_bt.skills.locator.locator import LastSeen, Locator
@@ -203,45 +201,6 @@ def test_the_skills_keep_their_declarations(locator: Locator) -> None:
         (next_room,) = (served for served in declaration.SERVED if served.skill is declaration.NEXT_ROOM)
         check(declaration.NEXT_ROOM, next_room.perform(locator, inputs))
     assert len({served.skill.name for served in declaration.SERVED}) == 7
-
-
-# ---- answers that come later --------------------------------------------------------------------------
-
-
-class FakeService:
-    """The part of rclpy's service that matters here."""
-
-    def __init__(self) -> None:
-        self.sent: list[tuple[Any, Any]] = []
-
-    def send_response(self, response: Any, header: Any) -> None:
-        self.sent.append((response, header))
-
-
-@pytest.fixture
-def service() -> FakeService:
-    service = FakeService()
-    allow_deferred(service)
-    return service
-
-
-def test_a_plain_answer_is_sent_at_once(service: FakeService) -> None:
-    service.send_response("yes", 1)
-    assert service.sent == [("yes", 1)]
-
-
-@pytest.mark.parametrize("answer_first", [True, False])
-def test_a_deferred_answer_is_sent_once_when_it_is_there(service: FakeService, answer_first: bool) -> None:
-    later = Deferred()
-    if answer_first:
-        assert later.answer("yes")
-    service.send_response(later, 7)
-    if not answer_first:
-        assert service.sent == []
-        assert later.answer("yes")
-    assert service.sent == [("yes", 7)]
-    assert not later.answer("no")
-    assert service.sent == [("yes", 7)]
 
 
 def test_the_room_has_its_source_and_age() -> None:

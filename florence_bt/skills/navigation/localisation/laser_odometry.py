@@ -67,7 +67,7 @@ class _Submap:
 class LaserOdometry:
     """Follows the robot from scan to scan.
 
-    How wrong the wheels are is learnt on the way: where the scans tell little, along a bare corridor, good
+    How wrong the wheels are is learnt on the way: where the scans say little, along a bare corridor, good
     wheels are believed more than bad ones.
 
     Attributes:

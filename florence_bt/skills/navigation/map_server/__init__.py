@@ -1,1 +1,1 @@
-"""Skill: give out the static map. Map files in, an occupancy grid out."""
+"""Skill: publish the static map. Map files in, an occupancy grid out."""

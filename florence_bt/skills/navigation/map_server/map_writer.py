@@ -46,17 +46,7 @@ def save_map(
         REFERENCE 7.8.
     """
     path = path if path.suffix else path.with_suffix(".yaml")
-    if mode not in MODES:
-        raise ConfigError(f"the mode {mode!r} is unknown", valid=closest_first(mode, MODES))
-    if form not in FORMATS:
-        raise ConfigError(f"a picture cannot be a {form!r}", valid=closest_first(form, FORMATS))
-    if path.suffix not in (".yaml", ".yml"):
-        raise ConfigError(f"{str(path)!r} is not a name for a map", valid=[str(path.with_suffix(".yaml"))])
-    if not 0.0 <= free_thresh < occupied_thresh <= 1.0:
-        raise ConfigError(
-            f"the thresholds are {free_thresh:g} (free) and {occupied_thresh:g} (occupied)",
-            valid=[f"{FREE_THRESH} and {OCCUPIED_THRESH}"],
-        )
+    _check(path, mode, form, occupied_thresh, free_thresh)
     grid = grid.upright()
     unknown = grid.cells == UNKNOWN
     if mode == "scale" and form != "png" and unknown.any():
@@ -79,6 +69,21 @@ def save_map(
     except OSError as error:
         raise ConfigError(f"the map cannot be written: {error.strerror}", file=error.filename) from error
     return path
+
+
+def _check(path: Path, mode: str, form: str, occupied_thresh: float, free_thresh: float) -> None:
+    """Refuse what :func:`save_map` cannot write."""
+    if mode not in MODES:
+        raise ConfigError(f"the mode {mode!r} is unknown", valid=closest_first(mode, MODES))
+    if form not in FORMATS:
+        raise ConfigError(f"a picture cannot be a {form!r}", valid=closest_first(form, FORMATS))
+    if path.suffix not in (".yaml", ".yml"):
+        raise ConfigError(f"{str(path)!r} is not a name for a map", valid=[str(path.with_suffix(".yaml"))])
+    if not 0.0 <= free_thresh < occupied_thresh <= 1.0:
+        raise ConfigError(
+            f"the thresholds are {free_thresh:g} (free) and {occupied_thresh:g} (occupied)",
+            valid=[f"{FREE_THRESH} and {OCCUPIED_THRESH}"],
+        )
 
 
 def trinary_pixels(cells: NDArray[np.int8]) -> NDArray[np.uint8]:

@@ -16,8 +16,8 @@ from nav_msgs.srv import GetMap
 
 from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.core.sensing import OccupancyGrid
+from florence_bt.ros.answers import Deferred
 from florence_bt.ros.conversions import grid_from_ros, grid_to_ros
-from florence_bt.ros.deferred import Deferred, allow_deferred
 from florence_bt.ros.node import FlorenceNode
 from florence_bt.ros.qos import LATCHED
 from florence_bt.skills.navigation.map_server.map_file import load_map, read_cells, read_description
@@ -29,7 +29,7 @@ _MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
 
 @dataclass(frozen=True, slots=True)
 class MapServerParameters:
-    """Which map to give out.
+    """Which map to publish.
 
     Attributes:
         map_file: The YAML file of the map.
@@ -69,20 +69,20 @@ class MapServerNode(FlorenceNode):
     """Serves one map at a time, and saves maps.
 
     Attributes:
-        grid: The map that is given out.
+        grid: The published map.
     """
 
     def __init__(self, *, parameters: Mapping[str, Any] | None = None, namespace: str = "") -> None:
         super().__init__("map_server", parameters=parameters, namespace=namespace)
         self._p = self.read_parameters(MapServerParameters)
         self._publisher = self.create_publisher(OccupancyGridMsg, MAP, LATCHED)
-        self._give_out(load_map(self._p.map_file))
+        self._publish_map(load_map(self._p.map_file))
         for name in ("static_map", "~/map"):
             self.create_service(GetMap, name, self._get_map)
         self.create_service(LoadMap, "~/load_map", self._load_map)
-        allow_deferred(self.create_service(SaveMap, "map_saver/save_map", self._save_map))
+        self.create_service(SaveMap, "map_saver/save_map", self._save_map)
 
-    def _give_out(self, grid: OccupancyGrid) -> None:
+    def _publish_map(self, grid: OccupancyGrid) -> None:
         self.grid = grid
         self._message = grid_to_ros(grid, self._p.frame_id, self.timebase.now())
         self._publisher.publish(self._message)
@@ -99,7 +99,7 @@ class MapServerNode(FlorenceNode):
                 response.result = LoadMap.Response.RESULT_INVALID_MAP_METADATA
             description = read_description(path)
             response.result = LoadMap.Response.RESULT_INVALID_MAP_DATA
-            self._give_out(read_cells(description))
+            self._publish_map(read_cells(description))
         except FlorenceError as error:
             self.get_logger().warning(f"the map stays as it was: {error}")
             return response

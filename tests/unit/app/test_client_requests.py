@@ -1,0 +1,172 @@
+"""What the verbs of the command line ask the mission server, and what they print of its answers."""
+
+from __future__ import annotations
+
+import io
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("rclpy")
+
+from rich.console import Console
+
+from florence_bt.app.runs import remote
+from florence_bt.app.runs.client import RELOAD_BUDGET_S, MissionClient
+
+
+class Recording(MissionClient):
+    """A client that records its calls instead of making them, and gives an answer in their place."""
+
+    def __init__(self, answer=None):
+        self.calls = []
+        self.answer = answer
+        self.closed = False
+
+    def call(self, service_type, name, request, **options):
+        fields = {field: getattr(request, field) for field in request.get_fields_and_field_types()}
+        self.calls.append((service_type.__name__, name, fields, options))
+        return self.answer
+
+    def close(self):
+        self.closed = True
+
+
+CALLS = {
+    "run": (
+        lambda c: c.run("goto_room", {"room": "hall"}, caller="me", policy="queue", priority=2),
+        "RunMission",
+        "florence_bt/run_mission",
+        {
+            "mission": "goto_room",
+            "input_names": ["room"],
+            "input_values": ["hall"],
+            "caller": "me",
+            "policy": "queue",
+            "priority": 2,
+        },
+        {},
+    ),
+    "stop": (
+        lambda c: c.stop("enough", "R-1"),
+        "StopMission",
+        "florence_bt/stop",
+        {"run_id": "R-1", "reason": "enough"},
+        {},
+    ),
+    "pause": (
+        lambda c: c.pause("a visitor", "R-1"),
+        "PauseMission",
+        "florence_bt/pause",
+        {"run_id": "R-1", "reason": "a visitor"},
+        {},
+    ),
+    "resume": (lambda c: c.resume("R-1"), "ResumeMission", "florence_bt/resume", {"run_id": "R-1"}, {}),
+    "reload": (
+        lambda c: c.reload(),
+        "ReloadMissions",
+        "florence_bt/reload_missions",
+        {},
+        {"budget_s": RELOAD_BUDGET_S},
+    ),
+    "missions": (
+        lambda c: c.missions(),
+        "ListMissions",
+        "florence_bt/list_missions",
+        {},
+        {"repeat": True},
+    ),
+}
+
+
+@pytest.mark.parametrize("verb", CALLS)
+def test_each_verb_calls_its_service(verb):
+    act, kind, name, fields, options = CALLS[verb]
+    client = Recording("the answer")
+    assert act(client) == "the answer"
+    ((called, at, sent, given),) = client.calls
+    assert (called, at, given) == (kind, name, options)
+    assert {field: list(v) if isinstance(v, list) else v for field, v in sent.items()} == fields
+
+
+def test_only_a_question_is_repeated():
+    client = Recording()
+    client.status("R-1", durations=True)
+    ((kind, name, sent, options),) = client.calls
+    assert (kind, name, options) == ("MissionStatus", "florence_bt/status", {"repeat": True})
+    assert sent["run_id"] == "R-1" and sent["durations"] is True
+
+
+@pytest.fixture
+def answering(monkeypatch):
+    def install(**answer):
+        client = Recording(SimpleNamespace(**answer))
+        monkeypatch.setattr(remote, "MissionClient", lambda: client)
+        return client
+
+    return install
+
+
+STATUS = {"found": True, "tree": "[+] m", "blocked_by": "", "unowned_goals": [], "waiting": []}
+
+
+def shown(run_id, answering, **changed):
+    answering(**{**STATUS, **changed})
+    out = io.StringIO()
+    found = remote.show_status(run_id, Console(file=out, width=200), watch=False)
+    return found, out.getvalue()
+
+
+def test_the_status_is_the_tree_and_what_keeps_missions_from_starting(answering):
+    assert shown("", answering) == (True, "[+] m\n")
+    found, text = shown(
+        "R-1",
+        answering,
+        blocked_by="the override is on",
+        unowned_goals=["spin (goal 1)"],
+        waiting=["R-2", "R-3"],
+    )
+    assert found and text == (
+        "[+] m\n"
+        "no mission may start: the override is on\n"
+        "no mission owns the goal of spin (goal 1); florence stop ends it\n"
+        "waiting: R-2, R-3\n"
+    )
+
+
+def test_an_unknown_run_is_not_found_but_no_run_at_all_is_no_error(answering):
+    assert shown("R-9", answering, found=False)[0] is False
+    assert shown("", answering, found=False)[0] is True
+
+
+@pytest.mark.parametrize(
+    ("verb", "answer"),
+    [
+        (lambda: remote.stop_mission("R-1"), {"success": True, "message": "R-1 stops"}),
+        (lambda: remote.pause_mission("R-1", ""), {"success": False, "message": "not running"}),
+        (lambda: remote.resume_mission("R-1"), {"success": True, "message": "goes on"}),
+        (lambda: remote.reload_missions(), {"success": False, "report": "m: it breaks n"}),
+    ],
+)
+def test_a_verb_gives_what_was_answered_and_leaves_ros(answering, verb, answer):
+    client = answering(**answer)
+    assert verb() == tuple(answer.values())
+    assert client.closed and len(client.calls) == 1
+
+
+def test_the_missions_of_the_running_system_have_their_inputs_and_what_is_wrong(answering):
+    port = SimpleNamespace(
+        name="room", type="text", required=True, minimum="", maximum="", default_value="", description="where"
+    )
+    pause = SimpleNamespace(
+        name="pause", type="duration", required=False, minimum="1 s", maximum="9 s", default_value="3 s",
+        description="",
+    )  # fmt: skip
+    broken = SimpleNamespace(name="b", description="", inputs=[], problem="3:1: no kind\nand more")
+    good = SimpleNamespace(name="goto_room", description="Drive.", inputs=[port, pause], problem="")
+    answering(missions=[good, broken], findings=["a package is ignored"])
+    text = remote.live_missions()
+    assert "goto_room        Drive." in text
+    assert "room: text" in text and "-- where" in text
+    assert "from 1 s" in text and "to 9 s" in text and "default 3 s" in text
+    assert "cannot run: 3:1: no kind" in text and text.endswith("a package is ignored")
