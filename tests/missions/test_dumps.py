@@ -67,7 +67,7 @@ RUNNING = """\
                                                     [ ] within $limit
                                                         [ ] parallel
                                                             [ ] approach the person (sequence)
-                                                                [ ] set now
+                                                                [ ] set place
                                                                 [ ] get robot pose
                                                                 [ ] retry up to 6 times
                                                                     [ ] propose and drive (sequence)
@@ -77,10 +77,10 @@ RUNNING = """\
                                                                 [ ] when $user_id > 0
                                                                     [ ] stand well before them (sequence)
                                                                         [ ] get robot pose
-                                                                        [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                                        [ ] unless abs(bearing($here, $place)) < 6 deg
                                                                             [ ] face the person
                                                                                 [ ] turn
-                                                                        [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                                        [ ] when distance($here, $place) > $safe_distance + 4 cm
                                                                             [ ] come up to the distance
                                                                                 [ ] retry up to 3 times
                                                                                     [ ] drive straight
@@ -90,6 +90,8 @@ RUNNING = """\
                                                                         [ ] sequence
                                                                             [ ] look for user
                                                                             [ ] distance($now, $user) < 0.6 m
+                                                                            [ ] when $posture == "lying" and $height < 0.5 m
+                                                                                [ ] set place
                                             [ ] look from nearby
                                                 [ ] look for user
                                             [ ] distance($user, $seen_at) < 1 m
@@ -108,7 +110,7 @@ RUNNING = """\
                                     [ ] within $limit
                                         [ ] parallel
                                             [ ] approach the person (sequence)
-                                                [ ] set now
+                                                [ ] set place
                                                 [ ] get robot pose
                                                 [ ] retry up to 6 times
                                                     [ ] propose and drive (sequence)
@@ -118,10 +120,10 @@ RUNNING = """\
                                                 [ ] when $user_id > 0
                                                     [ ] stand well before them (sequence)
                                                         [ ] get robot pose
-                                                        [ ] unless abs(bearing($here, $now)) < 6 deg
+                                                        [ ] unless abs(bearing($here, $place)) < 6 deg
                                                             [ ] face the person
                                                                 [ ] turn
-                                                        [ ] when distance($here, $now) > $safe_distance + 4 cm
+                                                        [ ] when distance($here, $place) > $safe_distance + 4 cm
                                                             [ ] come up to the distance
                                                                 [ ] retry up to 3 times
                                                                     [ ] drive straight
@@ -131,6 +133,8 @@ RUNNING = """\
                                                         [ ] sequence
                                                             [ ] look for user
                                                             [ ] distance($now, $user) < 0.6 m
+                                                            [ ] when $posture == "lying" and $height < 0.5 m
+                                                                [ ] set place
                                 [ ] see whether they have moved on (sequence)
                                     [ ] set now
                                     [ ] try look for user

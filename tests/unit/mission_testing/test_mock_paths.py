@@ -48,10 +48,10 @@ def goto_user():
         ("turn and look/*_tracker", 2),
         ("search in a circle/stop_tracker", 1),
         ("goto_user/*", 1),
-        ("**/**/turn", 1),
+        ("**/**/turn", 3),
         ("*tracker", 7),
-        ("approach_user/**", 8),
-        ("make sure from nearby/**", 5),
+        ("approach_user/**", 14),
+        ("make sure from nearby/**", 8),
         ("get_user_rom", 0),
     ],
 )

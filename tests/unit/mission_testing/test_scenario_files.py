@@ -172,7 +172,7 @@ def test_scripts_of_several_steps(play):
                   [>] approach_user
                       [>] parallel
                           [>] approach the person (sequence)
-                              [+] set now -- now = (x 3.00 m, y 2.00 m, yaw 0.00 rad)
+                              [+] set place -- place = (x 3.00 m, y 2.00 m, yaw 0.00 rad)
                               [+] get robot pose
                               [>] retry up to 6 times
                                   [>] propose and drive (sequence)
