@@ -57,7 +57,7 @@ class SharedClock:
         self._nodes: list[Node] = []
         self._subscription: Any = None
         self._time: Time | None = None
-        self._doubted: Time | None = None
+        self._suspect: Time | None = None
         self._received_before = False
         self._sure = True
         self._look: Timer | None = None
@@ -164,11 +164,11 @@ class SharedClock:
             return
         now = Time(seconds=seconds, nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
         if self._time is not None and self._received_before and not _goes_on(self._time, now):
-            doubted, self._doubted = self._doubted, now
-            if doubted is None or not _goes_on(doubted, now):
+            suspect, self._suspect = self._suspect, now
+            if suspect is None or not _goes_on(suspect, now):
                 self._refuse(f"the time jumps to {seconds} s (would have worked: twice in a row)")
                 return
-        self._time, self._doubted, self._received_before = now, None, True
+        self._time, self._suspect, self._received_before = now, None, True
         for node in self._nodes:
             set_time(node, now)
         with self._message_came:

@@ -99,7 +99,7 @@ def test_missions_beside_the_file_and_of_other_folders_may_be_called(florence, m
     assert done.exit_code == FAILED and "the mission 'first' cannot be read" in done.stdout
 
 
-def test_labels_of_an_unknown_flat_are_doubted_and_of_a_known_one_refused(florence, mission, tmp_path):
+def test_labels_of_an_unknown_flat_are_warned_of_and_of_a_known_one_refused(florence, mission, tmp_path):
     file = mission("go", "mission: {name}\ntree: {{run: goto_room, with: {{room: attic}}}}\n")
     done = florence("check", file)
     assert done.exit_code == OK and "warning: there is no hotspot 'attic'" in done.stdout

@@ -132,13 +132,13 @@ class CommandAcknowledgement:
 
     def __init__(self) -> None:
         self._sent: deque[tuple[float, WheelSpeeds]] = deque()
-        self._doubted_since: float | None = None
+        self._unacknowledged_since: float | None = None
         self.unresponsive = False
 
     def clear(self) -> None:
         """Start again: no speeds were sent yet that the base has to acknowledge."""
         self._sent.clear()
-        self._doubted_since = None
+        self._unacknowledged_since = None
         self.unresponsive = False
 
     def sent(self, wheels: WheelSpeeds, now: float) -> None:
@@ -158,10 +158,10 @@ class CommandAcknowledgement:
             round(1000.0 * state.requested_left_velocity), round(1000.0 * state.requested_right_velocity)
         )
         if any(_near(wheels, reported) for _, wheels in self._sent):
-            self._doubted_since, self.unresponsive = None, False
-        elif self._doubted_since is None or now < self._doubted_since:
-            self._doubted_since = now
-        elif now - self._doubted_since > ACKNOWLEDGEMENT_TIMEOUT_S:
+            self._unacknowledged_since, self.unresponsive = None, False
+        elif self._unacknowledged_since is None or now < self._unacknowledged_since:
+            self._unacknowledged_since = now
+        elif now - self._unacknowledged_since > ACKNOWLEDGEMENT_TIMEOUT_S:
             self.unresponsive = True
 
 

@@ -155,7 +155,7 @@ class ScipFaults:
         laser_broken: BM is refused with 01, and measuring ends with 50.
         stat: The text of STAT; None for the model's healthy one.
         statuses: Commands by their letters (``PP``), and the status that they are answered with instead.
-        bad_replies: So many of the next answers to commands have a wrong check sum.
+        bad_replies: So many of the next answers to commands have a wrong checksum.
         delay_s: Everything leaves so much later.
         bytes_per_second: How fast bytes leave; None for at once.
     """

@@ -100,7 +100,7 @@ class ScipProgram(StandaloneEmulator):
     def control_commands(self) -> Sequence[ControlCommand]:
         """Everything that goes wrong with a scanner."""
         return (
-            self.fault("bad_replies NUMBER", "the next answers to commands have a wrong check sum", COUNT),
+            self.fault("bad_replies NUMBER", "the next answers to commands have a wrong checksum", COUNT),
             self.fault(
                 "partial NUMBER", "the next scan ends after so many bytes", COUNT, field="cut_scan_at"
             ),

@@ -449,7 +449,7 @@ class WallEntry(Entry):
             raise ValueError(f"the wall {self.name!r} must run along x or along y")
         axis = 0 if along_x else 1
         if self.to[axis] < self.from_[axis]:
-            raise ValueError(f"the wall {self.name!r} must run towards growing coordinates")
+            raise ValueError(f"the wall {self.name!r} must run towards increasing coordinates")
         end = 0.0
         for door in sorted(self.doors, key=lambda each: each.centre):
             if door.centre - door.width / 2 < end:

@@ -35,7 +35,6 @@ from florence_bt.skills.navigation.navigate.results import BaseStop
 from florence_bt.skills.navigation.navigate.trails import BODIES
 from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.detector import detect_people
-from florence_bt.skills.people.user_tracker.doubted_places import view_of
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
 from florence_bt.skills.people.user_tracker.parameters import (
@@ -43,6 +42,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
     LookParameters,
     TrackerParameters,
 )
+from florence_bt.skills.people.user_tracker.rejected_places import view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 from florence_bt.trees.language.declarations import collect_declarations
 from florence_bt.trees.language.loader import MissionLibrary

@@ -1,4 +1,4 @@
-"""The check that all kernels are compiled, on a package of its own; nothing is compiled here."""
+"""The check that all kernels are compiled, on a package of its own; only two small functions are compiled here."""
 
 import json
 import os
@@ -20,6 +20,7 @@ from florence_bt.app.demo.kernel_cache import (
     mark_compiled,
     stamp_folders,
 )
+from florence_bt.core.errors import FlorenceError
 
 
 @pytest.fixture(autouse=True)
@@ -167,3 +168,28 @@ def test_the_check_loads_neither_numba_nor_numpy():
 def test_the_stamp_names_what_it_was_made_from(package):
     stamp = json.loads((package / "__pycache__" / STAMP).read_text())
     assert stamp["files"] == [str(index_of(package))]
+
+
+def test_a_kernel_that_the_warm_up_did_not_call_is_named(tmp_path, monkeypatch):
+    pytest.importorskip("mujoco")
+    from florence_bt.app.demo import warm_up
+
+    folder = tmp_path / "some_loops"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    file = folder / "_some_kernels.py"
+    file.write_text(
+        "from numba import njit\n\n\n@njit(cache=True)\ndef double(x):\n    return 2 * x\n\n\n"
+        "@njit(cache=True)\ndef halve(x):\n    return x // 2\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr(warm_up, "PACKAGE", folder)
+    monkeypatch.setattr(warm_up, "kernel_modules", lambda: [file])
+    from some_loops import _some_kernels  # type: ignore[import-not-found]
+
+    assert _some_kernels.double(2) == 4
+    with pytest.raises(FlorenceError, match=r"some_loops\._some_kernels\.halve was not compiled"):
+        warm_up.compiled_files()
+    assert _some_kernels.halve(4) == 2
+    assert len(warm_up.compiled_files()) == 2

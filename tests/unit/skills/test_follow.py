@@ -459,13 +459,13 @@ def test_a_bumper_is_backed_off_from_and_the_following_goes_on() -> None:
     assert trip.texts[-1].startswith("following")
 
 
-def test_a_target_whose_legs_are_doubted_is_where_the_camera_saw_it() -> None:
+def test_a_target_whose_legs_are_dropped_is_where_the_camera_saw_it() -> None:
     target = MovingTarget(0.6)
     target.recognise(1.0, 0.0, 0.0)
     target.recognise(1.5, 0.2, 0.0)
     place, velocity = target.at(1.5, 0.0), target.velocity
     target.saw(2.0, 3.0, 1.0)
-    target.doubt()
+    target.drop_laser()
     assert (target.seen, target.at(1.5, 0.0), target.velocity) == (1.5, place, velocity)
 
 

@@ -136,4 +136,4 @@ def test_a_map_lowers_the_confidence_and_erases_nobody(said: Said, sure: float, 
     assert bool(people) is found
     assert len(detect_people(picture(320), OPTICAL_IN_BASE)) == 1, "without the map"
     if found:
-        assert people[0].confidence == pytest.approx(sure - DetectorParameters().map_doubt, abs=0.01)
+        assert people[0].confidence == pytest.approx(sure - DetectorParameters().map_penalty, abs=0.01)

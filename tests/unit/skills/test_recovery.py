@@ -13,7 +13,7 @@ from florence_bt.core.outcome import Result
 from florence_bt.skills.navigation.navigate.drive import Drive
 from florence_bt.skills.navigation.navigate.parameters import RecoveryParameters
 from florence_bt.skills.navigation.navigate.recovery import (
-    REMEDIES,
+    RECOVERY_BEHAVIOURS,
     TRANSITIONS,
     DriveEvent,
     DriveState,
@@ -127,7 +127,7 @@ def test_people_who_go_away_again_do_not_end_a_drive() -> None:
 
 
 @pytest.mark.slow
-def test_progress_brings_the_remedies_back() -> None:
+def test_progress_brings_the_recovery_behaviours_back() -> None:
     trip = Trip(Pose2(1.5, 2.4, 0.0))
     left: list[int] = []
 
@@ -139,4 +139,4 @@ def test_progress_brings_the_remedies_back() -> None:
 
     result, _ = until_over(trip, Pose2(6.0, 2.4, 0.0), each)
     assert result.succeeded
-    assert min(left) < len(REMEDIES) == left[-1]
+    assert min(left) < len(RECOVERY_BEHAVIOURS) == left[-1]

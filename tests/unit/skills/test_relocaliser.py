@@ -91,7 +91,7 @@ def test_an_odometry_that_does_not_know_the_direction_of_a_drive_back() -> None:
 
 
 @pytest.mark.parametrize("half_angle", [0.6, 1.7])
-def test_who_stands_before_the_robot_makes_it_doubt_nothing(half_angle: float) -> None:
+def test_who_stands_before_the_robot_does_not_unconfirm_the_pose(half_angle: float) -> None:
     """Also where most of the beams meet people: none goes through a wall."""
     world, localiser = furnished(Pose2(1.0, 1.0, 0.4))
     for _ in range(20):

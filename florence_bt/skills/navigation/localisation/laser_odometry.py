@@ -38,7 +38,7 @@ _ENOUGH = 0.4
 """When a smaller part of the beams has met anything, the wheels are believed, too: in the middle of a hall
 somebody who walks by is most of what is seen, and would take the robot along."""
 _SLIP = 0.2
-"""This part of a motion is doubted of the best of wheels: they slip."""
+"""The slip of even the best wheels, as a part of the motion."""
 _LEAST_ERROR, _LEARNT = (0.01, 0.01), 0.02
 """The wheels' error from scan to scan: metres and radians at least, and how fast the rest is learnt."""
 

@@ -16,13 +16,13 @@ from florence_bt.skills.navigation.navigate.controller import Control, Controlle
 from florence_bt.skills.navigation.navigate.parameters import NavigatorParameters
 from florence_bt.skills.navigation.navigate.planner import Plan, plan_path
 from florence_bt.skills.navigation.navigate.recovery import (
-    REMEDIES,
+    RECOVERY_BEHAVIOURS,
     TRANSITIONS,
     DriveEvent,
     DriveState,
     LostTime,
     ProgressWatch,
-    Remedy,
+    RecoveryBehaviour,
 )
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.spin import Spin
@@ -31,7 +31,7 @@ from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, Rob
 
 _CONTACTS_SURE_S = 60.0
 """When no way is left, what was touched last so long ago is not believed in any more."""
-_REMEDY_TIME_S = 12.0
+_RECOVERY_TIME_S = 12.0
 _LOOK_FROM_M = 1.6
 """From so far away the robot looks at what seems to stand at its goal: nearer the camera does not see what
 hangs over."""
@@ -65,9 +65,9 @@ class Drive:
         self._last_control = now
         still = f"the robot has not come nearer to the goal for {parameters.recovery.give_up_time:g} s"
         self._trouble = ("no_progress", still)
-        self._untried = list(REMEDIES)
-        self._remedy: Spin | BackUp | None = None
-        self._remedy_text = ""
+        self._untried = list(RECOVERY_BEHAVIOURS)
+        self._recovery: Spin | BackUp | None = None
+        self._recovery_text = ""
         self._came_near = self._looked = False
         turn = parameters.turn
         speed = max(turn.spin_min_speed, parameters.recovery.rotate_speed)
@@ -86,7 +86,7 @@ class Drive:
             return STANDSTILL, self._feedback(state, math.nan, contact.reason), contact
         if contact is not None:
             self._on(DriveEvent.TOUCHED)
-            self._remedy = None
+            self._recovery = None
             self._lost.saw(state.now, math.inf)
             return contact, self._feedback(state, math.nan, self._contact.text), None
         if self.state is DriveState.BACKING_OFF:
@@ -105,9 +105,9 @@ class Drive:
 
     def _work(self, state: RobotState) -> tuple[Twist2, Feedback, Result | None]:
         if self.state is DriveState.CLEARING:
-            command = self._run_remedy(state)
+            command = self._run_recovery(state)
             if command is not None:
-                return command, self._feedback(state, math.nan, self._remedy_text), None
+                return command, self._feedback(state, math.nan, self._recovery_text), None
         if state.now >= self._next_plan:
             hopeless = self._plan(state)
             if hopeless is not None:
@@ -117,10 +117,10 @@ class Drive:
         return self._follow(state)
 
     def _watch_progress(self, state: RobotState) -> None:
-        """Count the time without progress; with it every remedy may be tried again."""
+        """Count the time without progress; with it every recovery behaviour may be tried again."""
         driving = self.state is DriveState.CONTROLLING
         if self._lost.saw(state.now, self.remaining if driving else math.inf):
-            self._untried = list(REMEDIES)
+            self._untried = list(RECOVERY_BEHAVIOURS)
 
     # Planning.
 
@@ -237,7 +237,7 @@ class Drive:
     # Recovering.
 
     def _recover(self, state: RobotState, event: DriveEvent) -> Result | None:
-        """Begin the next remedy; a failure when none could help."""
+        """Begin the next recovery behaviour; a failure when none could help."""
         if self._trouble[0] == "goal_occupied":
             # It was looked at, and nothing but waiting makes it go away.
             self._on(DriveEvent.OCCUPIED)
@@ -245,26 +245,26 @@ class Drive:
         if not self._untried:
             return None  # it waits: people may go away
         self._on(event)
-        remedy = self._next_remedy(state)
+        behaviour = self._next_recovery(state)
         self._recoveries += 1
-        self._remedy_text = remedy.value
+        self._recovery_text = behaviour.value
         p = self._p.recovery
-        if remedy is Remedy.CONSERVATIVE_RESET:
+        if behaviour is RecoveryBehaviour.CONSERVATIVE_RESET:
             self._clear(state, p.conservative_reset_dist)
-        elif remedy is Remedy.AGGRESSIVE_RESET:
+        elif behaviour is RecoveryBehaviour.AGGRESSIVE_RESET:
             self._clear(state, 4.0 * self._costmaps.local_costmap.footprint.circumscribed_radius)
-        elif remedy is Remedy.CLEARING_ROTATION:
-            self._remedy = Spin(p.rotate_angle, self._rotation, state.now, _REMEDY_TIME_S)
+        elif behaviour is RecoveryBehaviour.CLEARING_ROTATION:
+            self._recovery = Spin(p.rotate_angle, self._rotation, state.now, _RECOVERY_TIME_S)
         else:
-            self._remedy = BackUp(state, p, _REMEDY_TIME_S)
+            self._recovery = BackUp(state, p, _RECOVERY_TIME_S)
         return None
 
     def _look_at_goal(self, state: RobotState) -> None:
         """Turn to what stands at the goal: it was marked before, and may have gone unseen."""
         self._on(DriveEvent.UNSEEN)
-        self._looked, self._remedy_text = True, _LOOKING
+        self._looked, self._recovery_text = True, _LOOKING
         bearing = state.map_pose.bearing_to(self._goal.x, self._goal.y)
-        self._remedy = Spin(bearing, self._rotation, state.now, _REMEDY_TIME_S)
+        self._recovery = Spin(bearing, self._rotation, state.now, _RECOVERY_TIME_S)
 
     def _give_up(self) -> Result:
         code, reason = self._trouble
@@ -274,13 +274,13 @@ class Drive:
         tried = f"{reason}; gave up after {self._all_recoveries} recoveries"
         return failure(code, tried, server_code=SERVER_CODES[code])
 
-    def _next_remedy(self, state: RobotState) -> Remedy:
-        """The next remedy; a robot that is wedged in backs out first, if there is room."""
-        wedged = self.path is not None and Remedy.BACK_UP in self._untried
+    def _next_recovery(self, state: RobotState) -> RecoveryBehaviour:
+        """The next recovery behaviour; a robot that is wedged in backs out first, if there is room."""
+        wedged = self.path is not None and RecoveryBehaviour.BACK_UP in self._untried
         room = state.clearance.is_free(-self._p.recovery.back_up_distance, 0.0)
-        remedy = Remedy.BACK_UP if wedged and room else self._untried[0]
-        self._untried.remove(remedy)
-        return remedy
+        behaviour = RecoveryBehaviour.BACK_UP if wedged and room else self._untried[0]
+        self._untried.remove(behaviour)
+        return behaviour
 
     def _clear(self, state: RobotState, side: float) -> None:
         costmaps, map_pose = self._costmaps, state.map_pose
@@ -288,32 +288,32 @@ class Drive:
         costmaps.global_costmap.reset_outside(map_pose.x, map_pose.y, side)
 
     def _restart(self, state: RobotState, patience_s: float = math.inf) -> None:
-        """Count from here on; after a remedy only the costmaps need some time."""
+        """Count from here on; after a recovery behaviour only the costmaps need some time."""
         p = self._p.recovery
         self._last_plan = state.now - max(0.0, p.planner_patience - patience_s)
         self._last_control = state.now - max(0.0, p.controller_patience - patience_s)
         self._next_plan = state.now
         self._progress.reset(state.now)
 
-    def _run_remedy(self, state: RobotState) -> Twist2 | None:
-        """The velocity of the remedy, None when it is over."""
-        remedy = self._remedy
-        if isinstance(remedy, Spin):
-            command, result = remedy.step(state.now, state.pose, state.twist, state.clearance)
+    def _run_recovery(self, state: RobotState) -> Twist2 | None:
+        """The velocity of the recovery behaviour, None when it is over."""
+        behaviour = self._recovery
+        if isinstance(behaviour, Spin):
+            command, result = behaviour.step(state.now, state.pose, state.twist, state.clearance)
             over = result is not None
             # A turn that ends because something is near is not a failure of the drive.
             if result is not None and result.outcome is Outcome.FAILED:
-                self._remedy_text = result.reason
+                self._recovery_text = result.reason
         else:
-            command = STANDSTILL if remedy is None else remedy.step(state)
+            command = STANDSTILL if behaviour is None else behaviour.step(state)
             over = command.is_zero()
         if not over:
             return command
-        self._remedy = None
+        self._recovery = None
         self._on(DriveEvent.CLEARED)
         # What was looked at may still go away.
-        looked = self._remedy_text == _LOOKING
-        self._restart(state, math.inf if looked else self._p.recovery.remedy_time)
+        looked = self._recovery_text == _LOOKING
+        self._restart(state, math.inf if looked else self._p.recovery.recovery_pause)
         return None
 
     @property

@@ -55,7 +55,7 @@ _ASTRAY_RAD = 1.0
 """A way that begins further to the side leads away from the person."""
 _VIEW_RAD, _VIEW_M = 0.35, (0.9, 3.5)
 """Somebody there is in the middle of the camera's picture, and seen whole."""
-_DOUBT_S = 1.5
+_UNCLEAR_S = 1.5
 _WALKING_LEGS_S, _HIDDEN_S, _TURNED_MPS = 15.0, 4.0, 0.6
 """So long after the camera saw the person the robot goes on with legs that walk, hidden for so long at most,
 and so much further away from where they should be each second."""
@@ -475,9 +475,9 @@ class Follow:
         in_view = abs(bearing) < _VIEW_RAD and _VIEW_M[0] < distance < _VIEW_M[1]
         if not in_view or target.recognised == target.seen:
             self._unclear_since = now
-        elif now - self._unclear_since > _DOUBT_S:
+        elif now - self._unclear_since > _UNCLEAR_S:
             self._walking.reject(target.at(now, 0.0))
-            target.doubt()
+            target.drop_laser()
             self._person_path.forget_since(target.seen or now)
 
     def _law(self, pose: Pose2, distance: float, bearing: float) -> Twist2:
@@ -751,7 +751,7 @@ class Follow:
         bearing = state.pose.bearing_to(*legs)
         if abs(bearing) < _VIEW_RAD:
             self._looks_at_since = self._looks_at_since or state.now
-            if state.now - self._looks_at_since > _DOUBT_S:
+            if state.now - self._looks_at_since > _UNCLEAR_S:
                 self._walking.reject(legs)
                 self._looks_at_since = None
         turn = Twist2(0.0, self._limited(self._use.follow_angular_gain * bearing))

@@ -37,7 +37,7 @@ class MovingTarget:
         """Whether the camera has seen the person just now."""
         return self.recognised is not None and now - self.recognised < CAMERA_GAP_S
 
-    def doubt(self) -> None:
+    def drop_laser(self) -> None:
         """What the laser has followed since the camera saw them is somebody or something else."""
         self.seen = self.recognised
         self._place, self._velocity = self._recognised_at

@@ -75,7 +75,7 @@ class Freshness:
         if odometry is None or not odometry.pose.is_finite():
             return "no_pose", "the base publishes no odometry"
         if abs(now - odometry.stamp) > self._timeout:
-            return "no_pose", f"the odometry is not of the last {self._timeout:g} s"
+            return "no_pose", f"the odometry is older than {self._timeout:g} s"
         if needs_map and (map_from_odom is None or not map_from_odom.is_finite()):
             return "no_pose", "the robot does not know where it is in the map"
         for source in self._required:
@@ -83,7 +83,7 @@ class Freshness:
             if stamp is None:
                 return "no_scan", f"no scan of {source!r} has come yet"
             if abs(now - stamp) > self._timeout:
-                return "no_scan", f"the last scan of {source!r} is not of the last {self._timeout:g} s"
+                return "no_scan", f"the last scan of {source!r} is older than {self._timeout:g} s"
             if not 0.0 <= now - self._arrived[source] <= self._scan_timeout:
                 return "no_scan", f"no scan of {source!r} has come for {self._scan_timeout:g} s"
         return None
@@ -274,7 +274,7 @@ class Navigator:
         """
         self._begin(now)
         if not path or not all(pose.is_finite() for pose in path):
-            self._refuse(f"a path of {len(path)} poses cannot be driven (would have worked: one of numbers)")
+            self._refuse(f"a path of {len(path)} poses cannot be driven (would have worked: finite poses)")
             return
         points = np.array([(pose.x, pose.y) for pose in path])
         self._goal = PathDrive(points, path[-1], self._costmaps, self._p, now)

@@ -24,11 +24,11 @@ class RecoveryParameters:
         goal_patience: Seconds that what stands at the goal has to go away, once the robot has looked at it.
         controller_patience: Seconds without a velocity before recovering.
         conservative_reset_dist: Side of the window around the robot whose obstacles are kept, in metres.
-        remedy_time: How long the costmaps may take to fill again after a remedy, before the next one, in
-            seconds.
+        recovery_pause: Seconds for the costmaps to fill again before the next recovery behaviour.
         give_up_time: A drive ends after so many seconds in which the robot did not get nearer along its path,
             unless it has come nearer to the goal than ever before.
-        progress_distance: It is nearer than before by so many metres; then every remedy may be tried again.
+        progress_distance: Metres nearer than ever before, after which every recovery behaviour may be tried
+            again.
         rotate_angle: How far to look around, in radians.
         rotate_speed: rad/s.
         back_up_distance: Metres.
@@ -37,7 +37,7 @@ class RecoveryParameters:
         required_movement_angle: ... or turn this far (rad) ...
         movement_time_allowance: ... in this many seconds.
         approach_time_allowance: It must get nearer to the goal in this many seconds.
-        oscillation_timeout: A drive that does not in this many seconds tries a remedy.
+        oscillation_timeout: A drive that does not in this many seconds tries a recovery behaviour.
 
     Source:
         REFERENCE 7.1, 7.3, 7.9.
@@ -47,7 +47,7 @@ class RecoveryParameters:
     goal_patience: Positive = 10.0
     controller_patience: Positive = 3.0
     conservative_reset_dist: Positive = 3.0
-    remedy_time: NotNegative = 0.5
+    recovery_pause: NotNegative = 0.5
     give_up_time: Positive = 25.0
     progress_distance: Positive = 0.5
     rotate_angle: Positive = math.tau

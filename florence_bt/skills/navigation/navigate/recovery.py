@@ -28,11 +28,11 @@ class DriveEvent(enum.Enum):
 
     PLAN_FOUND = "a plan was found"
     PLAN_LOST = "the newest plan fails"
-    PLANNER_PATIENCE = "no plan for planner_patience, and a remedy is left"
-    CONTROLLER_PATIENCE = "no velocity for controller_patience, and a remedy is left"
-    NO_PROGRESS = "not moved or not nearer for the time allowed, and a remedy is left"
+    PLANNER_PATIENCE = "no plan for planner_patience, and a recovery behaviour is left"
+    CONTROLLER_PATIENCE = "no velocity for controller_patience, and a recovery behaviour is left"
+    NO_PROGRESS = "not moved or not nearer for the time allowed, and a recovery behaviour is left"
     UNSEEN = "something was seen at the goal, not from near"
-    CLEARED = "the remedy is over"
+    CLEARED = "the recovery behaviour is over"
     TOUCHED = "a bumper or cliff sensor, or wheels that slip"
     BACKED_OFF = "backed off"
     REACHED = "the goal is reached"
@@ -62,7 +62,7 @@ TRANSITIONS: dict[tuple[DriveState, DriveEvent], DriveState] = {
 """(state, event) -> next state; nothing else can happen."""
 
 
-class Remedy(enum.Enum):
+class RecoveryBehaviour(enum.Enum):
     """One thing to try while clearing."""
 
     CONSERVATIVE_RESET = "forgetting obstacles that are far away"
@@ -71,12 +71,12 @@ class Remedy(enum.Enum):
     BACK_UP = "backing up"
 
 
-REMEDIES = (
-    Remedy.CONSERVATIVE_RESET,
-    Remedy.CLEARING_ROTATION,
-    Remedy.AGGRESSIVE_RESET,
-    Remedy.BACK_UP,
-    Remedy.CLEARING_ROTATION,
+RECOVERY_BEHAVIOURS = (
+    RecoveryBehaviour.CONSERVATIVE_RESET,
+    RecoveryBehaviour.CLEARING_ROTATION,
+    RecoveryBehaviour.AGGRESSIVE_RESET,
+    RecoveryBehaviour.BACK_UP,
+    RecoveryBehaviour.CLEARING_ROTATION,
 )
 """In this order, each followed by a new attempt (REFERENCE 7.3; backing up comes from Nav2, 7.9). What
 is close is never forgotten: the Kinect cannot see it again from here."""
@@ -183,11 +183,17 @@ def as_mermaid() -> str:
 
 
 def as_table() -> str:
-    """The table and the order of the remedies in Markdown."""
+    """The table and the order of the recovery behaviours in Markdown."""
     rows = [
         f"| {state.value} | {event.value} | {after.value} |" for (state, event), after in TRANSITIONS.items()
     ]
-    order = ", ".join(remedy.value for remedy in REMEDIES)
+    order = ", ".join(behaviour.value for behaviour in RECOVERY_BEHAVIOURS)
     return "\n".join(
-        ["| state | event | next |", "|---|---|---|", *rows, "", f"Remedies in their order: {order}."]
+        [
+            "| state | event | next |",
+            "|---|---|---|",
+            *rows,
+            "",
+            f"Recovery behaviours in order: {order}.",
+        ]
     )

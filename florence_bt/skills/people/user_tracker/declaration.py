@@ -16,14 +16,14 @@ NO_USER_SEEN, NO_PICTURE = 1, 2
 START_TRACKER = SkillDeclaration(
     name="start_tracker",
     summary="Start the user tracker with an empty memory",
-    failures={"tracker_failed": "the tracker answered that it cannot"},
+    failures={"tracker_failed": "the tracker refused"},
     deadline_s=5.0,
 )
 
 STOP_TRACKER = SkillDeclaration(
     name="stop_tracker",
     summary="Stop the user tracker and forget whom it tracked",
-    failures={"tracker_failed": "the tracker answered that it cannot"},
+    failures={"tracker_failed": "the tracker refused"},
     deadline_s=5.0,
 )
 

@@ -219,7 +219,7 @@ def _judge(
         known, robot = map_and_robot
         points = votes.points[mine].astype(np.float64)
         on_map = known.distance_to(points[:, 0], points[:, 1], robot) < use.map_margin
-        confidence -= use.map_doubt * float(on_map.mean())
+        confidence -= use.map_penalty * float(on_map.mean())
     camera = optical_in_base.translation
     distance = math.hypot(x - camera[0], y - camera[1])
     if confidence < use.minimum_confidence or distance > use.maximum_distance:

@@ -121,8 +121,8 @@ class LookForUser:
         if now >= self.deadline or (not self._samples and self._is_empty(now)):
             return self._nobody(now)
         firsts = [each[0][0] for each in self._samples.values()]
-        doubtful = bool(firsts) and not seen and now - min(firsts) >= self._use.doubtful_s
-        return self._nobody(now) if doubtful else None
+        uncertain = bool(firsts) and not seen and now - min(firsts) >= self._use.uncertain_s
+        return self._nobody(now) if uncertain else None
 
     def _counts(self, samples: Sequence[_Sample]) -> bool:
         """Whether somebody was seen often enough, and for certain."""

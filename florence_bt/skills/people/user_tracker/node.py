@@ -45,7 +45,6 @@ from florence_bt.skills.people.user_tracker.body_scan import body_scan
 from florence_bt.skills.people.user_tracker.colour_detector import ColourDetector
 from florence_bt.skills.people.user_tracker.declaration import LOOK_FOR_USER
 from florence_bt.skills.people.user_tracker.detector import detect_people
-from florence_bt.skills.people.user_tracker.doubted_places import view_of
 from florence_bt.skills.people.user_tracker.evidence import EvidenceSource, Opinion, opinions
 from florence_bt.skills.people.user_tracker.known_obstacles import KnownObstacles
 from florence_bt.skills.people.user_tracker.look import LookForUser, Wanted
@@ -56,6 +55,7 @@ from florence_bt.skills.people.user_tracker.parameters import (
     LookParameters,
     TrackerParameters,
 )
+from florence_bt.skills.people.user_tracker.rejected_places import view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker, filter_users, on_the_floor
 
 WARNING_PERIOD_S = 5.0

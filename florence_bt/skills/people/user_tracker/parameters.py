@@ -21,7 +21,7 @@ class DetectorParameters:
         vote_spread: Standard deviation of where one pixel says the middle of the person is, metres.
         maximum_distance: People further away are left alone, metres (horizontal, from the camera).
         map_margin: What is this near to a wall or to larger furniture of the map may be that, metres.
-        map_doubt: How much confidence is lost when all of a person may be something of the map.
+        map_penalty: How much confidence is lost when all of a person may be something of the map.
     """
 
     minimum_probability: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.5
@@ -32,7 +32,7 @@ class DetectorParameters:
     vote_spread: Positive = 0.1
     maximum_distance: Positive = 4.3
     map_margin: Positive = 0.12
-    map_doubt: Annotated[float, Limits(0.0, 1.0)] = 0.1
+    map_penalty: Annotated[float, Limits(0.0, 1.0)] = 0.1
 
     def __post_init__(self) -> None:
         check_limits(self)
@@ -101,12 +101,12 @@ class TrackerParameters:
         known_pictures: Who was seen in fewer pictures is recognised only when nobody else fits.
         remembered_people: How many people are remembered by their colours.
         remember_s: For how long, seconds.
-        doubt_nearest: From this far away, metres, ...
-        doubt_farthest: ... to this far, a person in full view is recognised for sure.
-        doubt_pictures: Where a person was seen from further away, and this many pictures from so near show
+        reject_nearest: From this far away, metres, ...
+        reject_farthest: ... to this far, a person in full view is recognised for sure.
+        reject_pictures: Where a person was seen from further away, and this many pictures from so near show
             something else, nobody counts who is seen there from further away.
-        doubt_radius: The place is so large, metres.
-        doubt_s: For so long, seconds.
+        reject_radius: The place is so large, metres.
+        reject_s: For so long, seconds.
     """
 
     confirm_hits: Annotated[int, Limits(1)] = 3
@@ -135,11 +135,11 @@ class TrackerParameters:
     known_pictures: Annotated[int, Limits(1)] = 15
     remembered_people: Annotated[int, Limits(1)] = 20
     remember_s: Positive = 3600.0
-    doubt_nearest: Positive = 1.0
-    doubt_farthest: Positive = 1.9
-    doubt_pictures: Annotated[int, Limits(1)] = 15
-    doubt_radius: Positive = 0.4
-    doubt_s: Positive = 180.0
+    reject_nearest: Positive = 1.0
+    reject_farthest: Positive = 1.9
+    reject_pictures: Annotated[int, Limits(1)] = 15
+    reject_radius: Positive = 0.4
+    reject_s: Positive = 180.0
 
     def __post_init__(self) -> None:
         check_limits(self)
@@ -149,7 +149,7 @@ class TrackerParameters:
             ("confirm_hits", "confirm_window"),
             ("coast_s", "forget_s"),
             ("match_distance", "differ_distance"),
-            ("doubt_nearest", "doubt_farthest"),
+            ("reject_nearest", "reject_farthest"),
             equal=True,
         )
 
@@ -167,7 +167,7 @@ class LookParameters:
         certain: In one picture of a look at least the confidence must have been this large, of this look or,
             for the same person, of one before, unless one person is looked for: a thing that looks like a
             person does so from one side, and never quite.
-        doubtful_s: What is not certain after so many seconds is nobody.
+        uncertain_s: What is not certain after so many seconds is nobody.
         place_tolerance: Who is this near to the place that was asked for may be meant, metres
             (REFERENCE 12.6).
         enough_pictures: A look at fewer pictures cannot say that nobody is there. A person who stands in view
@@ -179,7 +179,7 @@ class LookParameters:
     settle_s: Positive = 0.6
     minimum_pictures: Annotated[int, Limits(1)] = 3
     certain: Annotated[float, Limits(0.0, 1.0)] = 0.78
-    doubtful_s: Positive = 2.0
+    uncertain_s: Positive = 2.0
     place_tolerance: Positive = 0.5
     enough_pictures: Annotated[int, Limits(1)] = 5
 

@@ -16,11 +16,11 @@ from florence_bt.core.sensing import TrackedUser
 from florence_bt.skills.people.user_tracker._kalman import ConstantVelocity
 from florence_bt.skills.people.user_tracker.appearance import Histogram, blend, distance_if_known
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.doubted_places import CameraView, DoubtedPlaces
 from florence_bt.skills.people.user_tracker.evidence import Candidate, Opinion
 from florence_bt.skills.people.user_tracker.identity import Gallery
 from florence_bt.skills.people.user_tracker.lying_body import FLOOR_HEIGHT, LyingBodies, LyingBody
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+from florence_bt.skills.people.user_tracker.rejected_places import CameraView, RejectedPlaces
 from florence_bt.skills.people.user_tracker.returning import Sighting, contradict
 
 LOST_DISTANCE = 0.0
@@ -165,7 +165,7 @@ class UserTracker:
         self._waits_s = self._use.opinion_s if second_source else 0.0
         self._numbers = itertools.count()
         self._gallery = Gallery(self._use)
-        self._doubted = DoubtedPlaces(self._use)
+        self._rejected = RejectedPlaces(self._use)
         self._resting = LyingBodies()
         self._tracks: list[_Track] = []
         self._next_device_id = 1
@@ -193,7 +193,7 @@ class UserTracker:
             now: The time from now on, seconds.
         """
         self._tracks = []
-        self._doubted = DoubtedPlaces(self._use)
+        self._rejected = RejectedPlaces(self._use)
         self._gallery.set_clock_back(now)
 
     def update(
@@ -204,7 +204,7 @@ class UserTracker:
         Args:
             now: The time of the picture, seconds.
             detections: The people in it, in the frame of the tracker.
-            view: From where it was taken; without it no place is doubted.
+            view: From where it was taken; without it no place is rejected.
 
         Returns:
             The confirmed people by device id, in the same frame; lost ones with the distance 0. Nobody when
@@ -230,14 +230,14 @@ class UserTracker:
         ]
         self._tracks = [track for track in self._tracks if self._is_kept(track, now)]
         if view is not None:
-            self._doubted.looked(now, view, detections)
+            self._rejected.looked(now, view, detections)
         self._identify(now)
         return tuple(track.as_user() for track in self._confirmed())
 
     @property
     def undecided(self) -> bool:
         """Whether the last picture showed somebody who is not confirmed yet, and may be."""
-        return any(not track.denied and not self._doubts(track) for track in self._unconfirmed())
+        return any(not track.denied and not self._is_rejected(track) for track in self._unconfirmed())
 
     @property
     def in_picture(self) -> list[int]:
@@ -322,7 +322,7 @@ class UserTracker:
     def _identify(self, now: float) -> None:
         """Give ids to who is confirmed now, and remember who is seen."""
         for track in self._tracks:
-            if not track.device_id and track.is_a_person(now) and not self._doubts(track):
+            if not track.device_id and track.is_a_person(now) and not self._is_rejected(track):
                 present = self._present(now)
                 others = [each.came for each in self._tracks if each is not track and self._may_be_new(each)]
                 track.user_id = self._gallery.identify(track.histogram, now, present, track.came, others)
@@ -337,7 +337,7 @@ class UserTracker:
                 )
             if track.device_id and track.seen == now:
                 last = Sighting(now, track.as_user())
-                self._doubted.seen(now, last.user.x, last.user.y)
+                self._rejected.seen(now, last.user.x, last.user.y)
                 self._gallery.observe(track.user_id, track.histogram, now, last)
         self._drop_doubles(now)
 
@@ -350,10 +350,10 @@ class UserTracker:
         sure = any(each.confidence >= self._use.sure for each in track.looks)
         return sure and not track.device_id and not track.denied
 
-    def _doubts(self, track: _Track) -> bool:
+    def _is_rejected(self, track: _Track) -> bool:
         """Whether something else is known to stand where it was seen last."""
         look = track.looks[-1]
-        return self._doubted.doubts(look.x, look.y, look.distance)
+        return self._rejected.rejects(look.x, look.y, look.distance)
 
     def _drop_doubles(self, now: float) -> None:
         """The track of somebody who was recognised elsewhere is over."""

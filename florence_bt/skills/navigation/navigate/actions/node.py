@@ -142,7 +142,8 @@ def _heading(navigator: Navigator, goal: DriveOnHeading.Goal, now: float, to_map
     problem = _only_in_x(goal)
     if problem is None and goal.target.x * goal.speed < 0.0:
         problem = failure(
-            "bad_input", f"the way of {goal.target.x:g} m and the speed of {goal.speed:g} m/s point apart"
+            "bad_input",
+            f"{goal.target.x:g} m and the speed of {goal.speed:g} m/s have opposite signs",
         )
     if problem is None:
         allowance = duration_from_ros(goal.time_allowance)

@@ -11,8 +11,8 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import CameraModel, DepthImage
 from florence_bt.core.transforms import Transform3
 from florence_bt.skills.people.user_tracker.detector import Detection
-from florence_bt.skills.people.user_tracker.doubted_places import CameraView, view_of
 from florence_bt.skills.people.user_tracker.parameters import TrackerParameters
+from florence_bt.skills.people.user_tracker.rejected_places import CameraView, view_of
 from florence_bt.skills.people.user_tracker.tracker import UserTracker
 
 USE = TrackerParameters()
@@ -50,7 +50,7 @@ def watch() -> Watch:
 
 
 def test_what_is_no_person_from_nearby_is_none_from_far_away(watch: Watch) -> None:
-    assert watch.look(NEAR, None, USE.doubt_pictures) == 0
+    assert watch.look(NEAR, None, USE.reject_pictures) == 0
     assert watch.look(FAR, STAND, 20) == 0
     assert not watch.tracker.undecided, "a look does not wait for it"
     assert watch.look(FAR, (3.0, 1.0), 5) == 1, "somebody beside it"
@@ -59,15 +59,15 @@ def test_what_is_no_person_from_nearby_is_none_from_far_away(watch: Watch) -> No
 
 
 def test_after_a_while_it_is_forgotten(watch: Watch) -> None:
-    watch.look(NEAR, None, USE.doubt_pictures)
-    watch.now += USE.doubt_s
+    watch.look(NEAR, None, USE.reject_pictures)
+    watch.now += USE.reject_s
     assert watch.look(FAR, STAND, 5) == 1
 
 
 @pytest.mark.parametrize(
     ("camera", "found", "stands", "times"),
     [
-        (NEAR, None, True, USE.doubt_pictures - 1),
+        (NEAR, None, True, USE.reject_pictures - 1),
         (NEAR, None, False, 30),
         (NEAR, (3.1, 0.2), True, 30),
         (Pose2(1.6, 0.0, 0.5), None, True, 30),
@@ -76,15 +76,15 @@ def test_after_a_while_it_is_forgotten(watch: Watch) -> None:
     ],
     ids=["too few pictures", "nothing there", "somebody there", "at the edge", "too far away", "too near"],
 )
-def test_a_place_is_doubted_for_good_reasons_only(
+def test_a_place_is_rejected_for_good_reasons_only(
     watch: Watch, camera: Pose2, found: tuple[float, float] | None, stands: bool, times: int
 ) -> None:
     watch.look(camera, found, times, stands=stands)
     assert watch.look(FAR, STAND, 5) == 1
 
 
-def test_a_person_who_walks_away_from_a_doubted_place_is_somebody(watch: Watch) -> None:
-    watch.look(NEAR, None, USE.doubt_pictures)
+def test_a_person_who_walks_away_from_a_rejected_place_is_somebody(watch: Watch) -> None:
+    watch.look(NEAR, None, USE.reject_pictures)
     watch.tracker.start(watch.now)
     users = ()
     for step in range(12):

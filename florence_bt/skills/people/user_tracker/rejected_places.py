@@ -69,11 +69,11 @@ class _Place:
     misses: int = 0
 
 
-class DoubtedPlaces:
+class RejectedPlaces:
     """Remembers them for a while.
 
     Args:
-        parameters: Those that begin with ``doubt``.
+        parameters: Those that begin with ``reject``.
     """
 
     def __init__(self, parameters: TrackerParameters) -> None:
@@ -84,39 +84,36 @@ class DoubtedPlaces:
         """Somebody is seen at a place."""
         place = self._at(x, y)
         if place is None:
-            self._places.append(_Place(x, y, now + self._use.doubt_s))
+            self._places.append(_Place(x, y, now + self._use.reject_s))
         else:
-            place.x, place.y, place.until, place.misses = x, y, now + self._use.doubt_s, 0
+            place.x, place.y, place.until, place.misses = x, y, now + self._use.reject_s, 0
 
     def looked(self, now: float, view: CameraView, found: Sequence[Detection]) -> None:
         """Take what a picture shows of the places where somebody was seen."""
         self._places = [place for place in self._places if now < place.until]
+        radius = self._use.reject_radius
         for place in self._places:
-            if place.misses < self._use.doubt_pictures and self._is_near(place, view.camera):
-                empty = all(
-                    math.dist((place.x, place.y), (each.x, each.y)) > self._use.doubt_radius for each in found
-                )
+            if place.misses < self._use.reject_pictures and self._is_near(place, view.camera):
+                empty = all(math.dist((place.x, place.y), (each.x, each.y)) > radius for each in found)
                 place.misses = place.misses + 1 if empty and view.shows(place.x, place.y) else 0
 
-    def doubts(self, x: float, y: float, distance: float) -> bool:
+    def rejects(self, x: float, y: float, distance: float) -> bool:
         """Whether what is seen at a place, from a distance, is the thing that stands there."""
         place = self._at(x, y)
-        doubted = place is not None and place.misses >= self._use.doubt_pictures
-        return doubted and distance > self._use.doubt_farthest
+        rejected = place is not None and place.misses >= self._use.reject_pictures
+        return rejected and distance > self._use.reject_farthest
 
     def _at(self, x: float, y: float) -> _Place | None:
         return next(
             (
                 place
                 for place in self._places
-                if math.dist((place.x, place.y), (x, y)) <= self._use.doubt_radius
+                if math.dist((place.x, place.y), (x, y)) <= self._use.reject_radius
             ),
             None,
         )
 
     def _is_near(self, place: _Place, camera: Pose2) -> bool:
         x, y = camera.inverse().apply(place.x, place.y)
-        use = self._use
-        return (
-            use.doubt_nearest <= math.hypot(x, y) <= use.doubt_farthest and abs(math.atan2(y, x)) <= _BEARING
-        )
+        near, far = self._use.reject_nearest, self._use.reject_farthest
+        return near <= math.hypot(x, y) <= far and abs(math.atan2(y, x)) <= _BEARING
