@@ -37,6 +37,10 @@ _RETHINK_S = 0.5
 _PATIENCE_S = 3.0, 10.0
 """After how long somebody who walks to and fro turns round before another person, and before the robot."""
 
+_STEP_BACK_M, _LET_PASS_S = 1.0, 3.0
+"""Somebody who walks once and has waited for another person as long as for the robot goes back so far, and
+stands there for so long: the other one gets past."""
+
 _SQUEEZE_AFTER_S, _SQUEEZE_S, SQUEEZE_M = 3.0, 5.0, 0.1
 """Who has waited for so long passes nearer by, for so long, by so much: half a metre between the middles is
 as near as one gets past the robot, or somebody in a door, without touching."""
@@ -47,7 +51,8 @@ class Walker:
 
     Round the robot and other people the person walks where the floor is free; where it is not (in a door),
     the person waits, and tries to pass nearer by when that takes long; somebody who walks to and fro turns
-    round then. Somebody who walks once stands for a while where they have something to do (``pauses``).
+    round then, and who walks once steps back and lets another person pass. Somebody who walks once stands
+    for a while where they have something to do (``pauses``).
 
     Args:
         spec: A person with a route.
@@ -129,11 +134,21 @@ class Walker:
                 self._walked = 2 * self._route.length - self._walked % (2 * self._route.length)
             if self._detour is not None:
                 self._detour = self._detour.back(self._walked)
+            elif self._spec.once and person:
+                self._step_back()
             return
         if self._waited >= _SQUEEZE_AFTER_S and self._time >= self._next_squeeze:
             self._squeeze_past(bodies)
         elif self._detour is not None:
             self._look_for_way_round(bodies)
+
+    def _step_back(self) -> None:
+        """Go back along the route, and stand there for a while."""
+        back_at = max(0.0, self._walked - _STEP_BACK_M)
+        there = self._route.at(back_at)
+        if there.distance_to(self.pose) > 0.0:
+            self._detour = _Detour(_Line([(self.pose.x, self.pose.y), (there.x, there.y)]), back_at)
+            self._pauses.insert(0, (back_at, _LET_PASS_S))
 
     def _squeeze_past(self, bodies: Sequence[Pose2]) -> None:
         """Pass nearer by for a while, if that leads anywhere."""

@@ -104,6 +104,18 @@ def test_who_walks_to_and_fro_turns_round_before_somebody_in_a_door(flat):
     assert walker.pose.y > 3.2
 
 
+def test_who_walks_once_steps_back_before_somebody_in_a_door_but_not_before_the_robot(flat):
+    door = Pose2(6.2, 2.2)
+    for bodies in ({"robot": door}, {"people": [door]}):
+        walker = Walker(THROUGH_A_DOOR, flat)
+        before = walk(walker, 10.0, **bodies)[-1]
+        assert before.y < 3.0
+        after = walk(walker, 5.0, **bodies)
+        stepped_back = "people" in bodies
+        assert (max(pose.y for pose in after) > before.y + 0.2) == stepped_back
+    assert walk(walker, 10.0)[-1].y == pytest.approx(1.2), "then on, when the door is free"
+
+
 def test_who_is_hemmed_in_beside_the_route_gets_out_again(flat):
     """Otherwise a visitor, a leader and the robot that follows can hold each other up for ever."""
     walker = Walker(LIVING_ROOM, flat)
