@@ -137,8 +137,10 @@ RUNNING = """\
                                                                 [ ] set place
                                 [ ] see whether they have moved on (sequence)
                                     [ ] set now
-                                    [ ] try look for user
+                                    [ ] selector
                                         [ ] look for user
+                                        [ ] not plan to
+                                            [ ] plan to
                                     [ ] distance($now, $user) < 0.5 m
                     [ ] stop tracker"""  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""

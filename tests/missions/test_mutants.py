@@ -191,6 +191,7 @@ MUTANTS = [
         "'meet_user' with safe_distance=0.8 was started never",
     ),
     ("goto_user", "not_so, user_lost,", "not_so,", "'user_lost', not 'no_more_views'"),
+    ("goto_user", "user_lost, inverted,", "user_lost,", "'inverted', not 'no_more_views'"),
     ("meet_user", "$distance > 1.6 m", "$distance >= 1.6 m", "was started twice, not once"),
     ("meet_user", "$distance > 1.6 m", "$distance > 1.7 m", "was started once, not twice"),
     (
@@ -230,7 +231,8 @@ MUTANTS = [
         "the output user is {x: 3 m, y: 2 m",
     ),
     ("meet_user", "$user) < 0.5 m", "$user) <= 0.5 m", "'follow_user' was started never, not once"),
-    ("meet_user", "      on: [not_so]\n", "      on: [no_path]\n", "meet_user is FAILED"),
+    ("meet_user", "      on: [not_so, inverted]\n", "      on: [inverted]\n", "meet_user is FAILED"),
+    ("meet_user", "      on: [not_so, inverted]\n", "      on: [not_so]\n", "meet_user is FAILED"),
     ("meet_user", "timeout: 90 s", "timeout: 10 min", "'user_lost', not 'timed_out'"),
     (
         "meet_user",
