@@ -300,6 +300,16 @@ def test_the_costmap_for_others() -> None:
     assert grid.cells[grid.cell_of(4.05, 1.0)] == 100
 
 
+def test_a_goal_beside_something_is_entered_from_its_run_up_at_once() -> None:
+    """A planned way would bend away from what is beside the goal: the robot would line up again and again."""
+    x, y = 2.52 + 0.265 * math.cos(0.5), 2.4 + 0.265 * math.sin(0.5)
+    trip = Trip(Pose2(1.0, 2.4, 0.0), boxes=(*WALLS, (x, y, x + 0.1, y + 0.1)))
+    goal = Pose2(2.52, 2.4, -1.5)
+    assert trip.go(goal).succeeded
+    trip.assert_at(goal)
+    assert trip.world.now < 20.0
+
+
 @pytest.mark.slow
 def test_the_same_world_gives_the_same_commands() -> None:
     runs = []

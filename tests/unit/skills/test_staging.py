@@ -10,7 +10,7 @@ import pytest
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.sensing import OccupancyGrid
 from florence_bt.skills.navigation.navigate.costmap import Costmap, CostmapParameters
-from florence_bt.skills.navigation.navigate.staging import is_lined_up, staging_pose
+from florence_bt.skills.navigation.navigate.staging import is_lined_up, staging_pose, straight_way_in
 
 GOAL = Pose2(3.0, 2.0, 0.0)
 FAR = Pose2(1.0, 0.6, 1.0)
@@ -69,3 +69,27 @@ def test_the_last_part_of_the_way_may_be_blocked():
     too_near = (3.15, 3.6, 1.85, 2.15)
     assert staging_pose(FAR, GOAL, costmap(too_near), SPARE) is not None
     assert staging_pose(FAR, GOAL, costmap(too_near), 0.0) is None
+
+
+def test_from_the_run_up_the_way_in_is_straight():
+    beside = (3.2, 3.3, 2.12, 2.22)
+    here = Pose2(2.6, 2.02, 0.05)
+    plan = straight_way_in(here, GOAL, costmap(beside), SPARE)
+    assert plan is not None
+    assert plan.goal is GOAL and plan.length == pytest.approx(here.distance_to(GOAL))
+    assert plan.points[0] == pytest.approx((here.x, here.y)) and plan.points[-1] == pytest.approx((3.0, 2.0))
+    line = np.interp(plan.points[:, 0], [here.x, GOAL.x], [here.y, GOAL.y])
+    assert plan.points[:, 1] == pytest.approx(line)
+
+
+def test_there_is_no_straight_way_in_elsewhere():
+    beside, across = (3.2, 3.3, 2.12, 2.22), (2.85, 2.9, 1.9, 2.1)
+    here = Pose2(2.6, 2.02, 0.05)
+    assert straight_way_in(here, GOAL, costmap(), SPARE) is None
+    assert straight_way_in(FAR, GOAL, costmap(beside), SPARE) is None
+    assert straight_way_in(here, GOAL, costmap(beside, across), SPARE) is None
+
+
+def test_who_is_at_the_goal_or_just_past_it_does_not_go_back_to_line_up():
+    near_person = (3.22, 3.6, 1.85, 2.15)
+    assert staging_pose(Pose2(3.03, 2.0, 0.1), GOAL, costmap(near_person), SPARE) is None

@@ -26,7 +26,7 @@ from florence_bt.skills.navigation.navigate.recovery import (
 )
 from florence_bt.skills.navigation.navigate.results import SERVER_CODES
 from florence_bt.skills.navigation.navigate.spin import Spin
-from florence_bt.skills.navigation.navigate.staging import staging_pose
+from florence_bt.skills.navigation.navigate.staging import staging_pose, straight_way_in
 from florence_bt.skills.navigation.navigate.state import Costmaps, Feedback, RobotState
 
 _CONTACTS_SURE_S = 60.0
@@ -131,7 +131,10 @@ class Drive:
         if self._plan_to_stage(here):
             self._last_plan = state.now
             return None
-        plan = plan_path(costmap, here, self._goal, self._p.planner, tolerance=self._tolerance(here))
+        spare = self._p.controller.blocked_xy_tolerance
+        plan = straight_way_in(here, self._goal, costmap, spare) or plan_path(
+            costmap, here, self._goal, self._p.planner, tolerance=self._tolerance(here)
+        )
         if isinstance(plan, Result):
             self._trouble = (plan.code, plan.reason)
             self.path = None

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from florence_bt.core.geometry import Pose2
 from florence_bt.skills.navigation.navigate.costmap import Costmap
+from florence_bt.skills.navigation.navigate.planner import Plan
 
 RUN_UPS_M = (0.35, 0.45, 0.25)
 """How far before the goal to line up, the best first."""
@@ -41,10 +44,32 @@ def staging_pose(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Po
     return None
 
 
+def straight_way_in(here: Pose2, goal: Pose2, costmap: Costmap, spare: float) -> Plan | None:
+    """The straight way from a run-up into a goal; a planned one would bend away from what is beside it.
+
+    Args:
+        here: The robot in the costmap's frame.
+        goal: The goal in the costmap's frame.
+        costmap: What is known to be in the way.
+        spare: The last part of the way that need not be free, in metres.
+
+    Returns:
+        The way; None when the goal itself has room to turn, the robot is not lined up, or it is not free.
+    """
+    way = here.distance_to(goal)
+    if not is_lined_up(here, goal) or _has_room_to_turn(goal, costmap):
+        return None
+    towards = Pose2(here.x, here.y, here.yaw + here.bearing_to(goal.x, goal.y))
+    if not _is_free(towards, max(0.0, way - spare), costmap):
+        return None
+    points = np.linspace((here.x, here.y), (goal.x, goal.y), 1 + max(1, math.ceil(way / _STEP_M)))
+    return Plan(points, way, goal)
+
+
 def is_lined_up(here: Pose2, goal: Pose2) -> bool:
     """Whether driving straight on leads into the goal with the right heading."""
     ahead = here.inverse() @ goal
-    if not 0.0 <= ahead.x <= 2.0 * RUN_UPS_M[0] or abs(ahead.yaw) > LINED_UP_RAD:
+    if not -_STEP_M <= ahead.x <= 2.0 * RUN_UPS_M[0] or abs(ahead.yaw) > LINED_UP_RAD:
         return False
     return abs(ahead.y) <= max(_STEP_M, ahead.x * math.tan(LINED_UP_RAD))
 
@@ -54,7 +79,7 @@ def _has_room_to_turn(place: Pose2, costmap: Costmap) -> bool:
 
 
 def _is_free(start: Pose2, way: float, costmap: Costmap) -> bool:
-    steps = math.ceil(way / _STEP_M)
+    steps = max(1, math.ceil(way / _STEP_M))
     return all(
         costmap.footprint_cost(start @ Pose2(way * step / steps, 0.0, 0.0)) >= 0 for step in range(steps + 1)
     )
