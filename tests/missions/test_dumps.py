@@ -90,7 +90,7 @@ RUNNING = """\
                                                                         [ ] sequence
                                                                             [ ] look for user
                                                                             [ ] distance($now, $user) < 0.6 m
-                                                                            [ ] when $posture == "lying"
+                                                                            [ ] when $posture == "lying" and $height < 0.5 m
                                                                                 [ ] set place
                                             [ ] look from nearby
                                                 [ ] look for user
@@ -133,7 +133,7 @@ RUNNING = """\
                                                         [ ] sequence
                                                             [ ] look for user
                                                             [ ] distance($now, $user) < 0.6 m
-                                                            [ ] when $posture == "lying"
+                                                            [ ] when $posture == "lying" and $height < 0.5 m
                                                                 [ ] set place
                                 [ ] see whether they have moved on (sequence)
                                     [ ] set now

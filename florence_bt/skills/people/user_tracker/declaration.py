@@ -45,7 +45,9 @@ LOOK_FOR_USER = SkillDeclaration(
         "distance": Port(Kind.LENGTH, "horizontal distance between the camera and the person"),
         "user_id": Port(Kind.INTEGER, "the persistent id of the person"),
         "posture": Port(Kind.TEXT, "what the person does: standing, sitting or lying", default="standing"),
-        "height": Port(Kind.LENGTH, "height above the floor of the highest point seen of the person"),
+        "height": Port(
+            Kind.LENGTH, "height above the floor of the highest point seen of the person", default=0.0
+        ),
     },
     failures={
         "no_user_seen": "nobody was in front of the camera during the whole window",
