@@ -14,7 +14,7 @@ from florence_bt.core.errors import ConfigError, FlorenceError
 
 EXIT_CODES = (
     "Exit codes: 0 done; 1 the mission failed, was refused, or a check found errors; 2 wrong usage or "
-    "configuration; 3 the system is not there, did not come up or broke down; 130 interrupted (Ctrl-C)."
+    "configuration; 3 the system is not running, did not start or broke down; 130 interrupted (Ctrl-C)."
 )
 
 
@@ -32,7 +32,7 @@ class _Verbs(TyperGroup):
             _fail(str(error), NOT_THERE)
         except ModuleNotFoundError as error:
             _fail(
-                f"this verb needs the package {error.name!r}, which is not installed; "
+                f"this command needs the package {error.name!r}, which is not installed; "
                 "run `make setup` in a checkout, or build a ROS workspace with colcon (CONTRIBUTING.md)",
                 USAGE,
             )
@@ -58,7 +58,7 @@ def _fail(message: str, code: int) -> NoReturn:
 
 FolderOption = Annotated[
     list[Path] | None,
-    typer.Option("--missions", help="More folders of missions; later ones shadow earlier ones."),
+    typer.Option("--missions", help="Further folders of missions; later ones shadow earlier ones."),
 ]
 
 

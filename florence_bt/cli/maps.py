@@ -9,13 +9,13 @@ import typer
 
 from florence_bt.cli._common import EXIT_CODES, app
 
-maps = typer.Typer(help="Maps: save the one that is published.", no_args_is_help=True)
+maps = typer.Typer(help="Maps: save the published one.", no_args_is_help=True)
 app.add_typer(maps, name="map", rich_help_panel="The robot")
 
 
 @maps.callback()
 def _group() -> None:
-    """Maps: save the one that is published."""
+    """Maps: save the published one."""
 
 
 @maps.command(epilog=f"Example: florence map save maps/home.yaml --image-format png\n\n{EXIT_CODES}")

@@ -21,7 +21,7 @@ def missions(
     folders: FolderOption = None,
     live: Annotated[bool, typer.Option("--live", help="Those of the running system instead.")] = False,
 ) -> None:
-    """List the missions of this installation with what they take and give."""
+    """List the missions of this installation with their inputs and outputs."""
     if live:
         from florence_bt.app.runs.remote import live_missions
 
@@ -61,7 +61,7 @@ def check(
     form: Annotated[str, typer.Option("--format", help="text, json or github.")] = "text",
     strict: Annotated[bool, typer.Option("--strict", help="Warnings count as errors.")] = False,
     stdin_name: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The file that the standard input will become.")
+        Path | None, typer.Option(metavar="FILE", help="The file name to assume for the standard input.")
     ] = None,
 ) -> None:
     """Check mission files: every problem at once, with file:line:column and what would have worked.
@@ -97,7 +97,7 @@ def draw(
     folders: FolderOption = None,
     expand: Annotated[bool, typer.Option("--expand", help="Draw the trees of called missions too.")] = False,
     width: Annotated[
-        int | None, typer.Option(min=400, max=20_000, help="Widest the picture may be, in pixels.")
+        int | None, typer.Option(min=400, max=20_000, help="Greatest width of the picture, in pixels.")
     ] = None,
 ) -> None:
     """Draw the tree of a mission; without a file as text in the terminal."""
@@ -162,7 +162,7 @@ def import_(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
     form: FormOption = "text",
 ) -> None:
-    """Make missions of the trees of BehaviorTree.CPP; what has no equivalent is named with its line.
+    """Convert trees of BehaviorTree.CPP to missions; what has no equivalent is reported with its line.
 
     Nodes that no skill here fits become skills that are declared but not implemented.
     """

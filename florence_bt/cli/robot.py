@@ -27,7 +27,7 @@ def doctor(
     out: Annotated[Path, typer.Option(help="Folder where runs will go.")] = Path("runs"),
     form: Annotated[str, typer.Option("--format", help="text or json.")] = "text",
 ) -> None:
-    """Look at ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
+    """Check ports, permissions, devices, libraries, clock, ROS and battery, and say what to do.
 
     Changes nothing and moves nothing. A base that is not in use is put into passive mode for the question.
     """
@@ -66,7 +66,7 @@ def calibrate(
         typer.Option(help="Seconds at rest for the gyro's drift.", show_default="10"),
     ] = None,
 ) -> None:
-    """Calibrate odometry and gyro: the robot turns round before a wall, four times a round.
+    """Calibrate odometry and gyro: the robot turns round in front of a wall, four times a round.
 
     Put the robot 1 to 2 m in front of a bare, straight wall, with half a metre of room around it; bring the
     system up. Prints what to multiply the two parameters of the base with, and repeats until the factors are

@@ -65,10 +65,10 @@ def status(
     watch: Annotated[bool, typer.Option("--watch", help="Keep showing until Ctrl-C.")] = False,
     folder: Annotated[
         Path | None,
-        typer.Option(help="Look into the journal of this folder of runs instead; needs no running system."),
+        typer.Option(help="Read the journal of this folder of runs instead; needs no running system."),
     ] = None,
     events: Annotated[
-        bool, typer.Option("--events", help="From the journal, with what happened when.")
+        bool, typer.Option("--events", help="From the journal, with each event and its time.")
     ] = False,
 ) -> None:
     """Show the tree of the current or last run as ASCII text, with reasons."""

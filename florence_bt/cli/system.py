@@ -19,7 +19,7 @@ PersonOption = Annotated[
         show_default="a random room",
     ),
 ]
-SeedOption = Annotated[int, typer.Option(min=0, help="Start of every random generator.")]
+SeedOption = Annotated[int, typer.Option(min=0, help="Seed of every random generator.")]
 WorldOption = Annotated[
     Path | None,
     typer.Option("--world", help="The simulated home: its source file, or a map."),
@@ -28,7 +28,7 @@ WorldSeedOption = Annotated[
     int | None,
     typer.Option("--world-seed", metavar="SEED", min=0, help="Generate the simulated home from a seed."),
 ]
-SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second aimed at.")]
+SpeedOption = Annotated[float, typer.Option(help="Simulated seconds per wall second to aim at.")]
 
 
 @app.command(
@@ -89,7 +89,7 @@ def up(
         Path | None, typer.Option(help="Parameters of the simulated robot's nodes, like config/robot.yaml.")
     ] = None,
     nav: Annotated[
-        str, typer.Option(help="own: Florence's navigation; nav2: a Nav2 that runs already.")
+        str, typer.Option(help="own: Florence's navigation; nav2: a Nav2 that is already running.")
     ] = "own",
     base: Annotated[
         str, typer.Option(help="own: Florence's drivers; running: base and sensors have their own.")
@@ -110,7 +110,7 @@ def up(
 ) -> None:
     """Bring the whole system up and keep it running until Ctrl-C."""
     if sim == (robot is not None):
-        raise ConfigError("say what to bring up", valid=["--sim", "--robot CONFIG"])
+        raise ConfigError("choose what to bring up", valid=["--sim", "--robot CONFIG"])
     if robot and (config or (start and not emulate)):
         raise ConfigError("--config and --start are for the simulated robot", valid=["--robot CONFIG"])
     if emulate and (sim or speed != 1.0):

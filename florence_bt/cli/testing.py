@@ -37,7 +37,7 @@ def test(
         bool, typer.Option("--coverage", help="Report which nodes and outcomes were seen.")
     ] = False,
     min_coverage: Annotated[
-        float | None, typer.Option(min=0, max=100, help="Fail when less per cent of the outcomes were seen.")
+        float | None, typer.Option(min=0, max=100, help="Fail when fewer outcomes were seen, in per cent.")
     ] = None,
 ) -> None:
     """Test missions with scenarios: mocked skills, no robot, no waiting. pytest runs them."""

@@ -114,6 +114,20 @@ def test_many_cancelled_timers_are_cleared_up(ros: Any) -> None:
     ros.spin_until(lambda: fired)
 
 
+def test_timers_of_a_closed_clock_never_come(ros: Any) -> None:
+    node = ros.add(FlorenceNode("closing"))
+    came: list[str] = []
+    for clock in (node.ros_timebase, node.steady):
+        clock.call_at(clock.now() + 0.01, lambda: came.append("before"))
+        clock.close()
+        assert clock.waiting == 0
+        clock.call_at(clock.now() + 0.01, lambda: came.append("after"))
+    other = ros.add(FlorenceNode("other"))
+    other.steady.call_at(other.steady.now() + 0.1, lambda: came.append("other"))
+    ros.spin_until(lambda: bool(came))
+    assert came == ["other"]
+
+
 def test_periodic_timer(ros: Any) -> None:
     clock = ros.add(FlorenceNode("a")).timebase
     moments: list[float] = []

@@ -11,7 +11,7 @@ from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 
 NAVIGATIONS = ("own", "nav2")
-"""Whose navigation: Florence's, or a Nav2 that runs already."""
+"""Whose navigation: Florence's, or a Nav2 that is already running."""
 BASES = ("own", "running")
 """Whose drivers of base and sensors: Florence's, or others that run already."""
 ABSENT = "absent"
@@ -38,8 +38,8 @@ class BringUp:
         start: Pose of the robot at the start in the map frame, None for the flat's own.
         world_file: Source file of the simulated home, None for the flat that comes with Florence.
         world_seed: Seed of a generated home in its place.
-        seed: Start of every random generator.
-        speed: Simulated seconds per wall second aimed at.
+        seed: Seed of every random generator.
+        speed: Simulated seconds per wall second to aim at.
         mission_folders: Folders of missions beside the built-in ones; later ones shadow earlier ones.
     """
 

@@ -1,4 +1,4 @@
-"""The check that all kernels are compiled, on a package of its own with two small functions."""
+"""The check that all kernels are compiled, on a package of its own; two small functions are compiled here."""
 
 import json
 import os

@@ -178,7 +178,7 @@ def match_terms(
 
 
 @njit(cache=True)
-def climb(
+def gauss_newton(
     start: NDArray[np.float64],
     points: NDArray[np.float64],
     signed: NDArray[np.float32],

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import Pose2, normalize_angle
-from florence_bt.skills.navigation.localisation._kernels import best_pose, climb
+from florence_bt.skills.navigation.localisation._kernels import best_pose, gauss_newton
 from florence_bt.skills.navigation.localisation.likelihood_field import LikelihoodField
 
 
@@ -57,7 +57,7 @@ def match_scan(
     Source:
         Probabilistic Robotics, section 6.4, as a maximum a posteriori estimate.
     """
-    here, fitted, near = climb(
+    here, fitted, near = gauss_newton(
         np.array([belief.x, belief.y, belief.yaw]),
         points,
         field.signed,

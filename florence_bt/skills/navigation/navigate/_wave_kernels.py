@@ -36,8 +36,8 @@ def _update(potential: NDArray[np.float32], cell: int, columns: int, cost: np.fl
 
 
 @njit(cache=True)
-def _left(cell: int, target: int, columns: int, cheapest: float) -> float:
-    """What the way from a cell to the target costs at least."""
+def _heuristic(cell: int, target: int, columns: int, cheapest: float) -> float:
+    """The cost of the way from a cell to the target, at least: A* by the straight line."""
     if cheapest == 0.0:
         return 0.0
     # Multiplied, not divided: this is done for each cell.
@@ -89,7 +89,7 @@ def spread_wave(
     threshold = math.inf
     for start in starts:
         potential[start] = 0.0
-        threshold = min(threshold, step + _left(start, target, columns, cheapest))
+        threshold = min(threshold, step + _heuristic(start, target, columns, cheapest))
     for start in starts:
         for offset in around:
             cell = start + offset
@@ -111,7 +111,7 @@ def spread_wave(
             value = _update(potential, cell, columns, np.float32(costs[cell]))
             if value >= potential[cell]:
                 continue
-            ahead = value + _left(cell, target, columns, cheapest)
+            ahead = value + _heuristic(cell, target, columns, cheapest)
             if cheapest > 0.0 and ahead >= threshold + step:
                 if not waiting[cell]:
                     waiting[cell] = True
