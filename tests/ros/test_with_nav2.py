@@ -138,7 +138,7 @@ def test_what_nav2_cannot_do_says_so(ros: Any) -> None:
     lacking = make_skills(ros.add(FlorenceNode("missions")), without=NOT_OF_NAV2)["follow_user"].start({})
     result = lacking.poll()
     assert result is not None
-    assert (result.code, result.reason) == ("no_skill", "nobody performs follow_user with --nav nav2")
+    assert (result.code, result.reason) == ("no_skill", "nothing serves follow_user with --nav nav2")
 
 
 @pytest.mark.slow
@@ -158,7 +158,7 @@ def test_a_system_with_nav2_runs_missions(
     up = start_process(*florence[1:], "up", *options, "--nav", "nav2", "--out", tmp_path / "up")
     wait_for(lambda: "in another terminal" in up.output or up.process.poll() is not None)
     assert "in another terminal" in up.output, up.output
-    assert "'follow_user' is missing: nobody performs follow_user with --nav nav2" in up.output
+    assert "'follow_user' is missing: nothing serves follow_user with --nav nav2" in up.output
 
     def mission(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*florence, "run", *words], capture_output=True, text=True, timeout=120)
