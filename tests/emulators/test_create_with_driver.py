@@ -299,7 +299,8 @@ def test_a_clock_that_is_set_back_stops_the_base_and_no_more(base: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("sent", "hint"), [(b"", "is it switched on"), (b"99b\n00P\n" * 20, "is it the right port")]
+    ("sent", "hint"),
+    [(b"", "is it switched on"), (b"99b\n00P\n" * 20, "are the port and its baud rate right")],
 )
 def test_what_came_instead_of_frames_is_told(sent: bytes, hint: str) -> None:
     driver = TurtlebotDriver(TurtlebotParameters())
