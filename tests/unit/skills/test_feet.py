@@ -47,6 +47,15 @@ def test_who_has_walked_on_leaves_nothing(source: str) -> None:
     assert costmap.cost_at(1.5, 0.0) < INSCRIBED
 
 
+def test_beside_a_wall_only_what_hangs_over_stays() -> None:
+    """0.3 m before the wall: a body that has gone would close the way for good, a shelf may be there."""
+    for source, stays in (("depth", False), ("overhangs", True)):
+        costmap = costmap_with(source, legs_at=1.45)
+        for _ in range(10):
+            costmap.saw_feet(laser(None, wall_at=1.8))
+        assert (costmap.cost_at(1.5, 0.0) == LETHAL) == stays
+
+
 def test_who_stands_there_stays() -> None:
     costmap = costmap_with("depth", legs_at=1.45)
     for step in range(20):

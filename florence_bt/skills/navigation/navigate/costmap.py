@@ -114,8 +114,11 @@ class Rays:
 
 _FAR_M = 1e-3
 """The laser filter lets a far beam end so little before the range of its sensor."""
-ABOVE_FEET, _FEET_M = ("depth", "overhangs"), 0.35
-"""Sources of what stands on what the laser sees, when that is so near: body and arms of a person."""
+_FEET_M = 0.35
+"""What is marked so near to what the laser sees stands on it: body and arms of a person."""
+ABOVE_FEET = {"depth": 0.2, "overhangs": _FEET_M}
+"""Source of such marks -> how near feet, or whatever the laser sees, must be for one to stay where it looks
+through, metres. What is carried hangs over further; beside a wall the rest of who walked by is forgotten."""
 CONTACTS = "contacts"
 """Name of the layer of what was touched."""
 _BUMPER_ARC = 0.21 * np.array([(math.cos(turn), math.sin(turn)) for turn in np.radians(range(-45, 46, 9))])
@@ -293,9 +296,10 @@ class Costmap:
         offset = np.array([self.origin_x, self.origin_y])
         feet = np.ascontiguousarray((laser.ends - offset) / self.resolution)
         origin_u, origin_v = (np.array([laser.x, laser.y]) - offset) / self.resolution
-        near, reach = _FEET_M / self.resolution, self._parameters.raytrace_range / self.resolution
-        for source in ABOVE_FEET:
+        reach = self._parameters.raytrace_range / self.resolution
+        for source, near_m in ABOVE_FEET.items():
             if source in self._layers:
+                near = near_m / self.resolution
                 _cells.forget_what_left(self._layers[source], origin_u, origin_v, feet, near, reach)
                 self._master = None
 
