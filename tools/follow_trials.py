@@ -22,8 +22,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from florence_bt.app.demo.rigs import make_rig
-from florence_bt.core.errors import FlorenceError
+from florence_bt.core.errors import ConfigError, FlorenceError
 from florence_bt.runtime.run import MissionRequest, MissionRun
+from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.generate import choose_flat
 from florence_bt.simulation.home.person import PersonSpec
 from florence_bt.simulation.home.situations import LedWalk, led_walk
@@ -35,6 +36,9 @@ HOMES = {"flat": "the hand-made flat", "generated": "generated homes"}
 
 FOLLOW_M = 1.0
 """The distance that the mission is to keep, between the middles."""
+
+_TRIES = 5
+"""Generated homes for a run, 1000 seeds from each other: in some nobody can lead a robot so far."""
 
 LOST_M, KEPT_M = 2.0, 1.5
 """Further away the person is lost for the moment; whoever is nearer in the end has been followed."""
@@ -138,6 +142,23 @@ class Trial:
     wall: float
 
 
+def _home_and_walk(
+    home: str, seed: int, world: Path | None, world_seed: int | None, length_m: float
+) -> tuple[Flat, LedWalk]:
+    """Where somebody leads the robot, and how; of generated homes without room for it the next is taken."""
+    generated = home == "generated"
+    own = generated and world_seed is None
+    home_seeds = [seed + 1000 * number for number in range(_TRIES)] if own else [world_seed]
+    for home_seed in home_seeds:
+        flat = choose_flat(None, home_seed) if generated else choose_flat(world)
+        try:
+            return flat, led_walk(flat, np.random.default_rng(seed), length_m)
+        except ConfigError:
+            if home_seed == home_seeds[-1]:
+                raise
+    raise AssertionError("there is at least one seed")
+
+
 def run_trial(
     home: str,
     seed: int,
@@ -160,9 +181,7 @@ def run_trial(
     Raises:
         ConfigError: The home has no room for such a walk, or there is no such mission.
     """
-    generated = home == "generated"
-    flat = choose_flat(None, seed if world_seed is None else world_seed) if generated else choose_flat(world)
-    walk = led_walk(flat, np.random.default_rng(seed), length_m)
+    flat, walk = _home_and_walk(home, seed, world, world_seed, length_m)
     rig = make_rig(
         seed=seed, person=walk.leader, others=[walk.visitor], start=walk.start, flat=flat, runs_folder=runs
     )
