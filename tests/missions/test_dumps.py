@@ -1,5 +1,8 @@
 """What people see of a mission: dumps and reasons."""
 
+import re
+import textwrap
+
 import pytest
 
 USER = "(3 m, 2 m, 180 deg)"
@@ -8,7 +11,45 @@ USER = "(3 m, 2 m, 180 deg)"
 NOBODY_ON_THE_WAY = {"watch out on the way/**/look_for_user": "running 20 s, then FAILURE no_user_seen"}
 
 
-RUNNING = """\
+APPROACH = """\
+[ ] within $limit
+    [ ] parallel
+        [ ] approach the person (sequence)
+            [ ] set place
+            [ ] get robot pose
+            [ ] retry up to 6 times
+                [ ] propose and drive (sequence)
+                    [ ] propose approach pose
+                    [ ] within 25 s
+                        [ ] navigate to
+            [ ] when $user_id > 0
+                [ ] stand well before them (sequence)
+                    [ ] get robot pose
+                    [ ] unless abs(bearing($here, $place)) < 6 deg
+                        [ ] face the person
+                            [ ] turn
+                    [ ] when distance($here, $place) > $safe_distance + 4 cm
+                        [ ] come up to the distance
+                            [ ] retry up to 3 times
+                                [ ] drive straight
+        [ ] when $user_id > 0
+            [ ] watch whether they walk on
+                [ ] repeat 200 times
+                    [ ] sequence
+                        [ ] look for user
+                        [ ] distance($now, $user) < 0.6 m
+                        [ ] when $posture == "lying" and $height < 0.5 m
+                            [ ] set place"""
+"""Within a run of approach_user, before it begins."""
+
+
+def with_approach(dump: str) -> str:
+    """Put the nodes of approach_user where a dump says APPROACH, as far to the right."""
+    place = re.compile(r"^( *)APPROACH$", re.MULTILINE)
+    return place.sub(lambda found: textwrap.indent(APPROACH, found[1]), dump)
+
+
+RUNNING = with_approach("""\
 [>] goto_user (sequence)
     [+] get user room
     [>] try one place after the other
@@ -64,34 +105,7 @@ RUNNING = """\
                                         [ ] make sure from nearby (sequence)
                                             [ ] try run approach_user
                                                 [ ] run approach_user
-                                                    [ ] within $limit
-                                                        [ ] parallel
-                                                            [ ] approach the person (sequence)
-                                                                [ ] set place
-                                                                [ ] get robot pose
-                                                                [ ] retry up to 6 times
-                                                                    [ ] propose and drive (sequence)
-                                                                        [ ] propose approach pose
-                                                                        [ ] within 25 s
-                                                                            [ ] navigate to
-                                                                [ ] when $user_id > 0
-                                                                    [ ] stand well before them (sequence)
-                                                                        [ ] get robot pose
-                                                                        [ ] unless abs(bearing($here, $place)) < 6 deg
-                                                                            [ ] face the person
-                                                                                [ ] turn
-                                                                        [ ] when distance($here, $place) > $safe_distance + 4 cm
-                                                                            [ ] come up to the distance
-                                                                                [ ] retry up to 3 times
-                                                                                    [ ] drive straight
-                                                            [ ] when $user_id > 0
-                                                                [ ] watch whether they walk on
-                                                                    [ ] repeat 200 times
-                                                                        [ ] sequence
-                                                                            [ ] look for user
-                                                                            [ ] distance($now, $user) < 0.6 m
-                                                                            [ ] when $posture == "lying" and $height < 0.5 m
-                                                                                [ ] set place
+                                                    APPROACH
                                             [ ] look from nearby
                                                 [ ] look for user
                                             [ ] distance($user, $seen_at) < 1 m
@@ -107,34 +121,7 @@ RUNNING = """\
                                 [ ] try set user position
                                     [ ] set user position
                                 [ ] stop before them
-                                    [ ] within $limit
-                                        [ ] parallel
-                                            [ ] approach the person (sequence)
-                                                [ ] set place
-                                                [ ] get robot pose
-                                                [ ] retry up to 6 times
-                                                    [ ] propose and drive (sequence)
-                                                        [ ] propose approach pose
-                                                        [ ] within 25 s
-                                                            [ ] navigate to
-                                                [ ] when $user_id > 0
-                                                    [ ] stand well before them (sequence)
-                                                        [ ] get robot pose
-                                                        [ ] unless abs(bearing($here, $place)) < 6 deg
-                                                            [ ] face the person
-                                                                [ ] turn
-                                                        [ ] when distance($here, $place) > $safe_distance + 4 cm
-                                                            [ ] come up to the distance
-                                                                [ ] retry up to 3 times
-                                                                    [ ] drive straight
-                                            [ ] when $user_id > 0
-                                                [ ] watch whether they walk on
-                                                    [ ] repeat 200 times
-                                                        [ ] sequence
-                                                            [ ] look for user
-                                                            [ ] distance($now, $user) < 0.6 m
-                                                            [ ] when $posture == "lying" and $height < 0.5 m
-                                                                [ ] set place
+                                    APPROACH
                                 [ ] see whether they have moved on (sequence)
                                     [ ] set now
                                     [ ] selector
@@ -142,7 +129,7 @@ RUNNING = """\
                                         [ ] not plan to
                                             [ ] plan to
                                     [ ] distance($now, $user) < 0.5 m
-                    [ ] stop tracker"""  # noqa: E501
+                    [ ] stop tracker""")  # noqa: E501
 """goto_user on its way round the room, in the second of eight looks."""
 
 
