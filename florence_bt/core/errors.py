@@ -53,6 +53,10 @@ class ConfigError(FlorenceError):
         return f"{text} (would have worked: {', '.join(self.valid)})" if self.valid else text
 
 
+class SimulationError(FlorenceError):
+    """The simulated world has come into a state that cannot be."""
+
+
 class ProtocolError(FlorenceError):
     """Bytes from a device do not follow its protocol."""
 

@@ -55,7 +55,8 @@ def build_mjcf(flat: Flat, people: Sequence[PersonSpec], start: Pose2, wheel_fri
     option = ET.SubElement(
         root, "option", timestep=str(TIMESTEP_S), integrator="implicitfast", cone="elliptic", impratio="10"
     )
-    ET.SubElement(option, "flag", warmstart="enable")
+    # Unstable physics is an error (step_to of the world); MuJoCo would begin again at the start pose.
+    ET.SubElement(option, "flag", warmstart="enable", autoreset="disable")
     world = ET.SubElement(root, "worldbody")
     left, low, right, high = flat.bounds
     _geom(

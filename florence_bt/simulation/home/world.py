@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from florence_bt.core.errors import ConfigError, closest_first
+from florence_bt.core.errors import ConfigError, SimulationError, closest_first
 from florence_bt.core.geometry import Pose2, normalize_angle
 from florence_bt.simulation.home.flat import Flat
 from florence_bt.simulation.home.mjcf import (
@@ -58,6 +58,16 @@ _REST_MPS = 1e-3
 
 _REST_STEPS = 50
 """Physics steps of standing still after which the robot is left alone until its wheels are driven again."""
+
+# Without this MuJoCo writes each of its warnings into a file of the working folder.
+mujoco.set_mju_user_warning(lambda text: None)
+
+_UNSTABLE = [
+    int(mujoco.mjtWarning.mjWARN_BADQPOS),
+    int(mujoco.mjtWarning.mjWARN_BADQVEL),
+    int(mujoco.mjtWarning.mjWARN_BADQACC),
+]
+"""MuJoCo's warnings of states that are not finite, or huge."""
 
 _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_PLANE): PLANE,
@@ -141,6 +151,9 @@ class SimulatedWorld:
 
         Args:
             time: Seconds since the start; what has passed already changes nothing.
+
+        Raises:
+            SimulationError: The physics is no longer finite; nothing of the world can be trusted.
         """
         target = math.floor(time / TIMESTEP_S + 1e-6)
         moved = self._steps < target
@@ -155,6 +168,8 @@ class SimulatedWorld:
                     self._touch(index, first, second)
                     touched = True
             self._still_steps = 0 if touched or self._moves() else self._still_steps + 1
+        if any(self._data.warning.number[_UNSTABLE]):
+            raise SimulationError(f"the physics became unstable before {self.time:.1f} s of simulated time")
         self._steps = max(self._steps, target)
         if moved and self._walkers:
             self._refresh_scene()

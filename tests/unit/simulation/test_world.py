@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from florence_bt.core.errors import ConfigError
+from florence_bt.core.errors import ConfigError, SimulationError
 from florence_bt.core.geometry import Pose2, angle_difference
 from florence_bt.simulation.home.flat import load_flat
 from florence_bt.simulation.home.people import PersonSpec
@@ -53,6 +53,19 @@ def test_it_turns_on_the_spot(flat, rate):
     left, right = world.travel()
     assert angle_difference(world.robot_pose.yaw, 0.3) == pytest.approx((right - left) / 0.26, rel=0.02)
     assert world.robot_pose.distance_to(Pose2(3.3, 5.2)) < 0.01
+
+
+def test_unstable_physics_is_an_error_and_leaves_no_file(flat, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    world = SimulatedWorld(flat)
+    world.set_wheels(math.nan, math.nan)
+    world.step_to(1.0)
+    assert world.robot_pose.distance_to(flat.start) < 1e-3  # MuJoCo takes no such command
+    world._data.qvel[0] = math.nan
+    world.set_wheels(0.1, 0.1)
+    with pytest.raises(SimulationError, match=r"unstable before 1\.1 s"):
+        world.step_to(1.1)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_wheels_have_a_highest_speed(flat):
