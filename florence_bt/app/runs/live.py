@@ -45,29 +45,49 @@ class LiveDisplay:
 
 
 class LogDisplay:
-    """One plain line whenever the running leaves change."""
+    """A plain line whenever another leaf runs, and one for each new failure of a leaf."""
 
     def __init__(self, console: Console) -> None:
         """Store the console."""
         self._console = console
-        self._shown = ""
+        self._running: set[str] = set()
+        self._failures: set[str] = set()
 
     def say(self, line: str) -> None:
         """Print the line."""
         self._console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def show(self, tree: str) -> None:
-        """Print what runs now, if that is new."""
-        running = [
-            line.strip() for line in tree.splitlines() if line.lstrip().startswith(MARKS[Status.RUNNING])
-        ]
-        leaf = running[-1] if running else ""
-        if leaf and leaf != self._shown:
-            self._shown = leaf
-            self.say(f"  {leaf}")
+        """Print the names of the leaves that run when one was not there before, and each failure once."""
+        leaves = _leaves(tree)
+        failed = [leaf for leaf in leaves if leaf.startswith(MARKS[Status.FAILURE])]
+        for leaf in dict.fromkeys(failed):
+            if leaf not in self._failures:
+                self._failures.add(leaf)
+                self.say(f"  {leaf}")
+        mark = MARKS[Status.RUNNING]
+        names = [leaf.partition(" -- ")[0].removeprefix(mark) for leaf in leaves if leaf.startswith(mark)]
+        if not self._running.issuperset(names):
+            self._running = set(names)
+            self.say(f"  {mark}{','.join(dict.fromkeys(names))}")
 
     def close(self) -> None:
         """Nothing to clean."""
+
+
+def _leaves(tree: str) -> list[str]:
+    """The lines of a tree below which none is further to the right."""
+    lines = [line for line in tree.splitlines() if line.lstrip().startswith("[")]
+    below = [*lines[1:], ""]
+    return [
+        line.strip()
+        for line, next_line in zip(lines, below, strict=False)
+        if _depth(next_line) <= _depth(line)
+    ]
+
+
+def _depth(line: str) -> int:
+    return len(line) - len(line.lstrip())
 
 
 def make_display(console: Console, *, headless: bool) -> LiveDisplay | LogDisplay:

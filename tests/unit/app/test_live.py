@@ -19,19 +19,38 @@ def lines(console):
     return console.file.getvalue().splitlines()
 
 
-def test_a_line_comes_when_the_running_leaf_changes_and_only_then(screen):
+def test_a_line_comes_when_another_leaf_runs_and_only_then(screen):
     display = LogDisplay(screen)
     display.show("")
-    display.show("[+] all is over\n[x] or failed")
+    display.show("[+] all is over\n[-] or stopped")
     assert lines(screen) == []
     display.show(TREE)
     display.show(TREE)
     display.show(TREE.replace("find", "seek"))
-    assert lines(screen) == ["  [>] navigate to -- driving [/bold] on"]
     display.show(TREE.replace("driving", "turning"))
+    assert lines(screen) == ["  [>] navigate to"]
+    display.show(f"{TREE}    [>] look\n    [>] look\n")
     display.show(TREE)
-    assert len(lines(screen)) == 3
+    display.show(f"{TREE}    [>] look\n")
+    assert lines(screen)[1:] == ["  [>] navigate to, look"]
+    display.show("[>] goto\n    [>] stop")
+    display.show(TREE)
+    assert lines(screen)[2:] == ["  [>] stop", "  [>] navigate to"]
     display.close()
+
+
+def test_each_new_failure_of_a_leaf_has_a_line(screen):
+    display = LogDisplay(screen)
+    first = TREE.replace("[+] find room", "[x] find room -- no [b] answer")
+    display.show(first)
+    display.show(TREE)
+    display.show(first)
+    display.show("[x] goto -- no way\n    [x] drive -- too far")
+    assert lines(screen) == [
+        "  [x] find room -- no [b] answer",
+        "  [>] navigate to",
+        "  [x] drive -- too far",
+    ]
 
 
 @pytest.mark.parametrize("display_class", [LogDisplay, LiveDisplay])
