@@ -17,13 +17,20 @@ sys.modules["tests"] = ModuleType("tests")
 sys.modules["tests"].__path__ = [str(Path(__file__).parents[1] / "tests")]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Figure:
     """One line of the table."""
 
     what: str
     value: str
     remark: str
+    missed: bool = False
+    """Whether the benchmark failed that measured it."""
+
+    @property
+    def shown(self) -> str:
+        """What was measured, marked when a limit was missed."""
+        return f"{self.value} (**missed**)" if self.missed else self.value
 
 
 class Figures:
@@ -39,7 +46,7 @@ class Figures:
     def markdown(self) -> str:
         """The table."""
         head = ["| what | measured | remark |", "|---|---|---|"]
-        return "\n".join(head + [f"| {f.what} | {f.value} | {f.remark} |" for f in self.lines]) + "\n"
+        return "\n".join(head + [f"| {f.what} | {f.shown} | {f.remark} |" for f in self.lines]) + "\n"
 
 
 Sections = dict[str, Figures]
@@ -57,7 +64,8 @@ def write_figures(file: Path, sections: Sections) -> None:
     tables |= {name: figures.markdown() for name, figures in sections.items() if figures.lines}
     text = (
         '# Figures\n\nMade by `make bench ARGS="--figures docs/benchmarks.md"`, one table for each file of '
-        "`benchmarks/`; medians unless said otherwise. "
+        "`benchmarks/`; medians unless said otherwise; **missed** marks what a benchmark measured that "
+        "failed its limit. "
         f"Machine of the last run: {machine}. Compare ratios, not absolute times.\n"
     )
     body = "".join(f"\n## {name}\n\n{table}" for name, table in sorted(tables.items()))
@@ -66,7 +74,9 @@ def write_figures(file: Path, sections: Sections) -> None:
 
 FIGURES = pytest.StashKey[Sections]()
 INCOMPLETE = pytest.StashKey[set[str]]()
-"""The names of the benchmark files of which something was left out, or failed."""
+"""The names of the benchmark files of which something was left out, or failed before it had a figure."""
+BEFORE = pytest.StashKey[int]()
+"""How many figures its file had when a benchmark began."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -87,13 +97,20 @@ def pytest_deselected(items: Sequence[pytest.Item]) -> None:
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
     if report.failed:
-        item.config.stash[INCOMPLETE].add(item.path.stem)
+        section = item.config.stash[FIGURES].get(item.path.stem, Figures())
+        measured = section.lines[item.stash.get(BEFORE, len(section.lines)) :]
+        for figure in measured:
+            figure.missed = True
+        if not measured:
+            item.config.stash[INCOMPLETE].add(item.path.stem)
     return report
 
 
 @pytest.fixture
 def figures(request: pytest.FixtureRequest) -> Figures:
-    return request.config.stash[FIGURES].setdefault(request.node.path.stem, Figures())
+    section = request.config.stash[FIGURES].setdefault(request.node.path.stem, Figures())
+    request.node.stash[BEFORE] = len(section.lines)
+    return section
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
@@ -104,7 +121,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     terminalreporter.section("figures")
     for figure in lines:
         remark = f"  ({figure.remark})" if figure.remark else ""
-        terminalreporter.write_line(f"{figure.what:<62} {figure.value}{remark}")
+        terminalreporter.write_line(f"{figure.what:<62} {figure.shown}{remark}")
     file = config.getoption("--figures")
     if file is not None:
         incomplete = config.stash[INCOMPLETE]
