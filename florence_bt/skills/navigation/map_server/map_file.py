@@ -1,4 +1,4 @@
-"""ROS map files: a YAML file with the scale beside a picture. Files to :class:`OccupancyGrid`."""
+"""ROS map files: a YAML file with the scale beside an image. Files to :class:`OccupancyGrid`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import YamlNode, YamlSequence, read_yaml
 from florence_bt.core.sensing import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from florence_bt.core.settings_file import SettingsReader, ValueReader
-from florence_bt.skills.navigation.map_server.picture import FORMATS, decode_picture
+from florence_bt.skills.navigation.map_server.image import FORMATS, decode_image
 
 MODES = ("trinary", "scale", "raw")
 _FLAGS = {"0": False, "false": False, "1": True, "true": True}
@@ -27,9 +27,9 @@ class MapDescription:
 
     Attributes:
         file: The YAML file.
-        image: The picture.
+        image: The image file.
         resolution: Metres per pixel.
-        origin: Pose of the lower left corner of the picture in the map frame.
+        origin: Pose of the lower left corner of the image in the map frame.
         negate: Whether white means occupied.
         occupied_thresh: Occupancy (0..1) from which a cell is occupied.
         free_thresh: Occupancy up to which a cell is free.
@@ -65,27 +65,27 @@ def load_map(path: str | Path) -> OccupancyGrid:
 
 
 def read_cells(description: MapDescription) -> OccupancyGrid:
-    """Read the picture of a map.
+    """Read the image of a map.
 
     Returns:
         The map on cells along the axes of the map frame, whatever the origin's yaw.
 
     Raises:
-        ConfigError: The picture is missing or wrong.
+        ConfigError: The image is missing or wrong.
     """
-    picture = description.image
+    image = description.image
     try:
-        grey, opacity = decode_picture(picture.read_bytes())
+        grey, opacity = decode_image(image.read_bytes())
     except OSError as error:
-        found = (each.name for form in FORMATS for each in sorted(picture.parent.glob(f"*.{form}")))
+        found = (each.name for form in FORMATS for each in sorted(image.parent.glob(f"*.{form}")))
         raise ConfigError(
-            f"the map's picture {str(picture)!r} cannot be read ({error.strerror})",
+            f"the map's image {str(image)!r} cannot be read ({error.strerror})",
             file=description.file,
             valid=[*found],
         ) from error
     except FrameError as error:
-        valid = ["a .pgm (P5 or P2), .png or .bmp picture"]
-        raise ConfigError(str(error), file=picture, valid=valid) from error
+        valid = ["a .pgm (P5 or P2), .png or .bmp image"]
+        raise ConfigError(str(error), file=image, valid=valid) from error
     cells = np.ascontiguousarray(np.flipud(_cells_from_pixels(grey, opacity, description)))
     return OccupancyGrid(description.resolution, description.origin, cells).upright()
 
@@ -93,7 +93,7 @@ def read_cells(description: MapDescription) -> OccupancyGrid:
 def _cells_from_pixels(
     grey: NDArray[np.uint8], opacity: NDArray[np.uint8] | None, description: MapDescription
 ) -> NDArray[np.int8]:
-    """The cells in the order of the picture, whose first row is the top of the map."""
+    """The cells in the order of the image, whose first row is the top of the map."""
     shade = grey / 255.0
     if opacity is not None and description.mode == "trinary":
         # As in ROS 1 and Nav2: opacity counts as a fourth colour.
@@ -113,7 +113,7 @@ def _cells_from_pixels(
 
 
 def read_description(path: Path) -> MapDescription:
-    """Read the YAML file of a map, without its picture.
+    """Read the YAML file of a map, without its image.
 
     Raises:
         ConfigError: As :func:`load_map`.
