@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
-from florence_bt.core.limits import Limits, check_limits
+from florence_bt.core.limits import CheckedParameters, Limits
 from florence_bt.core.sensing import CameraModel, ColourImage, DepthImage
 from florence_bt.drivers.diagnosis import FrequencyMeter
 from florence_bt.drivers.kinect._kernels import fill_points
@@ -25,7 +25,7 @@ TOGETHER_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class KinectParameters:
+class KinectParameters(CheckedParameters):
     """What can be set on the Kinect.
 
     Attributes:
@@ -62,8 +62,7 @@ class KinectParameters:
     silence_timeout_s: Annotated[float, Limits(0.05, 60.0)] = 2.0
     reopen_timeout_s: Annotated[float, Limits(0.1, 600.0)] = 10.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         if not self.source:
             raise ConfigError("source is empty", valid=["usb", "recording:FOLDER", "the path of a socket"])
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from florence_bt.core.errors import ConfigError
 from florence_bt.core.geometry import Pose2
-from florence_bt.core.limits import Limits, NotNegative, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, check_order
 from florence_bt.core.sensing import CameraModel
 from florence_bt.core.transforms import Transform3
 from florence_bt.simulation.home.world import SimulatedWorld
@@ -24,7 +24,7 @@ from florence_bt.simulation.sensors.scene import Lens
 
 
 @dataclass(frozen=True, slots=True)
-class KinectNoiseParameters:
+class KinectNoiseParameters(CheckedParameters):
     """How good the Kinect is.
 
     Attributes:
@@ -39,8 +39,7 @@ class KinectNoiseParameters:
     raw_noise: NotNegative = 0.6
     colour_noise: Annotated[int, Limits(0, 100)] = 4
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("min_depth_m", "max_depth_m"))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from florence_bt.core.limits import Limits, NotNegative, Positive, check_limits, check_order
+from florence_bt.core.limits import CheckedParameters, Limits, NotNegative, Positive, check_order
 from florence_bt.skills.navigation.navigate.controller import ControllerParameters
 from florence_bt.skills.navigation.navigate.costmap import CostmapParameters
 from florence_bt.skills.navigation.navigate.people import PeopleParameters
@@ -16,7 +16,7 @@ from florence_bt.skills.navigation.navigate.spin import SpinParameters
 
 
 @dataclass(frozen=True, slots=True)
-class RecoveryParameters:
+class RecoveryParameters(CheckedParameters):
     """When to recover, and how.
 
     Attributes:
@@ -60,12 +60,9 @@ class RecoveryParameters:
     approach_time_allowance: Positive = 40.0
     oscillation_timeout: Positive = 15.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
-
 
 @dataclass(frozen=True, slots=True)
-class CycleParameters:
+class CycleParameters(CheckedParameters):
     """The rhythm of navigation.
 
     Attributes:
@@ -91,12 +88,9 @@ class CycleParameters:
     goal_search_radius: NotNegative = 1.5
     prediction_limit: NotNegative = 0.2
 
-    def __post_init__(self) -> None:
-        check_limits(self)
-
 
 @dataclass(frozen=True, slots=True)
-class FollowParameters:
+class FollowParameters(CheckedParameters):
     """How to follow somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
@@ -138,13 +132,12 @@ class FollowParameters:
     follow_patience: Positive = 3.0
     follow_limit: Positive = 120.0
 
-    def __post_init__(self) -> None:
-        check_limits(self)
+    def _check(self) -> None:
         check_order(self, ("follow_coast", "follow_patience"), ("follow_patience", "follow_limit"))
 
 
 @dataclass(frozen=True, slots=True)
-class ApproachParameters:
+class ApproachParameters(CheckedParameters):
     """How to approach somebody. The first three are the defaults of a goal that says 0.
 
     Attributes:
@@ -165,9 +158,6 @@ class ApproachParameters:
     approach_me_laser_gain: Annotated[float, Limits(0.0, 1.0, above=True)] = 0.3
     approach_me_patience: Positive = 5.0
     approach_me_limit: Positive = 60.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from florence_bt.core.geometry import STANDSTILL, Pose2, Twist2
-from florence_bt.core.limits import NotNegative, Positive, check_limits
+from florence_bt.core.limits import CheckedParameters, NotNegative, Positive
 from florence_bt.skills.navigation.navigate._rollout_kernels import meets_somebody
 from florence_bt.skills.navigation.navigate.costmap import moved_points
 
@@ -25,7 +25,7 @@ _SHARES = 1.0, 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class PeopleParameters:
+class PeopleParameters(CheckedParameters):
     """How to drive near people whom the user tracker sees.
 
     Attributes:
@@ -47,9 +47,6 @@ class PeopleParameters:
     people_prediction_time: Positive = 1.5
     people_velocity_time: Positive = 0.3
     people_keep_time: Positive = 1.0
-
-    def __post_init__(self) -> None:
-        check_limits(self)
 
 
 @dataclass(frozen=True, slots=True)
