@@ -52,7 +52,7 @@ class DepthEncoding(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class DepthFrame:
-    """A depth image as it came: making metres of it is left to who wants the image.
+    """A depth image as it came: whoever wants the image converts it to metres.
 
     Attributes:
         width: Columns.

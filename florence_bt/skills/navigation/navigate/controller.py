@@ -221,8 +221,8 @@ class Controller:
         if self._position_reached:
             self._position_reached = distance <= self._stays_within
         else:
-            # Inside the tolerance it drives on to the middle, until that is passed. Who has come from further
-            # away does not turn away for a goal beside them that is nearly as near.
+            # Inside the tolerance it drives on to the middle, until that is passed. A robot that has come
+            # from further away does not turn away for a goal beside it that is nearly as near.
             self._came = self._came or distance > _PASSED_TOLERANCES * tolerance
             passed = abs(pose.bearing_to(goal.x, goal.y)) > 1.2
             enough = 0.4 if not passed else _PASSED_TOLERANCES if self._came else 1.0

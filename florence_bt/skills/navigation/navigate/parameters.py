@@ -97,10 +97,11 @@ class FollowParameters(CheckedParameters):
         follow_distance: How far to stay behind, between the middles, in metres.
         follow_max_lin_speed: m/s; along a planned path never more than what the controller allows.
         follow_max_ang_speed: rad/s.
-        follow_back_speed: Who comes too near is given way to at this speed at most, in m/s; 0 stands still
-            instead, as REFERENCE 12.6 proposes, but then nobody gets past the robot in a corridor.
-        follow_give_way: How much nearer than wanted that is, in metres; to who comes towards the robot it
-            gives way as soon as they are nearer than wanted.
+        follow_back_speed: The robot backs away from a person who comes too near at this speed at most, in
+            m/s; with 0 it stands still instead, as REFERENCE 12.6 proposes, but then nobody gets past the
+            robot in a corridor.
+        follow_give_way: How much nearer than wanted that is, in metres; to a person who comes towards the
+            robot it gives way as soon as they are nearer than wanted.
         follow_linear_gain: Speed per metre too far away, 1/s.
         follow_angular_gain: Turning speed per angle to the person, 1/s.
         follow_distance_tolerance: So much too far away is near enough, in metres.

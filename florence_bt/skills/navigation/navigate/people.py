@@ -19,7 +19,7 @@ _TOLERANCE_M = 0.1
 _SLOWEST_MPS = 0.08
 """Near somebody the robot drives so slowly at least; nearer than it may come it stops."""
 _BESIDE = 0.5
-"""Who is beside the way counts as if the robot came nearer at this share of its speed, at least."""
+"""A person beside the way counts as if the robot came nearer at this share of its speed, at least."""
 _SHARES = 1.0, 0.5
 """Parts of a speed to try, the best first."""
 
@@ -34,9 +34,9 @@ class PeopleParameters(CheckedParameters):
             near as the goal. 0 switches slowing down and stopping for people off.
         people_time_to_contact: It drives so slowly that it would come this near in so many seconds at the
             soonest. 0 switches slowing down off.
-        people_prediction_time: It does not drive to where somebody will be in so many seconds who walks on.
+        people_prediction_time: It does not drive to where a person who walks on will be in so many seconds.
         people_velocity_time: How they walk is averaged over about this long, in seconds.
-        people_keep_time: Who was not seen for so many seconds is forgotten.
+        people_keep_time: A person who was not seen for so many seconds is forgotten.
 
     Source:
         Document, table 13 (the safe distance); the rest is our choice.

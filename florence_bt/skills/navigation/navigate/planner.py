@@ -112,7 +112,8 @@ def plan_path(
     cheapest = float(min(NEUTRAL, parameters.neutral_cost)) if parameters.use_astar else 0.0
     if blocked and tolerance <= 0.0:
         return _occupied(goal)
-    # Who stands well keeps away from walls; the way out of a corner is opened when there is no other.
+    # With room around it the robot keeps away from walls; out of a corner the way is opened when there is no
+    # other.
     stands_well = not INSCRIBED <= cells[start_cell] < UNKNOWN_COST
     for opened in (False, True) if stands_well else (True,):
         if opened:
