@@ -84,7 +84,7 @@ def mark_points(marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool
 def mark_above(
     marks: Cells, ends: NDArray[np.float64], wanted: NDArray[np.bool_], feet: NDArray[np.float64], near: float
 ) -> None:
-    """Mark the cells of the wanted points, in place: :data:`CLEARABLE` where the laser sees feet, else lethal.
+    """Mark the cells of wanted points, in place: :data:`CLEARABLE` where the laser sees feet, else lethal.
 
     What was marked before without feet stays lethal: somebody stands beside a table.
 
