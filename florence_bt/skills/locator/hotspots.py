@@ -10,7 +10,6 @@ import math
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import yaml
@@ -18,10 +17,11 @@ import yaml
 from florence_bt.core.errors import ConfigError, closest_first
 from florence_bt.core.geometry import Pose2
 from florence_bt.core.plain_yaml import EmptyFile, Position, YamlNode, parse_yaml
-from florence_bt.core.settings_file import SettingsReader, ValueReader
+from florence_bt.core.settings_file import SettingsReader
 from florence_bt.core.text_files import read_bytes, replace_text
 
 KINDS = ("room", "object")
+FIELDS = ("label", "x", "y", "phi", "kind", "polygon")
 
 Point = tuple[float, float]
 
@@ -205,21 +205,17 @@ class _HotspotsReader(SettingsReader):
         return Hotspots(hotspots.values(), positions)
 
     def _hotspot(self, source: YamlNode) -> Hotspot:
-        readers: dict[str, ValueReader] = {
-            "label": self.text,
-            "x": self.number,
-            "y": self.number,
-            "phi": self._angle,
-            "kind": partial(self.choice, known=KINDS),
-            "polygon": self._polygon,
-        }
-        values = self.values(self.mapping(source, readers, needed=("label", "x", "y")), readers)
-        pose = Pose2(values.pop("x"), values.pop("y"), values.pop("phi", 0.0))
-        return Hotspot(pose=pose, **values)
+        fields = self.mapping(source, FIELDS, needed=("label", "x", "y"))
+        label = self.text(fields["label"], "label")
+        kind = self.choice(fields["kind"], "kind", KINDS) if "kind" in fields else "room"
+        phi = self._angle(fields["phi"]) if "phi" in fields else 0.0
+        pose = Pose2(self.number(fields["x"], "x"), self.number(fields["y"], "y"), phi)
+        polygon = self._polygon(fields["polygon"]) if "polygon" in fields else ()
+        return Hotspot(label, pose, kind, polygon)
 
-    def _polygon(self, source: YamlNode, name: str) -> tuple[Point, ...]:
+    def _polygon(self, source: YamlNode) -> tuple[Point, ...]:
         points = []
-        for item in self.sequence(source, name):
+        for item in self.sequence(source, "polygon"):
             numbers = [self.number(number, "a corner") for number in self.sequence(item, "a corner")]
             if len(numbers) != 2:
                 raise self.error("a corner has two numbers", item, valid=("[1.0, 2.0]",))
@@ -228,10 +224,10 @@ class _HotspotsReader(SettingsReader):
             raise self.error(f"a polygon has at least 3 corners, not {len(points)}", source)
         return tuple(points)
 
-    def _angle(self, source: YamlNode, name: str) -> float:
-        angle = self.number(source, name)
+    def _angle(self, source: YamlNode) -> float:
+        angle = self.number(source, "phi")
         if abs(angle) > math.tau:
-            problem = f"{name} is in radians, and {angle:g} is more than a whole turn"
+            problem = f"phi is in radians, and {angle:g} is more than a whole turn"
             in_degrees = (
                 (f"{math.radians(angle):.4f}, if {angle:g} degrees are meant",) if abs(angle) <= 360 else ()
             )
